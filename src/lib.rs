@@ -1,0 +1,25 @@
+//! Mesh collision detection that answers by the deadline, and says how sure it is.
+
+#![cfg_attr(not(feature = "std"), no_std)]
+#![deny(missing_docs, unsafe_code)]
+
+extern crate alloc;
+
+mod math;
+mod mesh;
+mod query;
+mod tree;
+mod triangle;
+
+pub use glam;
+pub use math::{Aabb, Pose, PoseError};
+pub use mesh::{Mesh, MeshError, shapes};
+#[cfg(feature = "std")]
+pub use query::SystemClock;
+pub use query::{
+    Budget, Certificate, Clock, LEVELS, MAX_STEP_WORK, ManualClock, Mode, Order, Outcome, PairMemory, Query,
+    ResumeError, Stats, StopReason, Verdict, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
+    Workspace,
+};
+pub use tree::{BuildOptions, LevelProfile, Subtree, Tree, TreeFault, TreeStats};
+pub use triangle::triangles_intersect;

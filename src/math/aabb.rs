@@ -1,0 +1,102 @@
+//! Axis-aligned boxes in f64: closed sets, empty when `min` exceeds `max`.
+
+use glam::DVec3;
+
+/// An axis-aligned bounding box: the closed set of points between `min` and `max`.
+///
+/// Unit and frame are those of the points it was made from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Aabb {
+    /// Smallest coordinate per axis.
+    pub min: DVec3,
+    /// Largest coordinate per axis.
+    pub max: DVec3,
+}
+
+impl Aabb {
+    /// The box of no points: neutral in [`union`](Self::union), meets nothing.
+    pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+
+    /// The smallest box around all points, which must not be NaN; [`EMPTY`](Self::EMPTY) without points.
+    pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |aabb, point| Self { min: aabb.min.min(point), max: aabb.max.max(point) })
+    }
+
+    /// The smallest box around both boxes.
+    #[inline]
+    #[must_use]
+    pub fn union(&self, other: &Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// The middle of the box, rounded; NaN when the box is empty.
+    #[inline]
+    pub fn center(&self) -> DVec3 {
+        (self.min + self.max) * 0.5
+    }
+
+    /// The full edge length per axis, rounded; zero when the box is empty.
+    #[inline]
+    pub fn extents(&self) -> DVec3 {
+        (self.max - self.min).max(DVec3::ZERO)
+    }
+
+    /// Whether the box holds no point. A box around one point is not empty.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        !self.min.cmple(self.max).all()
+    }
+
+    /// Whether the boxes share a point; touching counts. An empty box shares none.
+    #[inline]
+    pub fn intersects(&self, other: &Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
+    /// Whether the point lies in the box or on its border.
+    #[inline]
+    pub fn contains(&self, point: DVec3) -> bool {
+        self.min.cmple(point).all() && point.cmple(self.max).all()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UNIT: Aabb = Aabb { min: DVec3::ZERO, max: DVec3::ONE };
+
+    #[test]
+    fn touching_boxes_intersect_and_the_border_is_inside() {
+        let point = Aabb::from_points([DVec3::ONE]);
+        assert!(UNIT.intersects(&point) && point.intersects(&UNIT));
+        assert!(UNIT.contains(DVec3::ONE) && UNIT.contains(DVec3::ZERO));
+        assert!(!point.is_empty());
+    }
+
+    #[test]
+    fn one_axis_apart_is_apart() {
+        for axis in 0..3 {
+            let mut far = UNIT;
+            far.min[axis] = 1.0f64.next_up();
+            far.max[axis] = 2.0;
+            assert!(!UNIT.intersects(&far) && !far.intersects(&UNIT));
+            assert!(!UNIT.contains(far.min));
+        }
+    }
+
+    #[test]
+    fn the_empty_box_is_neutral_and_meets_nothing() {
+        assert_eq!(Aabb::EMPTY.union(&UNIT), UNIT);
+        assert_eq!(Aabb::from_points([]), Aabb::EMPTY);
+        assert!(Aabb::EMPTY.is_empty() && !Aabb::EMPTY.intersects(&UNIT));
+        assert_eq!(Aabb::EMPTY.extents(), DVec3::ZERO);
+    }
+
+    #[test]
+    fn center_and_full_extents() {
+        let aabb = Aabb::from_points([DVec3::new(3.0, -1.0, 4.0), DVec3::new(1.0, 5.0, 4.0)]);
+        assert_eq!(aabb.center(), DVec3::new(2.0, 2.0, 4.0));
+        assert_eq!(aabb.extents(), DVec3::new(2.0, 6.0, 0.0));
+    }
+}

@@ -1,0 +1,9 @@
+//! Boxes, poses and tolerances: the ground every other module stands on.
+
+mod aabb;
+pub(crate) mod lanes;
+pub(crate) mod pose;
+pub(crate) mod tolerance;
+
+pub use aabb::Aabb;
+pub use pose::{Pose, PoseError};

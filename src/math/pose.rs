@@ -1,0 +1,343 @@
+//! Rigid poses in f64, used exactly as given.
+//!
+//! A pose `b_in_a` maps coordinates of B to coordinates of A: `a = R b + t`. What counts as an intersection
+//! depends on the last bit of the mapped vertices, so the matrix is never tidied and the order of
+//! every rounding is fixed.
+
+use core::fmt;
+
+use glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
+
+use super::tolerance::{COORDINATE_LIMIT, ROTATION_TOLERANCE};
+
+/// A rotation followed by a translation, both f64: `b_in_a` maps coordinates of B to coordinates of A.
+///
+/// The rotation matrix is checked (no entry of `|RᵀR − I|` above 1e-3, no mirror) and then used as it is,
+/// never made orthonormal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    rotation: DMat3,
+    translation: DVec3,
+}
+
+/// Why numbers are no [`Pose`].
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum PoseError {
+    /// An entry is NaN or infinite.
+    NotFinite {
+        /// The first such entry of the 3 x 4 matrix `[R|t]`, counted row by row from 0.
+        entry: usize,
+    },
+    /// The matrix scales, shears or mirrors.
+    NotARotation {
+        /// The largest entry of `|RᵀR − I|`; of a matrix with determinant d <= 0 at least 1 − d.
+        deviation: f64,
+    },
+    /// The translation is longer than 2^1000 along an axis.
+    TooFar {
+        /// The first such axis: 0, 1, 2 for x, y, z.
+        axis: usize,
+    },
+    /// The quaternion has no direction: its squared length in f64 is zero, subnormal or not finite.
+    BadQuaternion,
+}
+
+impl fmt::Display for PoseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite { entry } => {
+                write!(f, "entry {entry} of the pose [R|t], row by row, is not finite")
+            }
+            Self::NotARotation { deviation } => {
+                write!(f, "matrix is off a rotation by {deviation:e}, allowed is {ROTATION_TOLERANCE:e}")
+            }
+            Self::TooFar { axis } => {
+                write!(f, "translation along axis {axis} exceeds 2^1000")
+            }
+            Self::BadQuaternion => f.write_str("quaternion is zero or not finite"),
+        }
+    }
+}
+
+impl core::error::Error for PoseError {}
+
+impl Pose {
+    /// The pose that maps every point to itself.
+    pub const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
+
+    /// A pose from a rotation matrix and a translation, both kept to the bit.
+    ///
+    /// # Errors
+    /// [`PoseError::NotFinite`], [`PoseError::TooFar`], [`PoseError::NotARotation`], in this order.
+    pub fn new(rotation: DMat3, translation: DVec3) -> Result<Self, PoseError> {
+        let pose = Self { rotation, translation };
+        if let Some(entry) = pose.to_row_major().iter().position(|e| !e.is_finite()) {
+            return Err(PoseError::NotFinite { entry });
+        }
+        if let Some(axis) = (0..3).find(|&i| translation[i].abs() > COORDINATE_LIMIT) {
+            return Err(PoseError::TooFar { axis });
+        }
+        let deviation = rotation_deviation(&rotation);
+        if deviation > ROTATION_TOLERANCE {
+            return Err(PoseError::NotARotation { deviation });
+        }
+        Ok(pose)
+    }
+
+    /// A pose from a quaternion, normalised in f64 first, and a translation.
+    ///
+    /// # Errors
+    /// [`PoseError::BadQuaternion`], then as [`new`](Self::new).
+    pub fn from_quat(rotation: DQuat, translation: DVec3) -> Result<Self, PoseError> {
+        if !rotation.length_squared().is_normal() {
+            return Err(PoseError::BadQuaternion);
+        }
+        let unit = rotation / rotation.length();
+        Self::new(DMat3::from_quat(unit), translation)
+    }
+
+    /// A pose from the images of the three axes, which are the columns of the matrix, and of the origin.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn from_axes(x: DVec3, y: DVec3, z: DVec3, translation: DVec3) -> Result<Self, PoseError> {
+        Self::new(DMat3::from_cols(x, y, z), translation)
+    }
+
+    /// A pose from the 3 x 4 matrix `[R|t]`, row by row.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn from_row_major(m: [f64; 12]) -> Result<Self, PoseError> {
+        let column = |j: usize| DVec3::new(m[j], m[4 + j], m[8 + j]);
+        Self::from_axes(column(0), column(1), column(2), column(3))
+    }
+
+    /// The 3 x 4 matrix `[R|t]`, row by row; the inverse of [`from_row_major`](Self::from_row_major).
+    pub fn to_row_major(&self) -> [f64; 12] {
+        let [x, y, z, t] = [self.rotation.x_axis, self.rotation.y_axis, self.rotation.z_axis, self.translation];
+        [x.x, y.x, z.x, t.x, x.y, y.y, z.y, t.y, x.z, y.z, z.z, t.z]
+    }
+
+    /// A pose from f32 values, which f64 holds exactly.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn from_f32(rotation: Mat3, translation: Vec3) -> Result<Self, PoseError> {
+        Self::new(rotation.as_dmat3(), translation.as_dvec3())
+    }
+
+    /// Rotation and translation rounded to f32; a translation beyond f32 becomes infinite.
+    pub fn to_f32(&self) -> (Mat3, Vec3) {
+        (self.rotation.as_mat3(), self.translation.as_vec3())
+    }
+
+    /// The rotation matrix as given.
+    #[inline]
+    pub fn rotation(&self) -> &DMat3 {
+        &self.rotation
+    }
+
+    /// The image of the origin.
+    #[inline]
+    pub fn translation(&self) -> DVec3 {
+        self.translation
+    }
+
+    /// `self` after `inner`, rounded: `b_in_a.compose(&c_in_b)` is `c_in_a`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new): deviations add up, and translations too.
+    pub fn compose(&self, inner: &Self) -> Result<Self, PoseError> {
+        Self::from_axes(
+            self.rotate(inner.rotation.x_axis),
+            self.rotate(inner.rotation.y_axis),
+            self.rotate(inner.rotation.z_axis),
+            self.transform_point(inner.translation),
+        )
+    }
+
+    /// The inverse map, rounded: `b_in_a.inverse()` is `a_in_b`.
+    ///
+    /// The matrix is truly inverted, not transposed, so an inexact rotation is undone as well.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), if the pose is at the very edge of what is accepted.
+    pub fn inverse(&self) -> Result<Self, PoseError> {
+        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = self.rotation;
+        let determinant = x.dot(y.cross(z));
+        let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+        let mut inverse = Self { rotation: cofactors.transpose() * determinant.recip(), translation: DVec3::ZERO };
+        inverse.translation = -inverse.rotate(self.translation);
+        Self::new(inverse.rotation, inverse.translation)
+    }
+
+    /// The image of a point: per axis `((R_i0*x + R_i1*y) + R_i2*z) + t_i`, each operation rounded to nearest.
+    ///
+    /// Which meshes intersect is defined on these values, hence the fixed order and no fused multiply-add.
+    #[inline]
+    pub fn transform_point(&self, point: DVec3) -> DVec3 {
+        self.rotate(point) + self.translation
+    }
+
+    #[inline]
+    fn rotate(&self, v: DVec3) -> DVec3 {
+        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = self.rotation;
+        DVec3::new(
+            (x.x * v.x + y.x * v.y) + z.x * v.z,
+            (x.y * v.x + y.y * v.y) + z.y * v.z,
+            (x.z * v.x + y.z * v.y) + z.z * v.z,
+        )
+    }
+}
+
+/// How far a finite matrix is from a rotation (no unit): the largest entry of `|RᵀR − I|`, and at least
+/// `1 − det R` where the determinant is not positive, since `RᵀR` does not see a mirror.
+pub(crate) fn rotation_deviation(rotation: &DMat3) -> f64 {
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *rotation;
+    let lengths = [x.dot(x) - 1.0, y.dot(y) - 1.0, z.dot(z) - 1.0];
+    let angles = [x.dot(y), y.dot(z), z.dot(x)];
+    let deviation = lengths.iter().chain(&angles).fold(0.0, |max: f64, entry| max.max(entry.abs()));
+    let determinant = x.dot(y.cross(z));
+    if determinant <= 0.0 { deviation.max(1.0 - determinant) } else { deviation }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::ToString;
+
+    fn turned(t: DVec3) -> Pose {
+        Pose::from_quat(DQuat::from_xyzw(0.1, -0.7, 0.3, 0.4), t).unwrap()
+    }
+
+    #[test]
+    fn points_map_as_given_to_the_bit() {
+        let mut m = turned(DVec3::new(0.1, -1e9, 1e-9)).to_row_major();
+        m[5] += 1e-7;
+        let pose = Pose::from_row_major(m).unwrap();
+        assert_eq!(pose.to_row_major(), m);
+        let p = DVec3::new(1.0 / 3.0, -1e8 / 7.0, 1e-3 / 9.0);
+        let image = pose.transform_point(p);
+        for i in 0..3 {
+            let row = &m[4 * i..];
+            let expected = ((row[0] * p.x + row[1] * p.y) + row[2] * p.z) + row[3];
+            assert_eq!(image[i].to_bits(), expected.to_bits());
+        }
+    }
+
+    #[test]
+    fn multiply_and_add_round_apart() {
+        // (1 + 2^-30)(1 - 2^-30) rounds to 1, so the sum is 0; fused it would be -2^-60.
+        let e = 0.5f64.powi(30);
+        let x = DVec3::new(1.0 + e, 0.0, 0.0);
+        let pose = Pose::from_axes(x, DVec3::Y, DVec3::Z, -DVec3::X).unwrap();
+        assert_eq!(pose.transform_point(DVec3::X * (1.0 - e)).x, 0.0);
+    }
+
+    #[test]
+    fn columns_are_the_images_of_the_axes() {
+        let pose = Pose::from_axes(DVec3::Y, DVec3::Z, DVec3::X, DVec3::ONE).unwrap();
+        assert_eq!(pose.transform_point(DVec3::X), DVec3::ONE + DVec3::Y);
+        let rows = [0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0];
+        assert_eq!(pose.to_row_major(), rows);
+    }
+
+    #[test]
+    fn the_tolerance_has_a_sharp_edge() {
+        let sheared = |s: f64| {
+            let y = DVec3::new(s, 1.0, 0.0);
+            Pose::from_axes(DVec3::X, y, DVec3::Z, DVec3::ZERO)
+        };
+        assert!(sheared(1e-3).is_ok() && sheared(-1e-3).is_ok());
+        let deviation = 1e-3f64.next_up();
+        assert_eq!(sheared(-deviation), Err(PoseError::NotARotation { deviation }));
+        let scaled = |s: f64| Pose::new(DMat3::IDENTITY * s, DVec3::ZERO);
+        assert!(scaled(1.000_49).is_ok() && scaled(0.999_51).is_ok());
+        assert!(scaled(1.000_51).is_err() && scaled(0.999_49).is_err());
+    }
+
+    #[test]
+    fn mirrors_zeros_and_overflow_are_no_rotations() {
+        let mirror = Pose::new(-DMat3::IDENTITY, DVec3::ZERO);
+        assert_eq!(mirror, Err(PoseError::NotARotation { deviation: 2.0 }));
+        let zero = Pose::new(DMat3::ZERO, DVec3::ZERO);
+        assert_eq!(zero, Err(PoseError::NotARotation { deviation: 1.0 }));
+        for entry in 0..9 {
+            let mut columns = [1e300; 9];
+            columns[entry] = -1e300;
+            let pose = Pose::new(DMat3::from_cols_array(&columns), DVec3::ZERO);
+            assert!(matches!(pose, Err(PoseError::NotARotation { .. })));
+        }
+    }
+
+    #[test]
+    fn bad_numbers_are_named() {
+        for entry in 0..12 {
+            for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let mut m = Pose::IDENTITY.to_row_major();
+                m[entry] = bad;
+                assert_eq!(Pose::from_row_major(m), Err(PoseError::NotFinite { entry }));
+            }
+        }
+        for axis in 0..3 {
+            let mut t = DVec3::splat(-COORDINATE_LIMIT);
+            assert!(Pose::new(DMat3::IDENTITY, t).is_ok());
+            t[axis] = t[axis].next_down();
+            let error = Pose::new(DMat3::IDENTITY, t).unwrap_err();
+            assert_eq!(error, PoseError::TooFar { axis });
+            let text = alloc::format!("translation along axis {axis} exceeds 2^1000");
+            assert_eq!(error.to_string(), text);
+        }
+    }
+
+    #[test]
+    fn quaternions_are_normalised_or_refused() {
+        let q = DQuat::from_xyzw(1.0, 2.0, 3.0, 4.0);
+        let pose = Pose::from_quat(q, DVec3::X).unwrap();
+        assert!(rotation_deviation(pose.rotation()) < 1e-15);
+        let image = pose.transform_point(DVec3::NEG_ONE) - DVec3::X;
+        assert!((image - q.normalize() * DVec3::NEG_ONE).length() < 1e-15);
+        for bad in [0.0, 1e-200, 1e200, f64::NAN, f64::INFINITY] {
+            let q = DQuat::from_xyzw(0.0, bad, 0.0, 0.0);
+            assert_eq!(Pose::from_quat(q, DVec3::X), Err(PoseError::BadQuaternion));
+        }
+    }
+
+    #[test]
+    fn f32_goes_in_exactly_and_comes_out_rounded() {
+        let rotation = Mat3::from_rotation_y(0.7);
+        let pose = Pose::from_f32(rotation, Vec3::splat(0.1)).unwrap();
+        assert_eq!(pose.to_f32(), (rotation, Vec3::splat(0.1)));
+        assert_eq!(pose.translation().x, f64::from(0.1f32));
+    }
+
+    #[test]
+    fn compose_applies_the_inner_pose_first() {
+        let (outer, inner) = (turned(DVec3::X), turned(DVec3::new(3.0, -2.0, 5.0)));
+        let p = DVec3::new(0.3, 0.2, -0.9);
+        let both = outer.compose(&inner).unwrap();
+        let steps = outer.transform_point(inner.transform_point(p));
+        assert!((both.transform_point(p) - steps).length() < 1e-14);
+        let far = Pose::new(DMat3::IDENTITY, DVec3::splat(COORDINATE_LIMIT)).unwrap();
+        assert_eq!(far.compose(&far), Err(PoseError::TooFar { axis: 0 }));
+    }
+
+    #[test]
+    fn inverse_undoes_an_inexact_rotation() {
+        let y = DVec3::new(9e-4, 1.0, 0.0);
+        let sheared = Pose::from_axes(DVec3::X, y, DVec3::Z, DVec3::ZERO).unwrap();
+        let pose = turned(DVec3::new(1.0, 2.0, 3.0)).compose(&sheared).unwrap();
+        let p = DVec3::new(-0.4, 7.0, 0.5);
+        let back = pose.inverse().unwrap().transform_point(pose.transform_point(p));
+        assert!((back - p).length() < 1e-14);
+        assert_eq!(Pose::IDENTITY.inverse(), Ok(Pose::IDENTITY));
+    }
+
+    #[test]
+    fn an_inverse_past_the_tolerance_is_an_error() {
+        let shrunk = Pose::new(DMat3::IDENTITY * 0.999_500_1, DVec3::ZERO).unwrap();
+        assert!(matches!(shrunk.inverse(), Err(PoseError::NotARotation { .. })));
+    }
+}

@@ -1,0 +1,31 @@
+//! Every tolerance and limit on numbers in the library, each with unit, meaning and reason.
+
+/// Largest accepted entry of `|RᵀR − I|` (no unit) for a matrix `R` to pass as a rotation.
+///
+/// A pose is used as given, so this is no accuracy promise: it lets pass what drifts in f32 or after
+/// thousands of products, and stops scales, shears and transposed layouts, which are mistakes.
+pub(crate) const ROTATION_TOLERANCE: f64 = 1e-3;
+
+/// Largest accepted magnitude of a vertex coordinate or a translation (length unit of the mesh): 2^1000.
+///
+/// Sums of a few such values, as poses, boxes and differences make them, stay far below overflow at
+/// 2^1024, so no infinity or NaN arises behind the doors.
+pub(crate) const COORDINATE_LIMIT: f64 = f64::from_bits((1023 + 1000) << 52);
+
+/// Relative rounding of one f32 operation: 2^-24.
+pub(crate) const ROUNDING: f32 = f32::EPSILON / 2.0;
+
+/// Most that a corner of a triangle may leave a box of its tree (unit coordinates, where the mesh reaches to 1): 16
+/// roundings, for the corner (3), its rotation into the frame (3 sums of at most sqrt 3), and the box's own centre and
+/// half extent (4 more). Proof in `docs/numerics.md`.
+pub(crate) const BOX_ROUNDING: f32 = 16.0 * ROUNDING;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_coordinate_limit_is_two_to_the_thousand() {
+        assert_eq!(COORDINATE_LIMIT, 2f64.powi(1000));
+    }
+}

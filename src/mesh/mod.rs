@@ -1,0 +1,368 @@
+//! Triangle meshes: checked once at the door, exact ever after.
+//!
+//! A mesh is a triangle soup, a surface without inside. Vertices keep every bit they came with: f32 where that is
+//! exact, f64 only where the mesh needs it. Triangles may be degenerate, share vertices or overlap. Vertices that
+//! no triangle uses are kept for their indices but never read, so they may hold anything.
+
+pub mod shapes;
+
+use alloc::boxed::Box;
+use core::fmt;
+
+use glam::DVec3;
+
+use crate::math::{Aabb, tolerance::COORDINATE_LIMIT};
+
+/// Leaves two spare bits in a 32-bit id, and keeps the nodes of a binary tree below 2^31.
+const TRIANGLE_LIMIT: usize = 1 << 30;
+
+/// An indexed triangle surface with finite vertices, immutable.
+///
+/// All coordinates are in one length unit, the caller's, and in the frame of the mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    vertices: Vertices,
+    triangles: Box<[[u32; 3]]>,
+    aabb: Aabb,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Vertices {
+    F32(Box<[[f32; 3]]>),
+    F64(Box<[[f64; 3]]>),
+}
+
+/// Why vertices and triangles are no [`Mesh`].
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// A triangle names a vertex that does not exist.
+    IndexOutOfRange {
+        /// Position of the triangle.
+        triangle: usize,
+        /// Its corner: 0, 1 or 2.
+        corner: usize,
+        /// The vertex index found there.
+        index: u32,
+        /// How many vertices the mesh has.
+        vertices: usize,
+    },
+    /// A coordinate of a vertex in use is NaN or infinite.
+    NotFinite {
+        /// Position of the vertex.
+        vertex: usize,
+        /// Axis of the coordinate: 0, 1, 2 for x, y, z.
+        axis: usize,
+    },
+    /// A coordinate of a vertex in use is larger than 2^1000 in magnitude.
+    TooLarge {
+        /// Position of the vertex.
+        vertex: usize,
+        /// Axis of the coordinate: 0, 1, 2 for x, y, z.
+        axis: usize,
+    },
+    /// The mesh has more than 2^30 triangles.
+    TooManyTriangles {
+        /// How many it has.
+        triangles: usize,
+    },
+}
+
+impl fmt::Display for MeshError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::IndexOutOfRange { triangle, corner, index, vertices } => {
+                write!(f, "corner {corner} of triangle {triangle} is vertex {index}, but there are {vertices} vertices")
+            }
+            Self::NotFinite { vertex, axis } => {
+                write!(f, "vertex {vertex} is not finite along axis {axis}")
+            }
+            Self::TooLarge { vertex, axis } => {
+                write!(f, "vertex {vertex} exceeds 2^1000 along axis {axis}")
+            }
+            Self::TooManyTriangles { triangles } => {
+                write!(f, "{triangles} triangles, but at most 2^30 are allowed")
+            }
+        }
+    }
+}
+
+impl core::error::Error for MeshError {}
+
+impl Mesh {
+    /// A mesh from f32 vertices and corner indices, kept to the bit. No triangles are fine.
+    ///
+    /// Takes time linear in vertices and triangles.
+    ///
+    /// # Errors
+    /// The first fault in the order of the triangles; vertices that no triangle uses are not looked at.
+    ///
+    /// ```
+    /// let corner = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let mesh = punctual::Mesh::new(corner, [[0, 1, 2]])?;
+    /// assert_eq!(mesh.len(), 1);
+    /// # Ok::<(), punctual::MeshError>(())
+    /// ```
+    pub fn new(
+        vertices: impl IntoIterator<Item: Into<[f32; 3]>>,
+        triangles: impl IntoIterator<Item = [u32; 3]>,
+    ) -> Result<Self, MeshError> {
+        let vertices = vertices.into_iter().map(Into::into).collect();
+        Self::checked(Vertices::F32(vertices), triangles.into_iter().collect())
+    }
+
+    /// A mesh from f64 vertices and corner indices. No triangles are fine.
+    ///
+    /// It is stored as f32 if that keeps every bit of the vertices in use (the others are rounded), else as f64, which
+    /// costs memory and some speed. Takes time linear in vertices and triangles.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn from_f64(
+        vertices: impl IntoIterator<Item: Into<[f64; 3]>>,
+        triangles: impl IntoIterator<Item = [u32; 3]>,
+    ) -> Result<Self, MeshError> {
+        let vertices = vertices.into_iter().map(Into::into).collect();
+        let mut mesh = Self::checked(Vertices::F64(vertices), triangles.into_iter().collect())?;
+        if let Vertices::F64(wide) = &mesh.vertices {
+            let mut in_use = mesh.triangles.as_flattened().iter().map(|&v| wide[v as usize]);
+            if in_use.all(|vertex| vertex.into_iter().all(is_f32_exact)) {
+                let narrow = wide.iter().map(|vertex| vertex.map(|c| c as f32));
+                mesh.vertices = Vertices::F32(narrow.collect());
+            }
+        }
+        Ok(mesh)
+    }
+
+    fn checked(vertices: Vertices, triangles: Box<[[u32; 3]]>) -> Result<Self, MeshError> {
+        check_count(triangles.len())?;
+        for (triangle, corners) in triangles.iter().enumerate() {
+            for (corner, &index) in corners.iter().enumerate() {
+                if index as usize >= vertices.len() {
+                    let vertices = vertices.len();
+                    return Err(MeshError::IndexOutOfRange { triangle, corner, index, vertices });
+                }
+                check_vertex(index as usize, vertices.get(index as usize))?;
+            }
+        }
+        Ok(Self::trusted(vertices, triangles))
+    }
+
+    /// For triangles that are valid by construction.
+    fn trusted(vertices: Vertices, triangles: Box<[[u32; 3]]>) -> Self {
+        let in_use = triangles.as_flattened().iter().map(|&v| vertices.get(v as usize));
+        let aabb = Aabb::from_points(in_use);
+        Self { vertices, triangles, aabb }
+    }
+
+    /// Number of triangles.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Whether the mesh has no triangles; it may still have vertices.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// The vertex indices of all triangles, in the order given.
+    #[inline]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Number of vertices, unused ones included.
+    #[inline]
+    pub fn vertex_count(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Vertex `i`, exact if a triangle uses it.
+    ///
+    /// # Panics
+    /// If `i` is not below [`vertex_count`](Self::vertex_count).
+    #[inline]
+    pub fn vertex(&self, i: usize) -> DVec3 {
+        self.vertices.get(i)
+    }
+
+    /// The corners of triangle `i`, exact.
+    ///
+    /// # Panics
+    /// If `i` is not below [`len`](Self::len).
+    #[inline]
+    pub fn triangle(&self, i: usize) -> [DVec3; 3] {
+        let corners = self.triangles[i];
+        match &self.vertices {
+            Vertices::F32(v) => corners.map(|c| DVec3::from_array(v[c as usize].map(f64::from))),
+            Vertices::F64(v) => corners.map(|c| DVec3::from_array(v[c as usize])),
+        }
+    }
+
+    /// The smallest box around all vertices in use; [`Aabb::EMPTY`] without triangles. Takes constant time.
+    #[inline]
+    pub fn aabb(&self) -> Aabb {
+        self.aabb
+    }
+
+    /// Whether the vertices are stored as f32, which is then exact.
+    #[inline]
+    pub fn is_f32(&self) -> bool {
+        matches!(self.vertices, Vertices::F32(_))
+    }
+
+    /// Memory on the heap, in bytes.
+    pub fn bytes(&self) -> usize {
+        let vertices = match &self.vertices {
+            Vertices::F32(v) => size_of_val(&**v),
+            Vertices::F64(v) => size_of_val(&**v),
+        };
+        vertices + size_of_val(&*self.triangles)
+    }
+}
+
+impl Vertices {
+    #[inline]
+    fn len(&self) -> usize {
+        match self {
+            Self::F32(v) => v.len(),
+            Self::F64(v) => v.len(),
+        }
+    }
+
+    #[inline]
+    fn get(&self, i: usize) -> DVec3 {
+        match self {
+            Self::F32(v) => DVec3::from_array(v[i].map(f64::from)),
+            Self::F64(v) => DVec3::from_array(v[i]),
+        }
+    }
+}
+
+fn check_count(triangles: usize) -> Result<(), MeshError> {
+    if triangles > TRIANGLE_LIMIT {
+        return Err(MeshError::TooManyTriangles { triangles });
+    }
+    Ok(())
+}
+
+fn check_vertex(vertex: usize, position: DVec3) -> Result<(), MeshError> {
+    for axis in 0..3 {
+        if !position[axis].is_finite() {
+            return Err(MeshError::NotFinite { vertex, axis });
+        }
+        if position[axis].abs() > COORDINATE_LIMIT {
+            return Err(MeshError::TooLarge { vertex, axis });
+        }
+    }
+    Ok(())
+}
+
+/// Compared by bits, because the sign of a zero is kept too.
+fn is_f32_exact(coordinate: f64) -> bool {
+    f64::from(coordinate as f32).to_bits() == coordinate.to_bits()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::ToString;
+
+    const NAN: [f64; 3] = [f64::NAN; 3];
+    const CORNERS: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, -3.0]];
+
+    fn bits(mesh: &Mesh, i: usize) -> [u64; 3] {
+        mesh.vertex(i).to_array().map(f64::to_bits)
+    }
+
+    #[test]
+    fn an_index_past_the_end_is_named() {
+        let error = Mesh::from_f64(CORNERS, [[0, 1, 2], [0, 3, 9]]).unwrap_err();
+        let expected = MeshError::IndexOutOfRange { triangle: 1, corner: 1, index: 3, vertices: 3 };
+        assert_eq!(error, expected);
+        let text = "corner 1 of triangle 1 is vertex 3, but there are 3 vertices";
+        assert_eq!(error.to_string(), text);
+    }
+
+    #[test]
+    fn a_bad_coordinate_is_named() {
+        for axis in 0..3 {
+            for (value, expected) in [
+                (f64::NAN, MeshError::NotFinite { vertex: 2, axis }),
+                (f64::NEG_INFINITY, MeshError::NotFinite { vertex: 2, axis }),
+                (COORDINATE_LIMIT.next_up(), MeshError::TooLarge { vertex: 2, axis }),
+                (-f64::MAX, MeshError::TooLarge { vertex: 2, axis }),
+            ] {
+                let mut corners = CORNERS;
+                corners[2][axis] = value;
+                assert_eq!(Mesh::from_f64(corners, [[0, 1, 2]]), Err(expected));
+            }
+        }
+        let infinite = [[0.0, f32::INFINITY, 0.0]];
+        let expected = MeshError::NotFinite { vertex: 0, axis: 1 };
+        assert_eq!(Mesh::new(infinite, [[0, 0, 0]]), Err(expected));
+    }
+
+    #[test]
+    fn the_largest_coordinates_are_accepted() {
+        let corners = [[-COORDINATE_LIMIT; 3], [COORDINATE_LIMIT; 3]];
+        let mesh = Mesh::from_f64(corners, [[0, 1, 1]]).unwrap();
+        assert!(!mesh.is_f32() && mesh.aabb().extents().is_finite());
+        assert!(Mesh::new([[f32::MAX; 3]], [[0, 0, 0]]).unwrap().is_f32());
+    }
+
+    #[test]
+    fn too_many_triangles_are_refused() {
+        assert_eq!(check_count(1 << 30), Ok(()));
+        let triangles = (1 << 30) + 1;
+        assert_eq!(check_count(triangles), Err(MeshError::TooManyTriangles { triangles }));
+    }
+
+    #[test]
+    fn unused_vertices_are_never_looked_at() {
+        let vertices = [NAN, CORNERS[0], CORNERS[1], [1e300, f64::INFINITY, 0.1], CORNERS[2]];
+        let mesh = Mesh::from_f64(vertices, [[1, 2, 4]]).unwrap();
+        assert!(mesh.is_f32());
+        assert_eq!(mesh.aabb(), Aabb::from_points(CORNERS.map(DVec3::from)));
+        assert_eq!(mesh.triangle(0), CORNERS.map(DVec3::from));
+    }
+
+    #[test]
+    fn f32_exact_vertices_are_stored_as_f32_with_every_bit() {
+        let tiny = f64::from(f32::from_bits(1));
+        let vertices = [[-0.0, tiny, f64::from(f32::MAX)], [0.5, -tiny, 0.0]];
+        let mesh = Mesh::from_f64(vertices, [[0, 1, 1]]).unwrap();
+        assert!(mesh.is_f32());
+        assert_eq!(bits(&mesh, 0), vertices[0].map(f64::to_bits));
+        assert_eq!(bits(&mesh, 1), vertices[1].map(f64::to_bits));
+    }
+
+    #[test]
+    fn one_inexact_coordinate_keeps_f64() {
+        for value in [0.1, 1e39, 1e-46, 1.0f64.next_up(), f64::from(f32::MAX).next_up()] {
+            let vertices = [[0.0; 3], [0.0, 0.0, value]];
+            let mesh = Mesh::from_f64(vertices, [[0, 1, 1]]).unwrap();
+            assert!(!mesh.is_f32());
+            assert_eq!(mesh.triangle(0)[2].z.to_bits(), value.to_bits());
+            assert_eq!(bits(&mesh, 1)[2], value.to_bits());
+        }
+    }
+
+    #[test]
+    fn no_triangles_are_a_mesh_with_an_empty_box() {
+        let lone = Mesh::from_f64([NAN], []).unwrap();
+        let none = Mesh::new([[0.0f32; 3]; 0], []).unwrap();
+        assert!(lone.is_empty() && none.is_empty());
+        assert_eq!((lone.vertex_count(), none.vertex_count()), (1, 0));
+        assert_eq!((lone.aabb(), none.bytes()), (Aabb::EMPTY, 0));
+    }
+
+    #[test]
+    fn bytes_follow_the_storage() {
+        let narrow = Mesh::from_f64(CORNERS, [[0, 1, 2]]).unwrap();
+        let wide = Mesh::from_f64(CORNERS.map(|v| v.map(|c| c * 0.1)), [[0, 1, 2]]).unwrap();
+        assert_eq!((narrow.bytes(), wide.bytes()), (3 * 12 + 12, 3 * 24 + 12));
+    }
+}

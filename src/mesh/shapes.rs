@@ -1,0 +1,370 @@
+//! Generated meshes for examples, tests and benchmarks.
+//!
+//! All but [`height_field`] are closed: every edge belongs to two triangles that run along it in opposite directions,
+//! and triangles are counter-clockwise seen from outside. The same arguments give the same mesh. No argument
+//! panics: one out of range, NaN included, is moved into range, and no triangle is degenerate.
+
+use alloc::{collections::BTreeMap, vec::Vec};
+use core::f64::consts::TAU;
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::{Mesh, Vertices};
+
+/// Between these lengths areas and volumes stay normal numbers in f32 as well.
+const MIN_SIZE: f64 = 1e-6;
+const MAX_SIZE: f64 = 1e6;
+
+/// A sphere of radius 1 around the origin: an icosahedron with every triangle split in four, again and again.
+///
+/// Has `20 * 4^subdivisions` triangles; `subdivisions` is at most 12.
+pub fn icosphere(subdivisions: u32) -> Mesh {
+    const GOLDEN: f64 = 1.618_033_988_749_895;
+    let mut vertices = Vec::new();
+    for (a, b) in [(1.0, GOLDEN), (-1.0, GOLDEN), (1.0, -GOLDEN), (-1.0, -GOLDEN)] {
+        let corners = [DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a), DVec3::new(a, b, 0.0)];
+        vertices.extend(corners.map(DVec3::normalize));
+    }
+    let mut triangles = ICOSAHEDRON.to_vec();
+    for _ in 0..subdivisions.min(12) {
+        let mut middles = BTreeMap::new();
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                vertices.push((vertices[a as usize] + vertices[b as usize]).normalize());
+                vertices.len() as u32 - 1
+            })
+        };
+        let split = |[a, b, c]: [u32; 3]| {
+            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+            [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
+        };
+        triangles = triangles.into_iter().flat_map(split).collect();
+    }
+    generated(vertices, triangles)
+}
+
+/// Every three corners at mutual distance 2, outward; corner order as in [`icosphere`].
+#[rustfmt::skip]
+const ICOSAHEDRON: [[u32; 3]; 20] = [
+    [0, 1, 2], [0, 3, 1], [0, 2, 5], [0, 7, 3], [0, 5, 7],
+    [1, 4, 2], [1, 3, 8], [1, 8, 4], [2, 4, 6], [2, 6, 5],
+    [3, 7, 11], [3, 11, 8], [4, 9, 6], [4, 8, 9], [5, 6, 10],
+    [5, 10, 7], [6, 9, 10], [7, 10, 11], [8, 11, 9], [9, 11, 10],
+];
+
+/// A box around the origin, each face a grid of `cells` by `cells` squares.
+///
+/// Has `12 * cells^2` triangles; `cells` is 1 to 8192, each half extent 1e-6 to 1e6.
+pub fn cuboid(half_extents: Vec3, cells: u32) -> Mesh {
+    let cells = cells.clamp(1, 8192);
+    let half = DVec3::from_array(half_extents.to_array().map(|h| within(h, MIN_SIZE, MAX_SIZE)));
+    let (mut vertices, mut triangles, mut ids) = (Vec::new(), Vec::new(), BTreeMap::new());
+    let mut vertex = |lattice: [u32; 3]| {
+        *ids.entry(lattice).or_insert_with(|| {
+            let unit = lattice.map(|k| 2.0 * f64::from(k) / f64::from(cells) - 1.0);
+            vertices.push(half * DVec3::from_array(unit));
+            vertices.len() as u32 - 1
+        })
+    };
+    for face in 0..6 {
+        let (axis, far) = (face / 2, face % 2);
+        // Swapping the directions within the face turns its triangles over.
+        let (u, v) = ((axis + 2 - far) % 3, (axis + 1 + far) % 3);
+        for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
+            let quad = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(di, dj)| {
+                let mut lattice = [far as u32 * cells; 3];
+                (lattice[u], lattice[v]) = (i + di, j + dj);
+                vertex(lattice)
+            });
+            triangles.extend(halves(quad));
+        }
+    }
+    generated(vertices, triangles)
+}
+
+/// A torus around the z axis: a tube of radius `minor` along a circle of radius `major`.
+///
+/// With `resolution` segments along the circle and `resolution / 2` around the tube, each at least 3, it has
+/// `2 * resolution * max(3, resolution / 2)` triangles. `resolution` is 3 to 16384, `major` 1e-6 to 1e6, `minor` 0.01
+/// to 0.99 times `major`.
+pub fn torus(major: f32, minor: f32, resolution: u32) -> Mesh {
+    let major = within(major, MIN_SIZE, MAX_SIZE);
+    let minor = within(minor, 0.01 * major, 0.99 * major);
+    let resolution = resolution.clamp(3, 16384);
+    let sides = (resolution / 2).max(3);
+    closed_grid(resolution, sides, |i, j| {
+        let (along, around) = (turn(i, resolution), turn(j, sides));
+        let out = along * (major + minor * around.x);
+        out.extend(minor * around.y)
+    })
+}
+
+/// A tube along a knot that winds `p` times around the z axis while it winds `q` times around the tube of a torus.
+///
+/// The knot lies on the torus of radii 2/3 and 1/3; its tube of radius `tube`, 0.01 to 0.3, cuts itself where strands
+/// come closer than its diameter. `p` and `q` are 1 to 64, and a common divisor is divided out. With `resolution`
+/// segments along the knot and `resolution / 8` around the tube, at least 3, it has
+/// `2 * resolution * max(3, resolution / 8)` triangles; `resolution` is `8 * (p + q)` to 16384.
+pub fn torus_knot(p: u32, q: u32, tube: f32, resolution: u32) -> Mesh {
+    let (p, q) = (p.clamp(1, 64), q.clamp(1, 64));
+    let divisor = (1..=p).rev().find(|d| p % d == 0 && q % d == 0).unwrap_or(1);
+    let (p, q) = (p / divisor, q / divisor);
+    let tube = within(tube, 0.01, 0.3);
+    let resolution = resolution.clamp(8 * (p + q), 16384);
+    let sides = (resolution / 8).max(3);
+    closed_grid(resolution, sides, |i, j| {
+        let (long, short) = (turn(i * p, resolution), turn(i * q, resolution));
+        let around = turn(j, sides);
+        // The frame of the torus, which the knot never leaves: no twist accumulates and the ends meet.
+        let normal = (long * short.x).extend(short.y);
+        let along_p = long.perp().extend(0.0);
+        let along_q = (long * -short.y).extend(short.x);
+        let center = (long * 2.0).extend(0.0) / 3.0 + normal / 3.0;
+        let (speed_p, speed_q) = (f64::from(p) * (2.0 + short.x), f64::from(q));
+        let sideways = (along_q * speed_p - along_p * speed_q).normalize();
+        center + (normal * around.x + sideways * around.y) * tube
+    })
+}
+
+/// A spur gear around the z axis: outer radius 1, thickness 0.3, bore radius 0.3, teeth with straight flanks.
+///
+/// The profile of a tooth has four straight pieces (root, flank, tip, flank), the section of the ring has four sides
+/// (rim, top, bore, bottom), each of `resolution` segments: `32 * teeth * resolution^2` triangles. `teeth` is 3 to
+/// 4096, `resolution` 1 to 64.
+pub fn gear(teeth: u32, resolution: u32) -> Mesh {
+    const THICKNESS: f64 = 0.3;
+    const BORE: f64 = 0.3;
+    let (teeth, resolution) = (teeth.clamp(3, 4096), resolution.clamp(1, 64));
+    let root = gear_root(teeth);
+    let corner = |k: u32| {
+        let fraction = [0.0, 0.3, 0.5, 0.8][k as usize % 4] + f64::from(k / 4);
+        let radius = if k % 4 < 2 { root } else { 1.0 };
+        DVec2::from_angle(TAU * fraction / f64::from(teeth)) * radius
+    };
+    let fraction = |k: u32| f64::from(k % resolution) / f64::from(resolution);
+    closed_grid(4 * teeth * resolution, 4 * resolution, |i, j| {
+        let piece = i / resolution;
+        let rim = corner(piece).lerp(corner((piece + 1) % (4 * teeth)), fraction(i));
+        let bore = rim.normalize() * BORE;
+        let (side, s) = (j / resolution, fraction(j));
+        let (point, height) = match side {
+            0 => (rim, s - 0.5),
+            1 => (rim.lerp(bore, s), 0.5),
+            2 => (bore, 0.5 - s),
+            _ => (bore.lerp(rim, s), -0.5),
+        };
+        point.extend(height * THICKNESS)
+    })
+}
+
+/// Root radius of a gear by the usual tooth depth of 2.25 modules, but clear of the bore.
+fn gear_root(teeth: u32) -> f64 {
+    let module = 2.0 / f64::from(teeth + 2);
+    (1.0 - 2.25 * module).max(0.5)
+}
+
+/// Smooth hills over the square from -1 to 1 in x and y, facing +z; heights stay within -0.5 and 0.5.
+///
+/// An open surface of `2 * resolution^2` triangles; `resolution` is 1 to 16384. Each `seed` has its own hills.
+pub fn height_field(resolution: u32, seed: u64) -> Mesh {
+    const WAVES: u64 = 8;
+    let resolution = resolution.clamp(1, 16384);
+    let random = |k: u64| random_fraction(seed, k) * TAU;
+    let waves: Vec<_> = (0..WAVES)
+        .map(|k| {
+            let direction = DVec2::from_angle(random(2 * k));
+            (direction * (k + 1) as f64, random(2 * k + 1))
+        })
+        .collect();
+    let coordinate = |i: u32| 2.0 * f64::from(i) / f64::from(resolution) - 1.0;
+    let corners = (0..=resolution).flat_map(|i| (0..=resolution).map(move |j| (i, j)));
+    let vertices = corners.map(|(i, j)| {
+        let point = DVec2::new(coordinate(i), coordinate(j));
+        let wave = |(k, phase): &(DVec2, f64)| DVec2::from_angle(k.dot(point) + phase).y;
+        let height: f64 = waves.iter().map(wave).sum();
+        point.extend(height * 0.5 / WAVES as f64)
+    });
+    let row = resolution + 1;
+    let cells = (0..resolution).flat_map(|i| (0..resolution).map(move |j| i * row + j));
+    let triangles = cells.flat_map(|c| halves([c, c + row, c + row + 1, c + 1]));
+    generated(vertices, triangles)
+}
+
+/// Number `k` of the splitmix64 sequence of `seed`, as a fraction from 0 to below 1.
+fn random_fraction(seed: u64, k: u64) -> f64 {
+    let mut z = seed.wrapping_add((k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// A grid of `columns` by `rows` cells closed in both directions, like the surface of a torus.
+fn closed_grid(columns: u32, rows: u32, point: impl Fn(u32, u32) -> DVec3) -> Mesh {
+    let grid = || (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j)));
+    let vertices = grid().map(|(i, j)| point(i, j));
+    let id = |i: u32, j: u32| (i % columns) * rows + j % rows;
+    let triangles = grid().flat_map(|(i, j)| halves([id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)]));
+    generated(vertices, triangles)
+}
+
+fn halves([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
+    [[a, b, c], [a, c, d]]
+}
+
+fn generated(vertices: impl IntoIterator<Item = DVec3>, triangles: impl IntoIterator<Item = [u32; 3]>) -> Mesh {
+    let vertices = vertices.into_iter().map(|v| v.as_vec3().to_array()).collect();
+    Mesh::trusted(Vertices::F32(vertices), triangles.into_iter().collect())
+}
+
+/// The unit vector after `k` of `n` equal steps around the circle.
+fn turn(k: u32, n: u32) -> DVec2 {
+    DVec2::from_angle(TAU * f64::from(k % n) / f64::from(n))
+}
+
+/// `value` moved into the range; NaN becomes `min`, unlike with `clamp`.
+fn within(value: f32, min: f64, max: f64) -> f64 {
+    f64::from(value).max(min).min(max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::collections::BTreeSet;
+    use core::f64::consts::PI;
+
+    fn closed_shapes(level: u32) -> [(Mesh, usize); 6] {
+        let n = level as usize;
+        let around = (4 * n).max(3);
+        let along = (32 * n).max(40);
+        [
+            (icosphere(level), 20 << (2 * n)),
+            (cuboid(Vec3::new(0.5, 1e-6, 1e6), level), 12 * n.max(1).pow(2)),
+            (torus(1.0, 0.25, 4 * level), 2 * around * (around / 2).max(3)),
+            (torus_knot(2, 3, 0.1, 32 * level), 2 * along * (along / 8).max(3)),
+            (gear(12, level), 32 * 12 * n.max(1).pow(2)),
+            (gear(level, 2), 32 * n.max(3) * 4),
+        ]
+    }
+
+    fn assert_no_degenerate_triangle(mesh: &Mesh) {
+        for i in 0..mesh.len() {
+            let [a, b, c] = mesh.triangle(i);
+            assert!((b - a).cross(c - a).length() > 0.0, "triangle {i}");
+        }
+    }
+
+    fn volume(mesh: &Mesh) -> f64 {
+        let corners = (0..mesh.len()).map(|i| mesh.triangle(i));
+        corners.map(|[a, b, c]| a.dot(b.cross(c))).sum::<f64>() / 6.0
+    }
+
+    fn assert_close(found: f64, exact: f64, relative: f64) {
+        assert!((found / exact - 1.0).abs() < relative, "{found} is not {exact}");
+    }
+
+    #[test]
+    fn closed_shapes_are_watertight_and_have_the_documented_count() {
+        for (mesh, count) in (0..6).flat_map(closed_shapes) {
+            assert_eq!(mesh.len(), count);
+            let corners = mesh.triangles().iter();
+            let edges: Vec<_> = corners.flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
+            let once: BTreeSet<_> = edges.iter().copied().collect();
+            assert_eq!(once.len(), edges.len());
+            assert!(edges.iter().all(|&(a, b)| once.contains(&(b, a))));
+            let used: BTreeSet<_> = mesh.triangles().as_flattened().iter().collect();
+            assert_eq!(used.len(), mesh.vertex_count());
+            let positions = (0..mesh.vertex_count()).map(|i| mesh.vertex(i).to_array().map(f64::to_bits));
+            assert_eq!(positions.collect::<BTreeSet<_>>().len(), mesh.vertex_count());
+            assert_no_degenerate_triangle(&mesh);
+            assert!(volume(&mesh) > 0.0);
+        }
+    }
+
+    #[test]
+    fn volumes_match_the_formulas() {
+        assert_close(volume(&icosphere(5)), 4.0 / 3.0 * PI, 2e-3);
+        assert_close(volume(&cuboid(Vec3::new(0.5, 2.0, 3.0), 7)), 24.0, 1e-6);
+        assert_close(volume(&torus(2.0, 0.5, 200)), 2.0 * PI * PI * 2.0 * 0.25, 2e-3);
+        let pitch = TAU / 12.0;
+        let root = gear_root(12);
+        let land = (0.3 * pitch).sin() * (root * root + 1.0);
+        let flanks = (0.2 * pitch).sin() * 2.0 * root;
+        let gear_area = 12.0 * 0.5 * (land + flanks) - PI * 0.09;
+        assert_close(volume(&gear(12, 8)), 0.3 * gear_area, 1e-3);
+    }
+
+    #[test]
+    fn the_knot_is_a_tube_of_even_radius_with_outer_radius_about_one() {
+        let (p, q, n) = (2.0, 3.0, 1000);
+        // Pappus: the volume of a tube is its section times the length of its centre line.
+        let speed = |i: u32| (p * (2.0 + turn(3 * i, n).x)).hypot(q) / 3.0;
+        let length = (0..n).map(speed).sum::<f64>() * TAU / f64::from(n);
+        let knot = torus_knot(2, 3, 0.1, n);
+        assert_close(volume(&knot), PI * 0.01 * length, 2e-3);
+        assert_close(knot.aabb().max.x, 1.1, 1e-3);
+    }
+
+    #[test]
+    fn a_common_divisor_gives_the_same_knot() {
+        assert_eq!(torus_knot(4, 6, 0.1, 64), torus_knot(2, 3, 0.1, 64));
+        assert_eq!(torus_knot(3, 3, 0.1, 64), torus_knot(1, 1, 0.1, 64));
+    }
+
+    #[test]
+    fn round_shapes_have_their_radii() {
+        let sphere = icosphere(3);
+        let on_sphere = |i| (sphere.vertex(i).length() - 1.0).abs() < 1e-7;
+        assert!((0..sphere.vertex_count()).all(on_sphere));
+        let gear = gear(9, 3);
+        let radii = (0..gear.vertex_count()).map(|i| gear.vertex(i).truncate().length());
+        let (min, max) = radii.fold((2.0f64, 0.0f64), |(a, b), r| (a.min(r), b.max(r)));
+        assert!((min - 0.3).abs() < 1e-6 && (max - 1.0).abs() < 1e-6);
+        assert!((gear.aabb().extents().z - 0.3).abs() < 1e-6);
+    }
+
+    #[test]
+    fn height_fields_face_up_and_differ_by_seed() {
+        let field = height_field(9, 1);
+        assert_eq!((field.len(), field.vertex_count()), (162, 100));
+        for i in 0..field.len() {
+            let [a, b, c] = field.triangle(i);
+            assert!((b - a).cross(c - a).z > 0.0);
+        }
+        let aabb = field.aabb();
+        assert_eq!((aabb.min.truncate(), aabb.max.truncate()), (-DVec2::ONE, DVec2::ONE));
+        assert!(aabb.min.z >= -0.5 && aabb.max.z <= 0.5 && aabb.extents().z > 0.05);
+        assert_ne!(field, height_field(9, 2));
+    }
+
+    #[test]
+    fn the_same_arguments_give_the_same_mesh() {
+        for ((first, _), (second, _)) in closed_shapes(3).iter().zip(&closed_shapes(3)) {
+            assert_eq!(first, second);
+        }
+        assert_eq!(height_field(5, 7), height_field(5, 7));
+    }
+
+    #[test]
+    fn no_argument_panics_or_makes_a_bad_mesh() {
+        for odd in [f32::NAN, f32::INFINITY, -1.0, 0.0, f32::MAX, f32::from_bits(1)] {
+            for mesh in [
+                cuboid(Vec3::splat(odd), 0),
+                torus(odd, 1.0, 0),
+                torus(1.0, odd, 0),
+                torus_knot(0, u32::MAX, odd, 0),
+                gear(0, 0),
+                height_field(0, u64::MAX),
+            ] {
+                assert!(Mesh::checked(mesh.vertices.clone(), mesh.triangles.clone()).is_ok());
+                assert_no_degenerate_triangle(&mesh);
+            }
+        }
+    }
+
+    #[test]
+    fn extreme_but_accepted_shapes_have_no_degenerate_triangle() {
+        for mesh in [torus(1.0, 0.0, 700), torus(1.0, 2.0, 700), torus_knot(64, 63, 0.3, 0), gear(4096, 2)] {
+            assert_no_degenerate_triangle(&mesh);
+        }
+    }
+}

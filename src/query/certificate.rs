@@ -1,0 +1,106 @@
+//! What an unfinished query can still say: how many intersections it may have missed, and where.
+
+use super::queue::TRIANGLE;
+use super::workspace::Workspace;
+use crate::math::{Aabb, Pose};
+use crate::tree::{Node, Tree};
+use glam::{DMat3, DVec3};
+
+/// Bounds on what the last run of a query left open. Looks at the workspace when asked, in time linear in the open pairs.
+#[derive(Clone, Copy, Debug)]
+pub struct Certificate<'w> {
+    a: &'w Tree,
+    b: &'w Tree,
+    b_in_a: &'w Pose,
+    workspace: &'w Workspace,
+}
+
+/// One side of an open pair: a node, or a triangle in tree order.
+enum Side<'t> {
+    Node(&'t Node),
+    Triangle(usize),
+}
+
+impl<'w> Certificate<'w> {
+    pub(super) fn new(a: &'w Tree, b: &'w Tree, b_in_a: &'w Pose, workspace: &'w Workspace) -> Self {
+        Self { a, b, b_in_a, workspace }
+    }
+
+    /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed.
+    #[must_use]
+    pub fn open_pairs(&self) -> usize {
+        self.open().count()
+    }
+
+    /// No more triangle pairs than this intersect: those found, and for each open pair the product of its triangles.
+    #[must_use]
+    pub fn upper_bound(&self) -> u64 {
+        let count = |tree: &Tree, index: u32| match side(tree, index) {
+            Side::Node(node) => u64::from(node.triangles),
+            Side::Triangle(_) => 1,
+        };
+        let open: u64 = self.open().map(|[a, b]| count(self.a, a) * count(self.b, b)).sum();
+        let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
+        (self.workspace.run.found + open).min(all)
+    }
+
+    /// Boxes in A's frame, one for each open pair: every missed intersection has all its points in one of them.
+    pub fn boxes(&self) -> impl Iterator<Item = Aabb> + 'w {
+        let certificate = *self;
+        self.open().map(move |[a, b]| {
+            let a = bounds(certificate.a, a, &Pose::IDENTITY);
+            let b = bounds(certificate.b, b, certificate.b_in_a);
+            let margin = DVec3::splat(rounding(&a) + rounding(&b));
+            Aabb { min: a.min.max(b.min) - margin, max: a.max.min(b.max) + margin }
+        })
+    }
+
+    /// The longest edge of these boxes, in the length unit of the meshes; 0 if nothing is open.
+    #[must_use]
+    pub fn largest_extent(&self) -> f64 {
+        self.boxes().map(|open| (open.max - open.min).max_element()).fold(0.0, f64::max)
+    }
+
+    fn open(&self) -> impl Iterator<Item = [u32; 2]> + 'w {
+        let workspace = self.workspace;
+        let triangles = workspace.waiting.iter().chain(&workspace.doubtful).map(|pair| pair.map(|t| t | TRIANGLE));
+        workspace.front.iter().chain(triangles)
+    }
+}
+
+fn side(tree: &Tree, index: u32) -> Side<'_> {
+    if index & TRIANGLE == 0 {
+        Side::Node(&tree.nodes()[index as usize])
+    } else {
+        Side::Triangle((index & !TRIANGLE) as usize)
+    }
+}
+
+/// The box, in A's frame, of a node or triangle whose mesh lies at `pose`.
+fn bounds(tree: &Tree, index: u32, pose: &Pose) -> Aabb {
+    match side(tree, index) {
+        Side::Triangle(t) => {
+            Aabb::from_points(tree.mesh().triangle(tree.ids()[t] as usize).map(|v| pose.transform_point(v)))
+        }
+        Side::Node(node) => {
+            let unit = tree.unit();
+            let to_a = *pose.rotation() * node.rotation.as_dmat3();
+            // Unit coordinates reach to 1; node boxes, their frame and this map are each good to a few f32 roundings.
+            let half = abs(&to_a) * (DVec3::from(node.own_half.map(f64::from)) + DVec3::splat(64.0 * 6e-8));
+            let center =
+                unit.origin + node.rotation.as_dmat3() * DVec3::from(node.own_center.map(f64::from)) * unit.length();
+            let center = pose.transform_point(center);
+            let half = half * unit.length();
+            Aabb { min: center - half, max: center + half }
+        }
+    }
+}
+
+/// What rounding of the coordinates of a box can amount to.
+fn rounding(bounds: &Aabb) -> f64 {
+    bounds.min.abs().max(bounds.max.abs()).max_element() * f64::EPSILON * 8.0
+}
+
+fn abs(m: &DMat3) -> DMat3 {
+    DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs())
+}

@@ -1,0 +1,251 @@
+//! The budgeted query: two trees, a pose and a budget in, an [`Outcome`] out.
+//!
+//! [`traversal`] has the one loop, the stop rule and the guarantee; [`queue`] the front, [`budget`] the meter, [`boxes`]
+//! and [`frames`] the overlap test, [`certificate`] what an unfinished query can still say.
+
+mod boxes;
+mod budget;
+mod certificate;
+mod frames;
+mod memory;
+mod order;
+mod outcome;
+mod queue;
+mod traversal;
+mod workspace;
+
+#[cfg(feature = "std")]
+pub use budget::SystemClock;
+pub use budget::{
+    Budget, Clock, MAX_STEP_WORK, ManualClock, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
+};
+pub use certificate::Certificate;
+pub use memory::PairMemory;
+pub use order::{Mode, Order};
+pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
+pub use workspace::{ResumeError, Workspace};
+
+use crate::math::Pose;
+use crate::tree::Tree;
+use budget::Meter;
+use frames::Relation;
+use traversal::Traversal;
+use workspace::{Key, WAITING};
+
+/// Everything about a query that is a choice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Options {
+    pub mode: Mode,
+    pub order: Order,
+    pub pair_limit: usize,
+    pub poll_interval: u64,
+    pub grain: f32,
+}
+
+/// The question whether, or where, two meshes intersect at a pose. Cheap to make; one for each pose.
+///
+/// ```
+/// use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
+/// let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
+/// let mut workspace = Workspace::new();
+/// let outcome = Query::new(&a, &b, Pose::IDENTITY).run(&mut workspace, Budget::work(20_000));
+/// match outcome.verdict {
+///     Verdict::Intersecting { witness } => println!("triangles {witness:?} meet"),
+///     Verdict::Separated => println!("no contact"),
+///     Verdict::Undecided => println!("not known yet"),
+/// }
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Query<'t> {
+    a: &'t Tree,
+    b: &'t Tree,
+    b_in_a: Pose,
+    options: Options,
+}
+
+impl<'t> Query<'t> {
+    /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's.
+    #[must_use]
+    pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
+        let options = Options {
+            mode: Mode::Any,
+            order: Order::Penetration,
+            pair_limit: usize::MAX,
+            poll_interval: 2 * MAX_STEP_WORK,
+            grain: 4096.0,
+        };
+        Self { a, b, b_in_a, options }
+    }
+
+    /// Any intersection (the default), or all of them.
+    #[must_use]
+    pub fn mode(mut self, mode: Mode) -> Self {
+        self.options.mode = mode;
+        self
+    }
+
+    /// The order of visits; penetration by default.
+    #[must_use]
+    pub fn order(mut self, order: Order) -> Self {
+        self.options.order = order;
+        self
+    }
+
+    /// Stop with [`StopReason::PairsFull`] when this many pairs are in the workspace; by default, when it is full.
+    #[must_use]
+    pub fn pair_limit(mut self, pairs: usize) -> Self {
+        self.options.pair_limit = pairs.max(1);
+        self
+    }
+
+    /// Units of work between looks at the clock; default `2 * MAX_STEP_WORK`. It bounds how late a time budget can end.
+    #[must_use]
+    pub fn poll_interval(mut self, work: u64) -> Self {
+        self.options.poll_interval = work;
+        self
+    }
+
+    /// Node pairs of which fewer BV tests than this are expected are finished depth-first at once instead of being
+    /// queued; default 4,096. 0 queues every node pair.
+    #[must_use]
+    pub fn grain(mut self, bv_tests: f32) -> Self {
+        self.options.grain = bv_tests;
+        self
+    }
+
+    /// Runs within a budget, by the clock of the system. What it finds stays in the workspace.
+    ///
+    /// Under a time budget it returns at most one poll interval of work late. It does not allocate, lock or panic.
+    #[cfg(feature = "std")]
+    pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Outcome {
+        self.run_with(workspace, None, budget, &SystemClock::default())
+    }
+
+    /// Goes on with the stopped run that the workspace holds, with a fresh budget.
+    ///
+    /// However it is cut into pieces by work budgets, the outcome at the end is that of one uninterrupted run.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options.
+    #[cfg(feature = "std")]
+    pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Outcome, ResumeError> {
+        self.resume_with(workspace, None, budget, &SystemClock::default())
+    }
+
+    /// [`Query::run`] with the memory of earlier frames and a clock of the caller's.
+    pub fn run_with<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        mut memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &C,
+    ) -> Outcome {
+        workspace.clear();
+        workspace.run.key = Some(self.key());
+        if let Order::Random(seed) = self.options.order {
+            workspace.run.random = seed;
+        }
+        if let Some(memory) = &mut memory {
+            let witnesses = memory.witnesses(self.a, self.b);
+            if self.options.mode == Mode::Any {
+                // They are tested before anything else, as any other waiting pairs.
+                workspace.waiting.extend_from_slice(witnesses);
+                workspace.flushing = !witnesses.is_empty();
+            }
+        }
+        if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
+            if self.queues(budget) {
+                workspace.front.queue([0, 0], 0, true);
+            } else {
+                workspace.front.push([0, 0]);
+            }
+        }
+        self.proceed(workspace, memory, budget, clock)
+    }
+
+    /// [`Query::resume`] with the memory of earlier frames and a clock of the caller's.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options.
+    pub fn resume_with<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &C,
+    ) -> Result<Outcome, ResumeError> {
+        if workspace.run.key == Some(self.key()) {
+            Ok(self.proceed(workspace, memory, budget, clock))
+        } else {
+            Err(ResumeError)
+        }
+    }
+
+    /// What the last run of this query in `workspace` left open.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options.
+    pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
+        if workspace.run.key == Some(self.key()) {
+            Ok(Certificate::new(self.a, self.b, &self.b_in_a, workspace))
+        } else {
+            Err(ResumeError)
+        }
+    }
+
+    fn key(&self) -> Key {
+        Key { trees: [self.a.identity(), self.b.identity()], b_in_a: self.b_in_a, options: self.options }
+    }
+
+    /// Whether node pairs are queued. What no budget can cut short is finished depth-first, which costs least, unless
+    /// another order was asked for.
+    fn queues(&self, budget: Budget) -> bool {
+        match self.options.order {
+            Order::DepthFirst => false,
+            Order::Penetration => budget != Budget::unlimited(),
+            _ => true,
+        }
+    }
+
+    fn proceed<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &C,
+    ) -> Outcome {
+        let meter = Meter::start(budget, self.options.poll_interval, clock, workspace.run.stats.work);
+        // Waiting pairs are work: with a deadline, or when the first hit ends the query, they wait only for a full batch.
+        let patient = self.options.mode == Mode::All && budget.time.is_none();
+        let instructions = workspace.instructions;
+        let relation = Relation::new(self.a, self.b, &self.b_in_a);
+        let mut traversal = Traversal {
+            a: self.a,
+            b: self.b,
+            b_in_a: &self.b_in_a,
+            options: &self.options,
+            relation: &relation,
+            workspace,
+            meter,
+            batch: if patient { WAITING } else { 8 },
+        };
+        let stop = instructions.run(&mut traversal);
+        let elapsed = traversal.meter.elapsed();
+        let run = &mut workspace.run;
+        run.stats.queue_peak = workspace.front.peak();
+        if let Some(elapsed) = elapsed {
+            run.stats.elapsed = Some(run.stats.elapsed.unwrap_or_default().saturating_add(elapsed));
+        }
+        let verdict = match (run.witness, stop) {
+            (Some([witness, _]), _) => Verdict::Intersecting { witness },
+            (None, StopReason::Finished) => Verdict::Separated,
+            _ => Verdict::Undecided,
+        };
+        let outcome = Outcome { verdict, stop, found: run.found, stats: run.stats };
+        if let Some(memory) = memory {
+            memory.witnesses(self.a, self.b);
+            memory.remember(&outcome, run.witness.map(|[_, pair]| pair));
+        }
+        outcome
+    }
+}

@@ -1,0 +1,84 @@
+//! What a query says.
+
+use core::time::Duration;
+
+/// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
+pub const LEVELS: usize = 32;
+
+/// Whether the surfaces meet. Never a bare `bool`: a budget can end before the answer is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub enum Verdict {
+    /// Proven: these triangles, of A and of B (ids of the input meshes), share a point.
+    Intersecting {
+        /// Triangle of A, triangle of B.
+        witness: [u32; 2],
+    },
+    /// Proven: no triangle of A shares a point with one of B.
+    Separated,
+    /// The budget ended first. [`crate::Query::certificate`] tells what is left open.
+    Undecided,
+}
+
+/// Why a query returned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopReason {
+    /// Nothing is left to visit: the answer is complete.
+    Finished,
+    /// The first intersection was found, which is all that [`crate::Mode::Any`] asks for.
+    FirstHit,
+    /// The time was up.
+    Deadline,
+    /// The work was spent.
+    WorkLimit,
+    /// The pair buffer was full. Drain it and resume.
+    PairsFull,
+}
+
+/// What a query has done, resumed calls included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct Stats {
+    /// Box overlap tests, the paper's `N_v`.
+    pub bv_tests: u64,
+    /// Triangle pairs tested, `N_p`.
+    pub primitive_tests: u64,
+    /// Those among them that needed exact arithmetic.
+    pub exact_tests: u64,
+    /// Units of work, see [`crate::Budget::work`].
+    pub work: u64,
+    /// BV tests by level: nodes opened on the way, on both sides together. The last entry has all deeper levels.
+    pub bv_tests_per_level: [u64; LEVELS],
+    /// Most node pairs that waited in the queue at once.
+    pub queue_peak: u32,
+    /// Time of all calls together; measured only under a time budget, since a look at the clock costs as much as a small
+    /// query.
+    pub elapsed: Option<Duration>,
+}
+
+impl Stats {
+    pub(super) const NONE: Self = Self {
+        bv_tests: 0,
+        primitive_tests: 0,
+        exact_tests: 0,
+        work: 0,
+        bv_tests_per_level: [0; LEVELS],
+        queue_peak: 0,
+        elapsed: None,
+    };
+}
+
+/// The answer of a query. Plain data; the found pairs stay in the workspace ([`crate::Workspace::pairs`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+#[non_exhaustive]
+pub struct Outcome {
+    /// Whether the surfaces meet.
+    pub verdict: Verdict,
+    /// Why the query returned.
+    pub stop: StopReason,
+    /// Intersecting pairs found, resumed calls and drained pairs included; at most 1 for [`crate::Mode::Any`].
+    pub found: u64,
+    /// What it has done.
+    pub stats: Stats,
+}

@@ -1,0 +1,313 @@
+//! The one loop over node pairs, its stop rule, and what it guarantees.
+//!
+//! Every query runs through [`Traversal::run`]: `any` and `all`, with and without a budget, in every order. Each turn does
+//! one step of bounded work, a triangle pair that is in doubt, a batch of eight waiting triangle pairs, or a node pair from
+//! the front, and before each step the meter may end the call. Whatever is not done by then is still in the buffers:
+//!
+//! **Guarantee.** At every moment each intersecting pair of triangles has been reported, or waits, or is in doubt, or lies
+//! under a pair of the front. So an empty rest proves that all have been reported, and a stopped run can say what may be
+//! missing and go on later as if it had never stopped.
+
+use super::Options;
+use super::boxes;
+use super::budget::{Clock, Meter, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
+use super::frames::{Frames, Relation};
+use super::order::{BoxPair, Mode};
+use super::outcome::{LEVELS, StopReason};
+use super::queue::{Pair, TRIANGLE};
+use super::workspace::Workspace;
+use crate::math::Pose;
+use crate::math::lanes::{Kernel, Lanes};
+use crate::tree::{Node, Tree};
+use crate::triangle::{batch, triangles_intersect};
+
+/// One side of a node pair.
+#[derive(Clone, Copy)]
+pub(super) enum Side<'t> {
+    Node(&'t Node),
+    Triangle(u32),
+}
+
+/// Which nodes of a pair are replaced by their children.
+enum Open {
+    Both,
+    A,
+    B,
+}
+
+/// One call of a query.
+pub(super) struct Traversal<'q, 'c, C> {
+    pub a: &'q Tree,
+    pub b: &'q Tree,
+    pub b_in_a: &'q Pose,
+    pub options: &'q Options,
+    pub relation: &'q Relation,
+    pub workspace: &'q mut Workspace,
+    pub meter: Meter<'c, C>,
+    /// Triangle pairs that are let to wait before they are tested.
+    pub batch: usize,
+}
+
+impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
+    type Output = StopReason;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> StopReason {
+        let mut frames = Frames::UNKNOWN;
+        loop {
+            if let Some(reason) = self.stop() {
+                return reason;
+            }
+            if let Some(pair) = self.workspace.doubtful.pop() {
+                self.test_exactly(pair);
+            } else if self.workspace.flushing {
+                self.test_batch(lanes);
+            } else if let Some((pair, queued)) = self.workspace.front.pop() {
+                self.expand(lanes, pair, queued, &mut frames);
+                self.workspace.flushing = self.workspace.waiting.len() >= self.batch;
+            } else {
+                self.workspace.flushing = true;
+            }
+        }
+    }
+}
+
+impl<'q, C: Clock> Traversal<'q, '_, C> {
+    /// The stop rule, asked before every step.
+    #[inline(always)]
+    fn stop(&mut self) -> Option<StopReason> {
+        let workspace = &*self.workspace;
+        if workspace.run.found > 0 && self.options.mode == Mode::Any {
+            return Some(StopReason::FirstHit);
+        }
+        if workspace.front.is_empty() && workspace.waiting.is_empty() && workspace.doubtful.is_empty() {
+            return Some(StopReason::Finished);
+        }
+        if workspace.found.len() >= self.pair_limit() {
+            return Some(StopReason::PairsFull);
+        }
+        self.meter.stop(workspace.run.stats.work)
+    }
+
+    #[inline(always)]
+    fn pair_limit(&self) -> usize {
+        self.options.pair_limit.min(self.workspace.found.capacity())
+    }
+
+    /// Tests up to eight waiting pairs, as many as could be reported.
+    #[inline(always)]
+    fn test_batch<L: Lanes>(&mut self, lanes: L) {
+        let room = self.pair_limit() - self.workspace.found.len();
+        let waiting = &mut self.workspace.waiting;
+        let count = waiting.len().min(room).min(8);
+        if count == 0 {
+            self.workspace.flushing = false;
+            return;
+        }
+        let mut pairs = [waiting[waiting.len() - 1]; 8];
+        pairs[..count].copy_from_slice(&waiting[waiting.len() - count..]);
+        waiting.truncate(waiting.len() - count);
+        let left = waiting.len();
+
+        let (a, b) = (self.a.triangles(), self.b.triangles());
+        let verdicts = batch::test(
+            lanes,
+            pairs.map(|[t, _]| &a[t as usize].0),
+            pairs.map(|[_, t]| &b[t as usize].0),
+            &self.relation.triangles,
+        );
+        let stats = &mut self.workspace.run.stats;
+        stats.primitive_tests += count as u64;
+        stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
+        let tested = (1 << count) - 1;
+        for lane in bits(verdicts.hit & tested) {
+            self.report(pairs[lane]);
+        }
+        for lane in bits(verdicts.doubt & tested) {
+            self.workspace.doubtful.push(pairs[lane]);
+        }
+        // A last, partial batch is worth it only when nothing else is left.
+        self.workspace.flushing = left >= 8 || (left > 0 && self.workspace.front.is_empty());
+    }
+
+    #[cold]
+    fn test_exactly(&mut self, pair: [u32; 2]) {
+        let id = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
+        let a = self.a.mesh().triangle(id[0] as usize);
+        let b = self.b.mesh().triangle(id[1] as usize).map(|v| self.b_in_a.transform_point(v));
+        let stats = &mut self.workspace.run.stats;
+        stats.exact_tests += 1;
+        stats.work += WORK_PER_EXACT_TEST;
+        if triangles_intersect(&a, &b) {
+            self.report(pair);
+        }
+    }
+
+    fn report(&mut self, pair: [u32; 2]) {
+        let run = &mut self.workspace.run;
+        if run.found > 0 && self.options.mode == Mode::Any {
+            return;
+        }
+        let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
+        run.found += 1;
+        run.witness.get_or_insert([ids, pair]);
+        self.workspace.found.push(ids);
+    }
+
+    /// Replaces a pair by the pairs of children that may meet.
+    #[inline(always)]
+    fn expand<L: Lanes>(&mut self, lanes: L, pair: Pair, queued: bool, frames: &mut Frames) {
+        let (a, b) = (side(self.a, pair[0]), side(self.b, pair[1]));
+        match (a, b) {
+            (Side::Node(a), Side::Node(b)) => {
+                frames.update(Some(a), Some(b), self.relation);
+                self.expand_nodes(lanes, pair, a, b, queued, frames);
+            }
+            (Side::Triangle(t), Side::Node(b)) => {
+                frames.update(None, Some(b), self.relation);
+                let triangle = boxes::triangle_in_b(&self.a.triangles()[t as usize].0, frames);
+                let hits = boxes::children_of_node(lanes, b, &triangle, self.relation.margin[1], self.relation.skew);
+                self.count(usize::from(b.depth) + usize::from(b.height), u64::from(b.children));
+                for j in bits(hits) {
+                    self.place([pair[0], child(b, j)], false, BoxPair::none);
+                }
+            }
+            (Side::Node(a), Side::Triangle(t)) => {
+                frames.update(Some(a), None, self.relation);
+                let triangle = boxes::triangle_in_a(&self.b.triangles()[t as usize].0, frames);
+                let hits = boxes::children_of_node(lanes, a, &triangle, self.relation.margin[0], self.relation.skew);
+                self.count(usize::from(a.depth) + usize::from(a.height), u64::from(a.children));
+                for i in bits(hits) {
+                    self.place([child(a, i), pair[1]], false, BoxPair::none);
+                }
+            }
+            (Side::Triangle(_), Side::Triangle(_)) => debug_assert!(false, "triangle pairs never come to the front"),
+        }
+    }
+
+    #[inline(always)]
+    fn expand_nodes<L: Lanes>(
+        &mut self,
+        lanes: L,
+        pair: Pair,
+        a: &'q Node,
+        b: &'q Node,
+        queued: bool,
+        frames: &Frames,
+    ) {
+        let level = usize::from(a.depth) + usize::from(b.depth);
+        let relation = self.relation;
+        match open(a, b, relation.scale) {
+            Open::Both => {
+                let mut hits = boxes::both(lanes, a, b, frames, relation);
+                self.count(level + 2, u64::from(a.children) * u64::from(b.children));
+                while hits != 0 {
+                    let lane = hits.trailing_zeros();
+                    hits &= hits - 1;
+                    let (i, j) = (lane as usize / 8, lane as usize % 8);
+                    let pair = [child(a, i), child(b, j)];
+                    self.place(pair, queued, || BoxPair::of_children(a, i, b, j, frames, relation));
+                }
+            }
+            Open::A => {
+                let hits = boxes::children_of_a(lanes, a, b, frames, relation);
+                self.count(level + 1, u64::from(a.children));
+                for i in bits(hits) {
+                    let pair = [child(a, i), pair[1]];
+                    self.place(pair, queued, || BoxPair::of_child_of_a(a, i, b, frames, relation));
+                }
+            }
+            Open::B => {
+                let hits = boxes::children_of_b(lanes, a, b, frames, relation);
+                self.count(level + 1, u64::from(b.children));
+                for j in bits(hits) {
+                    let pair = [pair[0], child(b, j)];
+                    self.place(pair, queued, || BoxPair::of_child_of_b(a, b, j, frames, relation));
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn count(&mut self, level: usize, bv_tests: u64) {
+        let stats = &mut self.workspace.run.stats;
+        stats.bv_tests += bv_tests;
+        stats.bv_tests_per_level[level.min(LEVELS - 1)] += bv_tests;
+        stats.work += WORK_PER_EXPANSION + bv_tests;
+    }
+
+    /// Puts a pair where it belongs: to the waiting triangle pairs, into the queue, or on the stack.
+    #[inline(always)]
+    fn place(&mut self, pair: Pair, queued: bool, boxes: impl FnOnce() -> BoxPair) {
+        if pair[0] & pair[1] & TRIANGLE != 0 {
+            self.workspace.waiting.push(pair.map(|t| t & !TRIANGLE));
+        } else if queued {
+            self.queue(pair, &boxes());
+        } else {
+            self.workspace.front.push(pair);
+        }
+    }
+
+    /// Queues a pair, unless it is a grain.
+    #[inline(never)]
+    fn queue(&mut self, pair: Pair, boxes: &BoxPair) {
+        match (side(self.a, pair[0]), side(self.b, pair[1])) {
+            (Side::Node(a), Side::Node(b)) if libm::sqrtf(a.visits * b.visits) >= self.options.grain => {
+                let random = &mut self.workspace.run.random;
+                let (bucket, first) = self.options.order.bucket(boxes, a.alpha * b.alpha, random);
+                self.workspace.front.queue(pair, bucket, first);
+            }
+            _ => self.workspace.front.push(pair),
+        }
+    }
+}
+
+#[inline(always)]
+fn side(tree: &Tree, index: u32) -> Side<'_> {
+    if index & TRIANGLE == 0 { Side::Node(&tree.nodes()[index as usize]) } else { Side::Triangle(index & !TRIANGLE) }
+}
+
+#[inline(always)]
+fn child(node: &Node, lane: usize) -> u32 {
+    (node.first_child + lane as u32) | if node.is_cluster { TRIANGLE } else { 0 }
+}
+
+/// The larger of two nodes of one kind is opened alone if it is this many times larger than the other.
+const LARGER: f32 = 6.0;
+
+/// A cluster is opened before an inner node only if it is this many times larger.
+const LARGER_CLUSTER: f32 = 4.0;
+
+#[inline(always)]
+fn open(a: &Node, b: &Node, scale: f32) -> Open {
+    let (size_a, size_b) = (a.size, b.size * scale);
+    match (a.is_cluster, b.is_cluster) {
+        (true, false) => {
+            if size_a > LARGER_CLUSTER * size_b {
+                Open::A
+            } else {
+                Open::B
+            }
+        }
+        (false, true) => {
+            if size_b > LARGER_CLUSTER * size_a {
+                Open::B
+            } else {
+                Open::A
+            }
+        }
+        _ if size_a > LARGER * size_b => Open::A,
+        _ if size_b > LARGER * size_a => Open::B,
+        _ => Open::Both,
+    }
+}
+
+/// The positions of the bits of `mask`, lowest first.
+#[inline(always)]
+fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let bit = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (bit < 32).then_some(bit)
+    })
+}

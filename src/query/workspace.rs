@@ -1,0 +1,123 @@
+//! Every buffer that a query needs, owned by the caller.
+
+use super::outcome::Stats;
+use super::queue::Front;
+use crate::math::Pose;
+use crate::math::lanes::Instructions;
+use alloc::vec::Vec;
+use arrayvec::ArrayVec;
+use core::fmt;
+
+/// Triangle pairs that one opened node pair can add to those that wait.
+const BLOCK: usize = 64;
+
+/// Most triangle pairs that wait for a batch before they are tested.
+pub(super) const WAITING: usize = 128;
+
+/// The buffers of a query. Allocated once; no query allocates.
+///
+/// It carries capacity, the pairs that the last query found, and what that query left open for
+/// [`crate::Query::resume`]; a fresh workspace and a used one give the same answers.
+#[derive(Clone, Debug)]
+pub struct Workspace {
+    pub(super) instructions: Instructions,
+    pub(super) front: Front,
+    /// Triangle pairs (tree order) that wait for the filter, and those that are left in doubt by it.
+    pub(super) waiting: Vec<[u32; 2]>,
+    pub(super) doubtful: ArrayVec<[u32; 2], 8>,
+    /// Whether waiting pairs are being tested until less than a batch is left.
+    pub(super) flushing: bool,
+    pub(super) found: Vec<[u32; 2]>,
+    pub(super) run: Run,
+}
+
+/// The state of the last query, besides its buffers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Run {
+    /// The trees, the pose and the options it belongs to.
+    pub key: Option<Key>,
+    pub stats: Stats,
+    pub found: u64,
+    /// First pair found: ids of the input meshes, and in tree order.
+    pub witness: Option<[[u32; 2]; 2]>,
+    pub random: u64,
+}
+
+/// What two calls must have in common to be one query.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Key {
+    pub trees: [usize; 2],
+    pub b_in_a: Pose,
+    pub options: super::Options,
+}
+
+impl Run {
+    pub const NONE: Self = Self { key: None, stats: Stats::NONE, found: 0, witness: None, random: 0 };
+}
+
+impl Workspace {
+    /// Room for 4,096 queued node pairs and 65,536 found pairs, about 700 kB.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::with_capacity(4096, 65536)
+    }
+
+    /// Room for `queue` node pairs (a full queue goes depth-first and loses nothing) and `found` intersecting pairs (a
+    /// full buffer stops the query with [`crate::StopReason::PairsFull`], to be drained and resumed).
+    /// `12 queue + 8 found` bytes and about 80 kB.
+    #[must_use]
+    pub fn with_capacity(queue: usize, found: usize) -> Self {
+        Self {
+            instructions: Instructions::detect(),
+            front: Front::new(queue),
+            waiting: Vec::with_capacity(WAITING + BLOCK),
+            doubtful: ArrayVec::new(),
+            flushing: false,
+            found: Vec::with_capacity(found.max(1)),
+            run: Run::NONE,
+        }
+    }
+
+    /// Uses the portable kernels, whatever the machine offers: slower, the same bits.
+    pub fn use_portable_kernels(&mut self) {
+        self.instructions = Instructions::PORTABLE;
+    }
+
+    /// The intersecting pairs that the last query found: triangle of A, triangle of B, ids of the input meshes, in order
+    /// of discovery; without those drained.
+    pub fn pairs(&self) -> &[[u32; 2]] {
+        &self.found
+    }
+
+    /// Takes the found pairs out, so that a query that stopped with [`crate::StopReason::PairsFull`] can be resumed.
+    pub fn drain_pairs(&mut self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        self.found.drain(..)
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.front.clear();
+        self.waiting.clear();
+        self.doubtful.clear();
+        self.flushing = false;
+        self.found.clear();
+        self.run = Run::NONE;
+    }
+}
+
+impl Default for Workspace {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The workspace holds no stopped run of this query: another was run in it since, or none, or this one is complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ResumeError;
+
+impl fmt::Display for ResumeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the workspace does not hold a run of this query (same trees, pose and options)")
+    }
+}
+
+impl core::error::Error for ResumeError {}

@@ -1,0 +1,244 @@
+//! The bounding volume tree of one mesh.
+//!
+//! Built once, immutable while queries run, shared freely between threads. A binned-SAH binary tree over the triangles
+//! ([`binary`]) is collapsed to nodes of up to eight children, each with a frame of its own ([`wide`], [`frame`]), and
+//! every subtree is measured: alpha per axis, and a profile level by level ([`profile`]).
+
+mod binary;
+mod frame;
+mod profile;
+mod unit;
+mod validate;
+mod wide;
+
+pub use profile::LevelProfile;
+pub(crate) use unit::{Triangle, Unit, power_of_two};
+pub use validate::TreeFault;
+pub(crate) use wide::{Node, WIDTH};
+
+use crate::mesh::Mesh;
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::sync::atomic::{AtomicUsize, Ordering};
+use glam::{Mat3, Vec3};
+use profile::Profiles;
+
+/// How a tree is built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct BuildOptions {
+    /// Give each node the frame in which its boxes are smallest; else all boxes are parallel to the mesh's axes.
+    pub frames: bool,
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self { frames: true }
+    }
+}
+
+/// A mesh with its bounding volume tree.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    mesh: Mesh,
+    unit: Unit,
+    nodes: Box<[Node]>,
+    triangles: Box<[Triangle]>,
+    /// Input id of each triangle, in tree order.
+    ids: Box<[u32]>,
+    profiles: Profiles,
+    identity: usize,
+}
+
+/// Numbers that describe a tree; index 0 of a list is the root's level.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct TreeStats {
+    /// Triangles of the mesh.
+    pub triangles: usize,
+    /// Nodes, clusters included.
+    pub nodes: usize,
+    /// Nodes whose children are triangles.
+    pub clusters: usize,
+    /// Levels of nodes; 0 for an empty mesh.
+    pub depth: usize,
+    /// Nodes on each level.
+    pub nodes_per_level: Vec<usize>,
+    /// Mean over the subtrees of each level of their alpha, per axis of their frames.
+    pub alpha_per_level: Vec<Vec3>,
+    /// Bytes of the nodes.
+    pub bytes_nodes: usize,
+    /// Bytes of the triangles as the fast filter reads them, and of their ids.
+    pub bytes_triangles: usize,
+    /// Bytes of the mesh.
+    pub bytes_mesh: usize,
+    /// Bytes of alphas and profiles.
+    pub bytes_profiles: usize,
+}
+
+impl TreeStats {
+    /// All bytes together.
+    pub fn bytes(&self) -> usize {
+        self.bytes_nodes + self.bytes_triangles + self.bytes_mesh + self.bytes_profiles
+    }
+}
+
+impl Tree {
+    /// Builds the tree of `mesh` with the default options. `O(n log n)`.
+    ///
+    /// ```
+    /// use punctual::{Tree, shapes};
+    /// let tree = Tree::new(shapes::icosphere(3));
+    /// assert_eq!(tree.root().unwrap().triangle_count(), 1280);
+    /// ```
+    pub fn new(mesh: Mesh) -> Self {
+        Self::with_options(mesh, &BuildOptions::default())
+    }
+
+    /// Builds the tree of `mesh`. `O(n log n)`.
+    pub fn with_options(mesh: Mesh, options: &BuildOptions) -> Self {
+        static NEXT: AtomicUsize = AtomicUsize::new(0);
+        let unit = Unit::of(&mesh);
+        let binary = binary::build(&unit.corners(&mesh));
+        let triangles: Box<[Triangle]> = unit.triangles(&mesh, &binary.order).collect();
+        let mut nodes = wide::collapse(&binary, &triangles, options).into_boxed_slice();
+        let profiles = Profiles::measure(&mut nodes);
+        let identity = NEXT.fetch_add(1, Ordering::Relaxed);
+        let tree = Self { mesh, unit, nodes, triangles, ids: binary.order.into(), profiles, identity };
+        debug_assert_eq!(tree.validate(), Ok(()));
+        tree
+    }
+
+    /// The mesh it was built of.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// Length of the unit in which subtrees give their extents, in the mesh's own.
+    pub fn unit_length(&self) -> f64 {
+        self.unit.length()
+    }
+
+    /// The whole tree as a subtree; `None` for an empty mesh.
+    pub fn root(&self) -> Option<Subtree<'_>> {
+        self.nodes.first().map(|_| Subtree { tree: self, index: 0 })
+    }
+
+    /// Statistics, `O(nodes)`.
+    pub fn stats(&self) -> TreeStats {
+        let depth = self.nodes.first().map_or(0, |root| usize::from(root.height));
+        let mut nodes_per_level = alloc::vec![0; depth];
+        let mut alpha_per_level = alloc::vec![Vec3::ZERO; depth];
+        for (node, shape) in self.nodes.iter().zip(&self.profiles.shapes) {
+            nodes_per_level[usize::from(node.depth)] += 1;
+            alpha_per_level[usize::from(node.depth)] += shape.alpha;
+        }
+        for (sum, &count) in alpha_per_level.iter_mut().zip(&nodes_per_level) {
+            *sum /= count as f32;
+        }
+        TreeStats {
+            triangles: self.mesh.len(),
+            nodes: self.nodes.len(),
+            clusters: self.nodes.iter().filter(|node| node.is_cluster).count(),
+            depth,
+            nodes_per_level,
+            alpha_per_level,
+            bytes_nodes: size_of_val(&*self.nodes),
+            bytes_triangles: size_of_val(&*self.triangles) + size_of_val(&*self.ids),
+            bytes_mesh: self.mesh.bytes(),
+            bytes_profiles: size_of_val(&*self.profiles.levels) + size_of_val(&*self.profiles.shapes),
+        }
+    }
+
+    /// Whether the tree is sound: every triangle in one cluster and inside every box above it, every profile consistent.
+    ///
+    /// # Errors
+    /// The first fault found. A tree that was built here has none.
+    pub fn validate(&self) -> Result<(), TreeFault> {
+        validate::validate(self)
+    }
+
+    pub(crate) fn unit(&self) -> &Unit {
+        &self.unit
+    }
+
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    pub(crate) fn triangles(&self) -> &[Triangle] {
+        &self.triangles
+    }
+
+    /// Input ids of the triangles, in tree order.
+    pub(crate) fn ids(&self) -> &[u32] {
+        &self.ids
+    }
+
+    /// Differs between any two trees built in this process, clones excepted.
+    pub(crate) fn identity(&self) -> usize {
+        self.identity
+    }
+}
+
+/// A node of a tree with all below it.
+#[derive(Clone, Copy, Debug)]
+pub struct Subtree<'t> {
+    tree: &'t Tree,
+    index: usize,
+}
+
+impl<'t> Subtree<'t> {
+    fn node(&self) -> &'t Node {
+        &self.tree.nodes[self.index]
+    }
+
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> u32 {
+        self.node().triangles
+    }
+
+    /// Whether the children are single triangles.
+    pub fn is_cluster(&self) -> bool {
+        self.node().is_cluster
+    }
+
+    /// Half extents of its box, in the axes of its frame, unit coordinates.
+    pub fn half_extents(&self) -> Vec3 {
+        self.node().own_half.into()
+    }
+
+    /// Its frame: the columns are the axes of its box, in the mesh's axes.
+    pub fn rotation(&self) -> Mat3 {
+        self.node().rotation
+    }
+
+    /// Diminishing factor per axis of the frame, measured end to end: the factor by which boxes shrink on a binary level,
+    /// `(mean triangle extent / own extent)^(1 / log2(triangles))`. Within 0..=1.
+    pub fn alpha(&self) -> Vec3 {
+        self.tree.profiles.shapes[self.index].alpha
+    }
+
+    /// Levels of boxes below it: 1 for a cluster, whose next level are its triangles.
+    pub fn height(&self) -> usize {
+        usize::from(self.node().height)
+    }
+
+    /// The profile of each level below it, its children first; `height()` of them.
+    pub fn profile(&self) -> &'t [LevelProfile] {
+        let first = self.node().profile as usize;
+        &self.tree.profiles.levels[first..first + self.height()]
+    }
+
+    /// The nodes below it; none for a cluster.
+    pub fn children(&self) -> impl Iterator<Item = Subtree<'t>> + use<'t> {
+        let (tree, node) = (self.tree, self.node());
+        let count = if node.is_cluster { 0 } else { usize::from(node.children) };
+        (0..count).map(move |i| Subtree { tree, index: node.first_child as usize + i })
+    }
+
+    /// Ids of its triangles in the input mesh.
+    pub fn triangles(&self) -> impl Iterator<Item = u32> + use<'t> {
+        self.tree.ids[self.node().triangle_range()].iter().copied()
+    }
+}

@@ -1,0 +1,90 @@
+//! Unit coordinates: where a tree keeps its boxes and the triangles of the fast filter.
+//!
+//! `u = (x - origin) * 2^-exponent` moves the mesh's box to the origin and scales its longest half extent into
+//! `(1/2, 1]`, so that `f32` serves meshes far from their origin, tiny and huge ones alike. The scaling is a power of two
+//! and so loses nothing; the shift is rounded in `f64`. The exact stage never sees these coordinates.
+
+use crate::mesh::Mesh;
+use alloc::vec::Vec;
+use glam::{DVec3, Vec3};
+
+/// The map from mesh to unit coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Unit {
+    /// Centre of the mesh's box, mesh coordinates.
+    pub origin: DVec3,
+    /// log2 of the length of one unit.
+    pub exponent: i32,
+}
+
+/// The three corners of a triangle, unit coordinates, off by at most 2^-24 each.
+#[derive(Clone, Copy)]
+pub(super) struct Corners(pub [Vec3; 3]);
+
+/// A triangle as the fast filter reads it: the first corner and the edges to the other two, unit coordinates.
+///
+/// Twelve numbers in three rows of four: `first` (x, y, z), `edge1`, `edge2`, and `rest`, what rounding left of the first
+/// corner. `first + rest` is off by at most 2^-47, an edge by 2^-24 of its length and 2^-52.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub(crate) struct Triangle(pub [[f32; 4]; 3]);
+
+const _: () = assert!(size_of::<Triangle>() == 48);
+
+impl Unit {
+    pub fn of(mesh: &Mesh) -> Self {
+        if mesh.is_empty() {
+            return Self { origin: DVec3::ZERO, exponent: 0 };
+        }
+        let bounds = mesh.aabb();
+        // Halves first: the sum of two finite corners may overflow.
+        let origin = bounds.min * 0.5 + bounds.max * 0.5;
+        let reach = (bounds.max - origin).max(origin - bounds.min).max_element();
+        // A point has no extent of its own; its distance from the origin is the scale that rounding knows.
+        let scale = if reach > 0.0 { reach } else { origin.abs().max_element() };
+        Self { origin, exponent: exponent_above(scale).clamp(-1000, 1010) }
+    }
+
+    /// Length of one unit, mesh coordinates.
+    pub fn length(&self) -> f64 {
+        power_of_two(self.exponent)
+    }
+
+    fn of_point(&self, x: DVec3) -> DVec3 {
+        (x - self.origin) * power_of_two(-self.exponent)
+    }
+
+    /// The triangles of `mesh` in the given order.
+    pub fn triangles<'m>(&'m self, mesh: &'m Mesh, order: &'m [u32]) -> impl Iterator<Item = Triangle> + 'm {
+        order.iter().map(|&id| {
+            let [a, b, c] = mesh.triangle(id as usize).map(|x| self.of_point(x));
+            let (p, e, f) = (a.as_vec3(), (b - a).as_vec3(), (c - a).as_vec3());
+            let rest = (a - p.as_dvec3()).as_vec3();
+            Triangle([[p.x, p.y, p.z, e.x], [e.y, e.z, f.x, f.y], [f.z, rest.x, rest.y, rest.z]])
+        })
+    }
+
+    /// The corners of all triangles of `mesh`, in its order.
+    pub(super) fn corners(&self, mesh: &Mesh) -> Vec<Corners> {
+        (0..mesh.len()).map(|i| Corners(mesh.triangle(i).map(|x| self.of_point(x).as_vec3()))).collect()
+    }
+}
+
+impl Triangle {
+    /// The corners, off by at most 2^-22.
+    pub fn corners(&self) -> [Vec3; 3] {
+        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = self.0;
+        let first = Vec3::new(x, y, z);
+        [first, first + Vec3::new(ex, ey, ez), first + Vec3::new(fx, fy, fz)]
+    }
+}
+
+/// Least `e` with `x < 2^e`, for a positive finite normal `x`; about that for a denormal one.
+fn exponent_above(x: f64) -> i32 {
+    ((x.to_bits() >> 52) & 0x7ff) as i32 - 1022
+}
+
+/// `2^e` for `|e| <= 1020`.
+pub(crate) fn power_of_two(e: i32) -> f64 {
+    f64::from_bits(((e + 1023) as u64) << 52)
+}

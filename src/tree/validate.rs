@@ -1,0 +1,111 @@
+//! The invariants of a tree, checked one by one; for tests and debug builds.
+
+use super::{Node, Tree};
+use crate::math::tolerance::BOX_ROUNDING;
+use core::fmt;
+use core::ops::Range;
+use glam::{DVec3, Mat3, Vec3};
+
+/// What is wrong with a tree, and with which node or triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum TreeFault {
+    /// The clusters do not hold every triangle of the mesh exactly once; the first triangle (input id) at fault.
+    Triangle(u32),
+    /// The children of this node do not follow one another or do not make up its triangles.
+    Children(usize),
+    /// A triangle leaves the box of this node, or of one of its children.
+    Outside(usize),
+    /// The frame of this node is no rotation.
+    Frame(usize),
+    /// The profile or an alpha of this node is out of its range.
+    Profile(usize),
+}
+
+impl fmt::Display for TreeFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Triangle(id) => write!(f, "triangle {id} is not in exactly one cluster"),
+            Self::Children(node) => write!(f, "the children of node {node} do not make up its triangles"),
+            Self::Outside(node) => write!(f, "a triangle leaves a box of node {node}"),
+            Self::Frame(node) => write!(f, "the frame of node {node} is no rotation"),
+            Self::Profile(node) => write!(f, "the profile of node {node} is out of range"),
+        }
+    }
+}
+
+impl core::error::Error for TreeFault {}
+
+pub(super) fn validate(tree: &Tree) -> Result<(), TreeFault> {
+    let mut seen = alloc::vec![false; tree.mesh.len()];
+    for &id in &tree.ids {
+        if core::mem::replace(&mut seen[id as usize], true) {
+            return Err(TreeFault::Triangle(id));
+        }
+    }
+    if let Some(missing) = seen.iter().position(|seen| !seen) {
+        return Err(TreeFault::Triangle(missing as u32));
+    }
+    for index in 0..tree.nodes.len() {
+        children(tree, index)?;
+        boxes(tree, index)?;
+        profile(tree, index)?;
+    }
+    Ok(())
+}
+
+/// The triangles, in tree order, of child `i` of `node`.
+fn child_range(tree: &Tree, node: &Node, i: usize) -> Range<usize> {
+    let child = node.first_child as usize + i;
+    if node.is_cluster { child..child + 1 } else { tree.nodes[child].triangle_range() }
+}
+
+fn children(tree: &Tree, index: usize) -> Result<(), TreeFault> {
+    let node = &tree.nodes[index];
+    let mut next = node.triangle_range().start;
+    for i in 0..usize::from(node.children) {
+        let range = child_range(tree, node, i);
+        if range.start != next || range.is_empty() {
+            return Err(TreeFault::Children(index));
+        }
+        next = range.end;
+    }
+    if next != node.triangle_range().end || node.children == 0 { Err(TreeFault::Children(index)) } else { Ok(()) }
+}
+
+fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
+    let node = &tree.nodes[index];
+    let deviation = node.rotation.transpose() * node.rotation - Mat3::IDENTITY;
+    if deviation.to_cols_array().iter().any(|d| d.abs() > 1e-6) {
+        return Err(TreeFault::Frame(index));
+    }
+    let to_frame = node.rotation.transpose().as_dmat3();
+    for i in 0..usize::from(node.children) {
+        let lane = |boxes: &[[f32; 8]; 3]| Vec3::from_array([0, 1, 2].map(|k| boxes[k][i])).as_dvec3();
+        for triangle in child_range(tree, node, i) {
+            for x in tree.mesh.triangle(tree.ids[triangle] as usize) {
+                let x = to_frame * ((x - tree.unit.origin) / tree.unit.length());
+                let inside = |center: DVec3, half: DVec3| {
+                    (x - center).abs().cmple(half + DVec3::splat(f64::from(BOX_ROUNDING))).all()
+                };
+                let own = inside(Vec3::from(node.own_center).as_dvec3(), Vec3::from(node.own_half).as_dvec3());
+                if !own || !inside(lane(&node.center), lane(&node.half)) {
+                    return Err(TreeFault::Outside(index));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn profile(tree: &Tree, index: usize) -> Result<(), TreeFault> {
+    let subtree = super::Subtree { tree, index };
+    let levels = subtree.profile();
+    let sane = |level: &super::LevelProfile| {
+        level.nodes >= 1.0 && level.half_extent.cmpge(Vec3::ZERO).all() && level.variance.cmpge(Vec3::ZERO).all()
+    };
+    let alpha = subtree.alpha();
+    let in_range = alpha.cmpge(Vec3::ZERO).all() && alpha.cmple(Vec3::ONE).all();
+    let counted = levels[0].nodes == f32::from(subtree.node().children);
+    if in_range && counted && levels.iter().all(sane) { Ok(()) } else { Err(TreeFault::Profile(index)) }
+}

@@ -1,0 +1,197 @@
+//! Eight triangle pairs at a time in `f32`: certain hits, certain misses, and the rest in doubt.
+//!
+//! All is relative to the first corner of A's triangle, where cancellation has been done in `f64`. With edges `p1, p2` of A
+//! and `f1, f2` of B and `q` the first corner of B, four cross products and ten dot products give the distances of all
+//! corners from the other plane and the nine products of edge lines (positive where one line passes the other
+//! counterclockwise). Two triangles that meet and are not coplanar have an edge of one that meets the other; so a pair is
+//! - a hit if an edge certainly crosses the other plane and certainly passes all three edges there on the same side,
+//! - a miss if all corners of one are certainly on one side of the other's plane, or if each of the six edges certainly
+//!   misses the other triangle: both ends on one side, or passing its edges on different sides.
+//!
+//! Each value has an error bound of its own lane, from the largest components `P`, `F`, `Q` of `p`, `f`, `q`; they are
+//! derived in `docs/numerics.md`. Coplanar and degenerate pairs always end in doubt.
+
+use crate::math::lanes::{D8, F8, Lanes, V8, cross, dot, per_axis};
+use crate::math::tolerance::ROUNDING;
+
+/// A triangle: first corner, two edges, and the rounding rest of the first corner, in rows of four.
+pub(crate) type Rows = [[f32; 4]; 3];
+
+/// B in A's coordinates, for triangles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placement {
+    /// Rotation times scale, row by row.
+    pub linear: [[f64; 3]; 3],
+    pub translation: [f64; 3],
+    /// Bound on the error of a corner so placed, beyond its rounding to `f32`, A's units.
+    pub slop: f32,
+    /// The same for an edge of B, over [`ROUNDING`].
+    pub edge_slop: f32,
+}
+
+/// One bit a lane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Verdicts {
+    pub hit: u32,
+    pub doubt: u32,
+}
+
+/// Tests `a[i]` against `b[i]` for the eight lanes.
+#[inline(always)]
+pub(crate) fn test<L: Lanes>(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placement: &Placement) -> Verdicts {
+    let a = Transposed::new(lanes, a);
+    let b = Transposed::new(lanes, b);
+    let q = first_corner(lanes, &a, &b, placement);
+    let (p1, p2) = (a.edge1, a.edge2);
+    let (f1, f2) = (rotate(lanes, &placement.linear, b.edge1), rotate(lanes, &placement.linear, b.edge2));
+
+    let bounds = Bounds::new(lanes, [p1, p2], [f1, f2], q, placement);
+    let normal_a = cross(p1, p2);
+    let normal_b = cross(f1, f2);
+    let (x1, x2) = (cross(q, f1), cross(q, f2));
+
+    let (g1, g2) = (dot(normal_a, f1), dot(normal_a, f2));
+    let (w1, w2) = (dot(normal_b, p1), dot(normal_b, p2));
+    let (a0, b0) = (dot(normal_a, q), -dot(normal_b, q));
+    let of_b = signs([a0, a0 + g1, a0 + g2], bounds.plane_a);
+    let of_a = signs([b0, b0 + w1, b0 + w2], bounds.plane_b);
+
+    // Products of edge lines: rows are the edges of A, columns those of B, both in turn 01, 12, 20.
+    let (u11, u12, u21, u22) = (dot(p1, x1), dot(p1, x2), dot(p2, x1), dot(p2, x2));
+    let (v1, v2) = (u12 - u11 + w1, u22 - u21 + w2);
+    let middle = v2 - v1 + (g2 - g1);
+    let mut rows = [
+        signs([u11, v1, -u12], bounds.line),
+        signs([u21 - u11 + g1, middle, u12 - u22 - g2], bounds.line),
+        signs([-u21, -v2, u22], bounds.line),
+    ];
+    rows[1][1] = Sign::of(middle, bounds.middle);
+
+    let [x, y, z] = per_axis!(j => edge(of_b[j], of_b[(j + 1) % 3], [rows[0][j], rows[1][j], rows[2][j]]));
+    let [u, v, w] = per_axis!(i => edge(of_a[i], of_a[(i + 1) % 3], rows[i]));
+    let hit = x.hit.or(y.hit).or(z.hit).or(u.hit).or(v.hit).or(w.hit);
+    let miss = x.miss.and(y.miss).and(z.miss).and(u.miss).and(v.miss).and(w.miss);
+    let one_side = Sign::same(of_a).or(Sign::same(of_b));
+    let (hit, miss) = (hit.mask(), miss.or(one_side).mask());
+    Verdicts { hit, doubt: !(hit | miss) & 0xff }
+}
+
+/// Eight triangles by component.
+struct Transposed<L: Lanes> {
+    first: V8<L>,
+    edge1: V8<L>,
+    edge2: V8<L>,
+    rest: V8<L>,
+}
+
+impl<L: Lanes> Transposed<L> {
+    #[inline(always)]
+    fn new(lanes: L, rows: [&Rows; 8]) -> Self {
+        let [a, b, c, d, e, f, g, h] = rows;
+        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, rx, ry, rz]] =
+            per_axis!(i => F8::transpose(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
+        Self { first: [x, y, z], edge1: [ex, ey, ez], edge2: [fx, fy, fz], rest: [rx, ry, rz] }
+    }
+
+    #[inline(always)]
+    fn corner(&self) -> [D8<L>; 3] {
+        per_axis!(k => self.first[k].widen() + self.rest[k].widen())
+    }
+}
+
+/// First corner of B's triangle relative to that of A's, A's units, computed in `f64`.
+#[inline(always)]
+fn first_corner<L: Lanes>(lanes: L, a: &Transposed<L>, b: &Transposed<L>, placement: &Placement) -> V8<L> {
+    let (a, b) = (a.corner(), b.corner());
+    per_axis!(k => {
+        let [x, y, z] = placement.linear[k];
+        let x = D8::splat(lanes, x) * b[0] + D8::splat(lanes, y) * b[1] + D8::splat(lanes, z) * b[2];
+        (x + (D8::splat(lanes, placement.translation[k]) - a[k])).narrow()
+    })
+}
+
+/// An edge of B in A's coordinates.
+#[inline(always)]
+fn rotate<L: Lanes>(lanes: L, linear: &[[f64; 3]; 3], edge: V8<L>) -> V8<L> {
+    per_axis!(k => dot(per_axis!(j => F8::splat(lanes, linear[k][j] as f32)), edge))
+}
+
+#[inline(always)]
+fn largest<L: Lanes>(v: V8<L>) -> F8<L> {
+    v[0].abs().max(v[1].abs()).max(v[2].abs())
+}
+
+/// Error bounds of the computed values.
+struct Bounds<L: Lanes> {
+    plane_a: F8<L>,
+    plane_b: F8<L>,
+    line: F8<L>,
+    middle: F8<L>,
+}
+
+impl<L: Lanes> Bounds<L> {
+    #[inline(always)]
+    fn new(lanes: L, p: [V8<L>; 2], f: [V8<L>; 2], q: V8<L>, placement: &Placement) -> Self {
+        // Absolute errors, of corners and edges, count as if the component were as much larger as it takes to explain
+        // them by one rounding.
+        let q = largest(q) + F8::splat(lanes, placement.slop * (1.0 / ROUNDING));
+        let p = largest(p[0]).max(largest(p[1])) + F8::splat(lanes, EDGE_SLOP);
+        let f = largest(f[0]).max(largest(f[1])) + F8::splat(lanes, placement.edge_slop);
+        let underflow = F8::splat(lanes, 1e-36);
+        let line = p * f * (p + f + q) * F8::splat(lanes, 256.0 * ROUNDING) + underflow;
+        Self {
+            plane_a: p * p * (q + f) * F8::splat(lanes, 128.0 * ROUNDING) + underflow,
+            plane_b: f * f * (q + p) * F8::splat(lanes, 192.0 * ROUNDING) + underflow,
+            line,
+            middle: line * F8::splat(lanes, 2.25),
+        }
+    }
+}
+
+/// 2^-52, the absolute error of an edge, over [`ROUNDING`].
+pub(crate) const EDGE_SLOP: f32 = ROUNDING / 16.0;
+
+/// Masks: certainly positive, certainly negative.
+#[derive(Clone, Copy)]
+struct Sign<L: Lanes> {
+    positive: F8<L>,
+    negative: F8<L>,
+}
+
+impl<L: Lanes> Sign<L> {
+    #[inline(always)]
+    fn of(value: F8<L>, bound: F8<L>) -> Self {
+        Self { positive: bound.less(value), negative: value.less(-bound) }
+    }
+
+    /// All three certainly the same.
+    #[inline(always)]
+    fn same([x, y, z]: [Self; 3]) -> F8<L> {
+        x.positive.and(y.positive).and(z.positive).or(x.negative.and(y.negative).and(z.negative))
+    }
+
+    /// Two certainly different.
+    #[inline(always)]
+    fn mixed([x, y, z]: [Self; 3]) -> F8<L> {
+        x.positive.or(y.positive).or(z.positive).and(x.negative.or(y.negative).or(z.negative))
+    }
+}
+
+#[inline(always)]
+fn signs<L: Lanes>(values: V8<L>, bound: F8<L>) -> [Sign<L>; 3] {
+    per_axis!(k => Sign::of(values[k], bound))
+}
+
+/// What is certain of an edge against a triangle.
+struct Edge<L: Lanes> {
+    hit: F8<L>,
+    miss: F8<L>,
+}
+
+/// An edge whose ends have the given signs about the plane and whose line passes the three edges at the given sides.
+#[inline(always)]
+fn edge<L: Lanes>(start: Sign<L>, end: Sign<L>, sides: [Sign<L>; 3]) -> Edge<L> {
+    let crosses = start.positive.and(end.negative).or(start.negative.and(end.positive));
+    let stays = start.positive.and(end.positive).or(start.negative.and(end.negative));
+    Edge { hit: crosses.and(Sign::same(sides)), miss: stays.or(Sign::mixed(sides)) }
+}

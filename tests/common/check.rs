@@ -1,0 +1,99 @@
+//! What must be true of every outcome, wherever the query stopped.
+
+use punctual::{Budget, Certificate, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Verdict, Workspace};
+
+/// A budget that no query uses up. Unlike with [`Budget::unlimited`] the query cannot know that, so it goes about its
+/// visits as with any other budget, and a run that was stopped ends in the same bits.
+pub const ENOUGH: Budget = Budget::work(u64::MAX);
+
+/// One run without the system clock: it needs no feature.
+pub fn run(query: &Query, workspace: &mut Workspace, budget: Budget) -> Outcome {
+    query.run_with(workspace, None, budget, &ManualClock::new())
+}
+
+/// One run with a memory, without the system clock.
+pub fn run_with_memory(query: &Query, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Outcome {
+    query.run_with(workspace, Some(memory), budget, &ManualClock::new())
+}
+
+/// One resumption without the system clock.
+pub fn resume(query: &Query, workspace: &mut Workspace, budget: Budget) -> Outcome {
+    query.resume_with(workspace, None, budget, &ManualClock::new()).expect("the workspace holds a stopped run")
+}
+
+/// Runs to the end, emptying the pair buffer as often as it fills: the last outcome and all pairs.
+pub fn run_to_end(query: &Query, workspace: &mut Workspace, budget: Budget) -> (Outcome, Vec<[u32; 2]>) {
+    let mut outcome = run(query, workspace, budget);
+    let mut pairs = Vec::new();
+    while outcome.stop == StopReason::PairsFull {
+        let before = pairs.len();
+        pairs.extend(workspace.drain_pairs());
+        assert!(pairs.len() > before, "full without a pair: no progress");
+        outcome = resume(query, workspace, budget);
+    }
+    pairs.extend(workspace.drain_pairs());
+    (outcome, pairs)
+}
+
+/// `pairs` in ascending order.
+pub fn sorted(pairs: &[[u32; 2]]) -> Vec<[u32; 2]> {
+    let mut pairs = pairs.to_vec();
+    pairs.sort_unstable();
+    pairs
+}
+
+/// No false verdict, no false pair, no pair twice, honest counts. `truth` is ascending.
+#[track_caller]
+pub fn assert_sound(outcome: &Outcome, pairs: &[[u32; 2]], truth: &[[u32; 2]]) {
+    let known = |pair: &[u32; 2]| truth.binary_search(pair).is_ok();
+    if let Some(false_pair) = pairs.iter().find(|pair| !known(pair)) {
+        panic!("{false_pair:?} do not intersect");
+    }
+    let ascending = sorted(pairs);
+    assert!(ascending.windows(2).all(|two| two[0] != two[1]), "a pair was reported twice");
+    assert_eq!(outcome.found, pairs.len() as u64, "count of found pairs");
+    match outcome.verdict {
+        Verdict::Intersecting { witness } => assert!(known(&witness), "false witness {witness:?}"),
+        Verdict::Separated => {
+            assert!(truth.is_empty(), "false Separated, truth {}", truth.len());
+            assert_eq!(outcome.stop, StopReason::Finished);
+        }
+        Verdict::Undecided => {
+            assert!(pairs.is_empty(), "Undecided with a proof at hand");
+            let stopped = matches!(outcome.stop, StopReason::Deadline | StopReason::WorkLimit);
+            assert!(stopped, "Undecided, but {:?}", outcome.stop);
+        }
+    }
+    let levels: u64 = outcome.stats.bv_tests_per_level.iter().sum();
+    assert_eq!(levels, outcome.stats.bv_tests, "tests over all levels");
+}
+
+/// A run that nothing stopped: the whole truth in `All`, one true pair in `Any`.
+#[track_caller]
+pub fn assert_complete(mode: Mode, outcome: &Outcome, pairs: &[[u32; 2]], truth: &[[u32; 2]]) {
+    assert_sound(outcome, pairs, truth);
+    let hit = matches!(outcome.verdict, Verdict::Intersecting { .. });
+    assert_eq!(hit, !truth.is_empty(), "{:?}", outcome.verdict);
+    match mode {
+        Mode::Any if hit => assert_eq!(outcome.stop, StopReason::FirstHit),
+        _ => assert_eq!(outcome.stop, StopReason::Finished),
+    }
+    if mode == Mode::All {
+        assert_eq!(sorted(pairs), truth, "pairs");
+    }
+}
+
+/// The bound holds and the boxes are as large as said.
+#[track_caller]
+pub fn assert_certificate(certificate: &Certificate, outcome: &Outcome, truth: usize) {
+    let bound = certificate.upper_bound();
+    assert!(bound >= truth as u64, "bound {bound} below truth {truth}");
+    assert!(bound >= outcome.found);
+    let largest = certificate.boxes().map(|open| open.extents().max_element()).fold(0.0, f64::max);
+    assert!(largest <= certificate.largest_extent(), "a box of {largest}, said {}", certificate.largest_extent());
+    if outcome.stop == StopReason::Finished {
+        assert_eq!(bound, outcome.found, "finished, so nothing is open");
+        assert_eq!(certificate.open_pairs(), 0);
+        assert_eq!(certificate.boxes().count(), 0);
+    }
+}

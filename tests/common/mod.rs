@@ -1,0 +1,21 @@
+//! What the contract tests share: random input, input from files, the reference answer, and the checks
+//! that every outcome must pass.
+#![allow(dead_code, reason = "each test file is a crate of its own and uses a part")]
+
+pub mod check;
+pub mod files;
+pub mod random;
+pub mod reference;
+
+use punctual::{Mode, Order};
+
+pub const MODES: [Mode; 2] = [Mode::Any, Mode::All];
+
+pub const ORDERS: [Order; 6] = [
+    Order::Penetration,
+    Order::LowAlpha,
+    Order::OverlapVolume,
+    Order::DepthFirst,
+    Order::BreadthFirst,
+    Order::Random(7),
+];

@@ -1,0 +1,162 @@
+//! A query touches no allocator: in any mode and order, with and without memory, finished, stopped, resumed, with
+//! full buffers, through the exact stage, and while its certificate is read.
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::hint::black_box;
+use std::time::Duration;
+
+use common::random::{Drift, Family, Random, pose_about, soup};
+use common::{MODES, ORDERS};
+use punctual::glam::{DVec3, Vec3};
+use punctual::{Budget, ManualClock, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes};
+
+struct Counting;
+
+thread_local! {
+    static CALLS: Cell<u64> = const { Cell::new(0) };
+}
+
+fn count() {
+    // A thread that is shutting down has no counter any more, and runs no test.
+    let _ = CALLS.try_with(|calls| calls.set(calls.get() + 1));
+}
+
+// SAFETY: every call goes to the system allocator unchanged; counting allocates nothing.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promises are those of `System`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count();
+        // SAFETY: as above; `pointer` came from `System`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: as above.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Calls to the allocator made by this thread during `work`.
+fn allocator_calls(work: impl FnOnce()) -> u64 {
+    let before = CALLS.get();
+    work();
+    CALLS.get() - before
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocator_calls(|| drop(black_box(Box::new(1u8)))), 2);
+    assert_eq!(allocator_calls(|| ()), 0);
+}
+
+/// Everything a caller can do with a query inside a frame.
+fn use_query(query: &Query, workspace: &mut Workspace, mut memory: Option<&mut PairMemory>) {
+    let clock = ManualClock::ticking(Duration::from_micros(1));
+    let budgets = [
+        Budget::work(0),
+        Budget::work(60),
+        Budget::work(5_000),
+        Budget::time(Duration::from_micros(3)),
+        Budget::unlimited(),
+    ];
+    for budget in budgets {
+        let mut outcome = query.run_with(workspace, memory.as_deref_mut(), budget, &clock);
+        for resumption in 0.. {
+            let certificate = query.certificate(workspace).unwrap();
+            black_box((certificate.upper_bound(), certificate.largest_extent()));
+            black_box(certificate.boxes().count());
+            match outcome.stop {
+                StopReason::Finished | StopReason::FirstHit => break,
+                StopReason::PairsFull => drop(black_box(workspace.drain_pairs())),
+                _ => {}
+            }
+            let more = budgets[1 + resumption % 4];
+            let again = query.resume_with(workspace, memory.as_deref_mut(), more, &clock);
+            outcome = again.unwrap();
+        }
+        black_box(workspace.pairs());
+    }
+}
+
+#[track_caller]
+fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
+    let workspaces = [Workspace::new(), Workspace::with_capacity(0, 1), Workspace::with_capacity(3, 5)];
+    for mut workspace in workspaces {
+        for mode in MODES {
+            for order in ORDERS {
+                let query = Query::new(a, b, pose).mode(mode).order(order);
+                for query in [query, query.grain(0.0), query.grain(0.0).pair_limit(3)] {
+                    let mut memory = PairMemory::new();
+                    let calls = allocator_calls(|| {
+                        use_query(&query, &mut workspace, None);
+                        use_query(&query, &mut workspace, Some(&mut memory));
+                        use_query(&query, &mut workspace, Some(&mut memory));
+                    });
+                    assert_eq!(calls, 0, "{mode:?} {order:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn shapes_in_contact_and_apart() {
+    let knot = Tree::new(shapes::torus_knot(2, 3, 0.2, 24));
+    let gear = Tree::new(shapes::gear(11, 3));
+    let mut random = Random::new(3);
+    for reach in [0.3, 1.0, 30.0] {
+        let pose = pose_about(DVec3::ZERO, reach, Drift::Scale, &mut random);
+        assert_no_calls(&knot, &gear, pose);
+    }
+}
+
+/// Coplanar, degenerate and f64 triangles reach the exact stage, which must not allocate either.
+#[test]
+fn pairs_that_need_the_exact_stage() {
+    let mut random = Random::new(8);
+    for family in [Family::Grid, Family::Degenerate, Family::FarOffset, Family::Denormal, Family::Enormous] {
+        let a = Tree::new(soup(family, 25, &mut random));
+        let b = Tree::new(soup(family, 25, &mut random));
+        assert_no_calls(&a, &b, Pose::IDENTITY);
+    }
+    let cube = Tree::new(shapes::cuboid(Vec3::ONE, 2));
+    assert_no_calls(&cube, &cube, Pose::IDENTITY);
+    let query = Query::new(&cube, &cube, Pose::IDENTITY).mode(Mode::All);
+    let outcome = common::check::run(&query, &mut Workspace::new(), Budget::unlimited());
+    assert!(outcome.stats.exact_tests > 0, "the exact stage was not reached");
+}
+
+#[test]
+fn empty_meshes() {
+    let empty = Tree::new(soup(Family::Uniform, 0, &mut Random::new(0)));
+    let sphere = Tree::new(shapes::icosphere(1));
+    assert_no_calls(&empty, &sphere, Pose::IDENTITY);
+}
+
+#[cfg(feature = "std")]
+#[test]
+fn the_system_clock() {
+    let sphere = Tree::new(shapes::icosphere(3));
+    let query = Query::new(&sphere, &sphere, Pose::IDENTITY).mode(Mode::All);
+    let mut workspace = Workspace::new();
+    let calls = allocator_calls(|| {
+        let budget = Budget::time(Duration::from_micros(20));
+        let outcome = query.run(&mut workspace, budget);
+        if outcome.stop == StopReason::Deadline {
+            let _ = black_box(query.resume(&mut workspace, Budget::unlimited()));
+        }
+    });
+    assert_eq!(calls, 0);
+}

@@ -1,0 +1,134 @@
+//! Runs the built program in a folder of its own and takes its output apart.
+
+use std::fs;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+pub const HEADER: &str = "pose,hit,pairs,bv_tests,ns,verdict,stop,primitive_tests,work,upper_bound";
+pub const IDENTITY: &str = "1 0 0 0 0 1 0 0 0 0 1 0\n";
+
+static FOLDERS: AtomicU32 = AtomicU32::new(0);
+
+/// A folder for the files of one test, removed in the end.
+pub struct Folder(PathBuf);
+
+impl Folder {
+    pub fn new() -> Self {
+        let name = format!("punctual-{}-{}", std::process::id(), FOLDERS.fetch_add(1, Ordering::Relaxed));
+        let path = std::env::temp_dir().join(name);
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        fs::write(self.0.join(name), content).unwrap();
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.0.join(name)).unwrap()
+    }
+
+    /// Runs the program here, with arguments separated by blanks.
+    pub fn run(&self, arguments: &str) -> Answer {
+        self.run_with_input(arguments, "")
+    }
+
+    pub fn run_with_input(&self, arguments: &str, input: &str) -> Answer {
+        let mut child = self.command(arguments).stdin(Stdio::piped()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
+        Answer::new(&child.wait_with_output().unwrap())
+    }
+
+    pub fn command(&self, arguments: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_punctual"));
+        command.current_dir(&self.0).args(arguments.split_whitespace());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Exit status and both outputs; a panic fails the test here.
+pub struct Answer {
+    pub status: i32,
+    pub out: String,
+    pub err: String,
+}
+
+impl Answer {
+    pub fn new(output: &Output) -> Self {
+        let [out, err] = [&output.stdout, &output.stderr].map(|text| String::from_utf8(text.clone()).unwrap());
+        assert!(!err.contains("panicked"), "{err}");
+        Self { status: output.status.code().expect("an exit status"), out, err }
+    }
+
+    /// The rows of `punctual pair`, after a check of its first two lines.
+    pub fn rows(&self) -> Vec<Row> {
+        let mut lines = self.out.lines();
+        let first = lines.next().unwrap_or_else(|| panic!("no output; {}", self.err));
+        let version = concat!("# peer=punctual version=", env!("CARGO_PKG_VERSION"), " build_ns=");
+        assert!(first.strip_prefix(version).unwrap().parse::<u64>().is_ok(), "{first}");
+        assert_eq!(lines.next(), Some(HEADER));
+        lines.enumerate().map(|(pose, line)| Row::new(pose, line)).collect()
+    }
+
+    /// No result, status 2, and a message that contains all of `parts`.
+    pub fn assert_refused(&self, parts: &[&str]) {
+        assert_eq!(self.status, 2, "{}{}", self.out, self.err);
+        assert_eq!(self.out, "");
+        for part in parts {
+            assert!(self.err.contains(part), "`{part}` is not in: {}", self.err);
+        }
+    }
+}
+
+/// One row of `punctual pair`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    pub hit: String,
+    pub pairs: i64,
+    pub verdict: String,
+    pub stop: String,
+    pub work: u64,
+    /// -1 in an error row.
+    pub upper_bound: i64,
+}
+
+impl Row {
+    fn new(pose: usize, line: &str) -> Self {
+        let fields: Vec<&str> = line.split(',').collect();
+        assert_eq!(fields.len(), HEADER.split(',').count(), "{line}");
+        assert_eq!(fields[0], pose.to_string(), "{line}");
+        for number in [3, 4, 7] {
+            assert!(fields[number].parse::<u64>().is_ok(), "{line}");
+        }
+        let row = Self {
+            hit: fields[1].into(),
+            pairs: fields[2].parse().unwrap(),
+            verdict: fields[5].into(),
+            stop: fields[6].into(),
+            work: fields[8].parse().unwrap(),
+            upper_bound: fields[9].parse().unwrap_or(-1),
+        };
+        let hit = match row.verdict.as_str() {
+            "intersecting" => "1",
+            "separated" | "undecided" => "0",
+            "error" => "invalid",
+            _ => panic!("{line}"),
+        };
+        assert_eq!(row.hit, hit, "{line}");
+        assert_eq!(row.verdict == "error", row.stop.is_empty() && row.upper_bound < 0, "{line}");
+        row
+    }
+
+    pub fn is_error(&self) -> bool {
+        self.verdict == "error"
+    }
+}
