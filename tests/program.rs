@@ -1,6 +1,8 @@
 //! The program `punctual`, from outside: its output, its messages, its exit status.
 #![cfg(feature = "cli")]
 
+#[path = "program/cases.rs"]
+mod cases;
 mod common;
 #[path = "program/damage.rs"]
 mod damage;
@@ -10,10 +12,8 @@ mod run;
 mod write;
 
 use std::io::Write;
-use std::path::Path;
 use std::process::Stdio;
 
-use common::files::{Truth, shared, text, truth, value};
 use punctual::shapes::{cuboid, icosphere};
 use run::{Answer, Folder, IDENTITY};
 
@@ -260,51 +260,4 @@ fn closed_pipe_is_no_failure() {
     let _ = child.stdin.take().unwrap().write_all(line.repeat(20_000).as_bytes());
     let answer = Answer::new(&child.wait_with_output().unwrap());
     assert_eq!((answer.status, answer.err.as_str()), (0, ""));
-}
-
-/// Compares both modes with the truth of a case, where `expect` asks for it.
-fn check_case(case: &Path) {
-    let name = case.display();
-    let expect = text(&case.join("case.txt"));
-    let expect = value(&expect, "expect").unwrap();
-    let truth = truth(&case.join("truth.csv"));
-    for mode in ["any", "all"] {
-        let files = ["a.obj", "b.obj", "poses.txt"].map(|file| case.join(file));
-        let folder = Folder::new();
-        let mut command = folder.command(&format!("pair --mode {mode}"));
-        let answer = Answer::new(&command.args(files).output().unwrap());
-        if answer.status == 2 {
-            assert!(expect.contains("error"), "{name}: {}", answer.err);
-            answer.assert_refused(&[".obj"]);
-            continue;
-        }
-        let rows = answer.rows();
-        assert_eq!(rows.len(), truth.len(), "{name}");
-        assert_eq!(answer.status, i32::from(rows.iter().any(run::Row::is_error)), "{name}");
-        for (pose, (row, truth)) in rows.iter().zip(&truth).enumerate() {
-            let allowed = match truth {
-                _ if row.is_error() => expect.contains("error"),
-                Truth::Invalid => false,
-                Truth::Pairs(pairs) => {
-                    let count = if mode == "any" { -1 } else { *pairs as i64 };
-                    expect.contains("truth") && (row.hit == "1") == (*pairs > 0) && row.pairs == count
-                }
-            };
-            assert!(allowed, "{name}, pose {pose}, --mode {mode}: {row:?}, {truth:?}, expected is {expect}");
-        }
-    }
-}
-
-#[test]
-fn hard_cases_are_answered_or_refused_as_expected() {
-    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/meshes");
-    let shared = shared("hardcases/meshes");
-    for folder in [Some(fixtures), shared].into_iter().flatten() {
-        let mut cases = 0;
-        for case in std::fs::read_dir(folder).unwrap() {
-            check_case(&case.unwrap().path());
-            cases += 1;
-        }
-        assert!(cases > 0);
-    }
 }
