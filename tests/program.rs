@@ -83,8 +83,9 @@ fn every_order_and_budget_is_sound() {
 #[test]
 fn every_work_budget_is_kept_and_repeatable() {
     let (folder, _) = spheres();
-    let full = folder.run("pair a.obj b.obj poses.txt --mode all").rows()[1].work;
-    for budget in (0..full).step_by((full / 10).max(1) as usize) {
+    let limit = u64::MAX;
+    let full = folder.run(&format!("pair a.obj b.obj poses.txt --mode all --budget-work {limit}")).rows()[1].work;
+    for budget in (0..full - punctual::MAX_STEP_WORK).step_by((full / 10).max(1) as usize) {
         let command = format!("pair a.obj b.obj poses.txt --mode all --budget-work {budget}");
         let (rows, again) = (folder.run(&command).rows(), folder.run(&command).rows());
         assert_eq!(rows, again);
@@ -120,12 +121,12 @@ fn more_pairs_than_the_workspace_holds_are_all_counted() {
     }
     folder.write("fan.obj", fan);
     folder.write("poses.txt", IDENTITY);
-    let all = folder.run("pair fan.obj fan.obj poses.txt --mode all --memory --pairs-out pairs.csv");
-    let row = &all.rows()[0];
+    let limit = u64::MAX;
+    let command = "pair fan.obj fan.obj poses.txt --mode all --memory --pairs-out pairs.csv --budget-work";
+    let row = &folder.run(&format!("{command} {limit}")).rows()[0];
     assert_eq!((row.pairs as usize, row.upper_bound as usize, row.stop.as_str()), (n * n, n * n, "finished"));
     assert_eq!(folder.read("pairs.csv").lines().count(), n * n);
-    let part = folder.run(&format!("pair fan.obj fan.obj poses.txt --mode all --budget-work {}", row.work - 1));
-    let part = &part.rows()[0];
+    let part = &folder.run(&format!("{command} {}", row.work - 2 * punctual::MAX_STEP_WORK)).rows()[0];
     assert_eq!(part.stop, "work-limit");
     assert!(part.pairs > 1 << 20 && part.pairs < row.pairs && part.upper_bound >= row.pairs);
 }

@@ -1,12 +1,13 @@
 //! The box tests: eight boxes at a time, on the six face axes.
 //!
-//! A box of B with centre `c` and half extents `h` (B's frame) lies, seen from A's frame, within `M c + t ± (|M| h + m)`;
-//! `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and a box kept in vain only
-//! costs time. The nine edge axes would cost more than they save.
+//! A box with centre `c` and half extents `h` lies, seen from a frame of the other side ([`View`]), within
+//! `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and
+//! a box kept in vain only costs time. The nine edge axes would cost more than they save.
 
-use super::frames::{Frames, Relation};
+use super::frames::{Frames, View};
 use crate::math::lanes::{F8, Lanes, V8, dot, per_axis};
 use crate::tree::{Node, WIDTH};
+use wide::f32x4;
 
 /// Eight boxes by their ends on three axes.
 #[derive(Clone, Copy)]
@@ -18,15 +19,26 @@ struct Slabs<L: Lanes> {
 impl<L: Lanes> Slabs<L> {
     #[inline(always)]
     fn around(center: V8<L>, half: V8<L>) -> Self {
-        let [cx, cy, cz] = center;
-        let [hx, hy, hz] = half;
-        Self { low: [cx - hx, cy - hy, cz - hz], high: [cx + hx, cy + hy, cz + hz] }
+        Self { low: per_axis!(k => center[k] - half[k]), high: per_axis!(k => center[k] + half[k]) }
     }
 
     /// The children of `node` in its own frame.
     #[inline(always)]
     fn children(lanes: L, node: &Node) -> Self {
         Self::around(load(lanes, &node.center), load(lanes, &node.half))
+    }
+
+    /// The children of `node` seen from the other side.
+    #[inline(always)]
+    fn seen(lanes: L, node: &Node, view: &View) -> Self {
+        let (center, half) = (load(lanes, &node.center), load(lanes, &node.half));
+        let center = per_axis!(k => {
+            dot(per_axis!(j => F8::splat(lanes, view.columns[j][k])), center) + F8::splat(lanes, view.offset[k])
+        });
+        let half = per_axis!(k => {
+            dot(per_axis!(j => F8::splat(lanes, view.absolute[j][k])), half) + F8::splat(lanes, view.margin)
+        });
+        Self::around(center, half)
     }
 
     /// Lanes that are apart from the given box on some axis.
@@ -62,83 +74,44 @@ fn load<L: Lanes>(lanes: L, columns: &[[f32; WIDTH]; 3]) -> V8<L> {
     per_axis!(k => F8::load(lanes, &columns[k]))
 }
 
+/// The ends, on three axes, of a box given by centre and half extents.
 #[inline(always)]
-fn row_dot<L: Lanes>(lanes: L, row: &[f32; 3], v: V8<L>) -> F8<L> {
-    dot(per_axis!(k => F8::splat(lanes, row[k])), v)
+fn ends(center: [f32; 4], half: [f32; 4]) -> ([f32; 3], [f32; 3]) {
+    let (c, h) = (f32x4::new(center), f32x4::new(half));
+    let ([lx, ly, lz, _], [hx, hy, hz, _]) = ((c - h).to_array(), (c + h).to_array());
+    ([lx, ly, lz], [hx, hy, hz])
 }
 
 #[inline(always)]
-fn row_abs_dot<L: Lanes>(lanes: L, row: &[f32; 3], v: V8<L>) -> F8<L> {
-    dot(per_axis!(k => F8::splat(lanes, row[k].abs())), v)
+pub(super) fn xyz([x, y, z, _]: [f32; 4]) -> [f32; 3] {
+    [x, y, z]
 }
 
-/// The children of B's `node`, seen from A's frame.
+/// Whether the box of `opened`, seen from the frame of `other`, is apart from that of `other`.
 #[inline(always)]
-fn in_a<L: Lanes>(lanes: L, node: &Node, frames: &Frames, margin: f32) -> Slabs<L> {
-    let (center, half) = (load(lanes, &node.center), load(lanes, &node.half));
-    let center = per_axis!(k => row_dot(lanes, &frames.to_a[k], center) + F8::splat(lanes, frames.offset[k]));
-    let half = per_axis!(k => row_abs_dot(lanes, &frames.to_a[k], half) + F8::splat(lanes, margin));
-    Slabs::around(center, half)
+fn own_apart(opened: &Node, other: &Node, view: &View) -> bool {
+    let distance = f32x4::new(view.point(xyz(opened.own_center))) - f32x4::new(other.own_center);
+    let reach = f32x4::new(view.half(xyz(opened.own_half))) + f32x4::new(other.own_half);
+    reach.simd_lt(distance.abs()).any()
 }
 
-/// The children of A's `node`, seen from B's frame.
+/// Whether the boxes of two nodes may meet. A child passes the test in its parent's frame first; this one is in its own.
 #[inline(always)]
-fn in_b<L: Lanes>(lanes: L, node: &Node, frames: &Frames, margin: f32) -> Slabs<L> {
-    let (center, half) = (load(lanes, &node.center), load(lanes, &node.half));
-    let center = per_axis!(k => center[k] - F8::splat(lanes, frames.offset[k]));
-    let center = per_axis!(k => row_dot(lanes, &frames.to_b[k], center));
-    let half = per_axis!(k => row_abs_dot(lanes, &frames.to_b[k], half) + F8::splat(lanes, margin));
-    Slabs::around(center, half)
-}
-
-/// A single box in its own frame.
-#[inline(always)]
-fn own_slabs(node: &Node) -> ([f32; 3], [f32; 3]) {
-    let (c, h) = (node.own_center, node.own_half);
-    ([c[0] - h[0], c[1] - h[1], c[2] - h[2]], [c[0] + h[0], c[1] + h[1], c[2] + h[2]])
-}
-
-#[inline(always)]
-fn row_of(m: &[f32; 3], v: &[f32; 3]) -> f32 {
-    m[0] * v[0] + m[1] * v[1] + m[2] * v[2]
-}
-
-#[inline(always)]
-fn abs_row_of(m: &[f32; 3], v: &[f32; 3]) -> f32 {
-    m[0].abs() * v[0] + m[1].abs() * v[1] + m[2].abs() * v[2]
-}
-
-/// The box of a node of B seen from A's frame: centre and half extents, margin included.
-#[inline(always)]
-pub(super) fn box_in_a(center: &[f32; 3], half: &[f32; 3], frames: &Frames, margin: f32) -> ([f32; 3], [f32; 3]) {
-    let center = per_axis!(k => row_of(&frames.to_a[k], center) + frames.offset[k]);
-    (center, per_axis!(k => abs_row_of(&frames.to_a[k], half) + margin))
-}
-
-/// The box of a node of A seen from B's frame: centre and half extents, margin included.
-#[inline(always)]
-pub(super) fn box_in_b(center: &[f32; 3], half: &[f32; 3], frames: &Frames, margin: f32) -> ([f32; 3], [f32; 3]) {
-    let center = per_axis!(k => center[k] - frames.offset[k]);
-    let center = per_axis!(k => row_of(&frames.to_b[k], &center));
-    (center, per_axis!(k => abs_row_of(&frames.to_b[k], half) + margin))
-}
-
-#[inline(always)]
-fn ends((c, h): ([f32; 3], [f32; 3])) -> ([f32; 3], [f32; 3]) {
-    ([c[0] - h[0], c[1] - h[1], c[2] - h[2]], [c[0] + h[0], c[1] + h[1], c[2] + h[2]])
+pub(super) fn own<L: Lanes>(_: L, a: &Node, b: &Node, frames: &Frames) -> bool {
+    !own_apart(b, a, &frames.of_b) && !own_apart(a, b, &frames.of_a)
 }
 
 /// The children of `a` against those of `b`: bit `8 i + j` is set where child `i` of `a` may meet child `j` of `b`.
 #[inline(always)]
-pub(super) fn both<L: Lanes>(lanes: L, a: &Node, b: &Node, frames: &Frames, relation: &Relation) -> u64 {
-    let b_in_a = in_a(lanes, b, frames, relation.margin[0]);
-    let (low, high) = own_slabs(a);
+pub(super) fn both<L: Lanes>(lanes: L, a: &Node, b: &Node, frames: &Frames) -> u64 {
+    let b_in_a = Slabs::seen(lanes, b, &frames.of_b);
+    let (low, high) = ends(a.own_center, a.own_half);
     let alive_b = !b_in_a.apart(lanes, low, high).mask() & b.valid();
     if alive_b == 0 {
         return 0;
     }
-    let a_in_b = in_b(lanes, a, frames, relation.margin[1]);
-    let (low, high) = own_slabs(b);
+    let a_in_b = Slabs::seen(lanes, a, &frames.of_a);
+    let (low, high) = ends(b.own_center, b.own_half);
     let mut alive_a = !a_in_b.apart(lanes, low, high).mask() & a.valid();
     let a_rows = Slabs::children(lanes, a).store();
     let a_in_b = a_in_b.store();
@@ -153,83 +126,50 @@ pub(super) fn both<L: Lanes>(lanes: L, a: &Node, b: &Node, frames: &Frames, rela
     pairs
 }
 
-/// The children of `a` against the box of `b`: bit `i` is set where child `i` may meet it.
+/// The children of `opened` against the box of `other`: bit `i` is set where child `i` may meet it.
+///
+/// `of_opened` is the view of what is on the side of `opened` from the frame of `other`, `of_other` the reverse.
 #[inline(always)]
-pub(super) fn children_of_a<L: Lanes>(lanes: L, a: &Node, b: &Node, frames: &Frames, relation: &Relation) -> u32 {
-    let (low, high) = ends(box_in_a(&b.own_center, &b.own_half, frames, relation.margin[0]));
-    let apart = Slabs::children(lanes, a).apart(lanes, low, high);
-    let (low, high) = own_slabs(b);
-    let apart = apart.or(in_b(lanes, a, frames, relation.margin[1]).apart(lanes, low, high));
-    !apart.mask() & a.valid()
+pub(super) fn children<L: Lanes>(lanes: L, opened: &Node, other: &Node, of_opened: &View, of_other: &View) -> u32 {
+    let (low, high) = ends(of_other.point(xyz(other.own_center)), of_other.half(xyz(other.own_half)));
+    let apart = Slabs::children(lanes, opened).apart(lanes, low, high);
+    let (low, high) = ends(other.own_center, other.own_half);
+    let apart = apart.or(Slabs::seen(lanes, opened, of_opened).apart(lanes, low, high));
+    !apart.mask() & opened.valid()
 }
 
-/// The children of `b` against the box of `a`: bit `j` is set where child `j` may meet it.
+/// The children of `node` against a triangle of the other side, on the three axes of the boxes and on the triangle's
+/// normal.
 #[inline(always)]
-pub(super) fn children_of_b<L: Lanes>(lanes: L, a: &Node, b: &Node, frames: &Frames, relation: &Relation) -> u32 {
-    let (low, high) = ends(box_in_b(&a.own_center, &a.own_half, frames, relation.margin[1]));
-    let apart = Slabs::children(lanes, b).apart(lanes, low, high);
-    let (low, high) = own_slabs(a);
-    let apart = apart.or(in_a(lanes, b, frames, relation.margin[0]).apart(lanes, low, high));
-    !apart.mask() & b.valid()
-}
-
-/// A triangle in the frame of a node: first corner and two edges.
-pub(super) type InFrame = [[f32; 3]; 3];
-
-/// Brings a triangle of B into the frame of a node of A.
-#[inline(always)]
-pub(super) fn triangle_in_a(triangle: &[[f32; 4]; 3], frames: &Frames) -> InFrame {
+pub(super) fn children_and_triangle<L: Lanes>(
+    lanes: L,
+    node: &Node,
+    triangle: &[[f32; 4]; 3],
+    view: &View,
+    skew: f32,
+) -> u32 {
     let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = *triangle;
-    let by = &frames.to_a;
-    [
-        per_axis!(k => row_of(&by[k], &[x, y, z]) + frames.offset[k]),
-        per_axis!(k => row_of(&by[k], &[ex, ey, ez])),
-        per_axis!(k => row_of(&by[k], &[fx, fy, fz])),
-    ]
-}
-
-/// Brings a triangle of A into the frame of a node of B.
-#[inline(always)]
-pub(super) fn triangle_in_b(triangle: &[[f32; 4]; 3], frames: &Frames) -> InFrame {
-    let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = *triangle;
-    let by = &frames.to_b;
-    let [ox, oy, oz] = frames.offset;
-    [
-        per_axis!(k => row_of(&by[k], &[x - ox, y - oy, z - oz])),
-        per_axis!(k => row_of(&by[k], &[ex, ey, ez])),
-        per_axis!(k => row_of(&by[k], &[fx, fy, fz])),
-    ]
-}
-
-/// The children of `node` against a triangle in its frame, on the three axes of the boxes and on the triangle's normal.
-#[inline(always)]
-pub(super) fn children_of_node<L: Lanes>(lanes: L, node: &Node, triangle: &InFrame, margin: f32, skew: f32) -> u32 {
-    let [p, e, f] = triangle;
+    let (p, e, f) = (view.point([x, y, z]), view.direction([ex, ey, ez]), view.direction([fx, fy, fz]));
+    let margin = view.margin;
     let low = per_axis!(k => p[k] + 0f32.min(e[k]).min(f[k]) - margin);
     let high = per_axis!(k => p[k] + 0f32.max(e[k]).max(f[k]) + margin);
-    let children = Slabs::children(lanes, node);
-    let apart = children.apart(lanes, low, high);
+    let apart = Slabs::children(lanes, node).apart(lanes, low, high);
 
     // |n . (c - p)| > |n| . h, with all errors of n (relative to the edges) and of p on the right-hand side.
     let (center, half) = (load(lanes, &node.center), load(lanes, &node.half));
-    let normal = cross_of(e, f);
-    let blur = skew * longest(e) * longest(f);
+    let normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
+    let blur = skew * longest(&e) * longest(&f);
     let from_first = per_axis!(k => center[k] - F8::splat(lanes, p[k]));
-    let distance = row_dot(lanes, &normal, from_first).abs();
-    let normal = [normal[0].abs(), normal[1].abs(), normal[2].abs()];
+    let distance = dot(per_axis!(k => F8::splat(lanes, normal[k])), from_first).abs();
+    let normal = per_axis!(k => normal[k].abs());
     let slack = margin * (normal[0] + normal[1] + normal[2] + 4.0 * blur) + 1e-36;
-    let reach = row_dot(lanes, &[normal[0] + blur, normal[1] + blur, normal[2] + blur], half)
+    let reach = dot(per_axis!(k => F8::splat(lanes, normal[k] + blur)), half)
         + (from_first[0].abs() + from_first[1].abs() + from_first[2].abs()) * F8::splat(lanes, blur)
         + F8::splat(lanes, slack);
     !apart.or(reach.less(distance)).mask() & node.valid()
 }
 
 #[inline(always)]
-fn longest(v: &[f32; 3]) -> f32 {
+fn longest(v: &[f32; 4]) -> f32 {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
-}
-
-#[inline(always)]
-fn cross_of(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

@@ -4,7 +4,7 @@ use super::queue::TRIANGLE;
 use super::workspace::Workspace;
 use crate::math::{Aabb, Pose};
 use crate::tree::{Node, Tree};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec4};
 
 /// Bounds on what the last run of a query left open. Looks at the workspace when asked, in time linear in the open pairs.
 #[derive(Clone, Copy, Debug)]
@@ -84,11 +84,11 @@ fn bounds(tree: &Tree, index: u32, pose: &Pose) -> Aabb {
         }
         Side::Node(node) => {
             let unit = tree.unit();
-            let to_a = *pose.rotation() * node.rotation.as_dmat3();
+            let to_a = *pose.rotation() * node.rotation().as_dmat3();
             // Unit coordinates reach to 1; node boxes, their frame and this map are each good to a few f32 roundings.
-            let half = abs(&to_a) * (DVec3::from(node.own_half.map(f64::from)) + DVec3::splat(64.0 * 6e-8));
-            let center =
-                unit.origin + node.rotation.as_dmat3() * DVec3::from(node.own_center.map(f64::from)) * unit.length();
+            let half = abs(&to_a) * (node.extent().as_dvec3() + DVec3::splat(64.0 * 6e-8));
+            let center = unit.origin
+                + node.rotation().as_dmat3() * Vec4::from(node.own_center).truncate().as_dvec3() * unit.length();
             let center = pose.transform_point(center);
             let half = half * unit.length();
             Aabb { min: center - half, max: center + half }

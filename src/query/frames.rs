@@ -1,21 +1,28 @@
 //! Where B lies in A: once for a query, and once more for the frames of every two nodes.
 
 use crate::math::Pose;
+use crate::math::lanes::per_axis;
 use crate::math::pose::rotation_deviation;
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, Tree, power_of_two};
 use crate::triangle::batch::{EDGE_SLOP, Placement};
-use glam::{DVec3, Mat3, Vec3};
+use glam::DVec3;
+use wide::f32x4;
+
+/// Three columns of a matrix; the fourth lane is 0.
+type Columns = [[f32; 4]; 3];
+
+const AXES: Columns = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
 /// B's place in A, in the unit coordinates of both, with bounds on all rounding.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relation {
-    rotation: Mat3,
+    rotation: Columns,
     /// Length of B's unit in A's: a power of two.
     pub scale: f32,
-    translation: Vec3,
+    translation: [f32; 4],
     /// What a box test of two nodes must allow for, in A's units and in B's.
-    pub margin: [f32; 2],
+    margin: [f32; 2],
     /// The same for a direction, of either side, relative to its length.
     pub skew: f32,
     pub triangles: Placement,
@@ -31,7 +38,7 @@ impl Relation {
         let exponent = ub.exponent - ua.exponent;
         let per_unit = power_of_two(-ua.exponent);
         let translation = (b_in_a.transform_point(ub.origin) - ua.origin) * per_unit;
-        // Rounding of the pose as it is defined (DESIGN: v' = R v + t in f64) and of the line above, and twice that.
+        // Rounding of the pose as it is defined (v' = R v + t in f64) and of the line above, and twice that.
         let reach = |v: DVec3| v.abs().max_element();
         let magnitude = reach(ua.origin) + 6.0 * reach(ub.origin) + reach(b_in_a.translation()) + 8.0 * ub.length();
         let scale = power_of_two(exponent.clamp(-1000, 1000));
@@ -45,12 +52,13 @@ impl Relation {
         if exponent.abs() > LARGEST_SCALE || !(margin_a < 1e6 && margin_b < 1e6) {
             return Self::BLIND;
         }
+        let columns = b_in_a.rotation().to_cols_array_2d();
         let rows = b_in_a.rotation().transpose();
         let linear = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row * scale).to_array());
         Self {
-            rotation: b_in_a.rotation().as_mat3(),
+            rotation: columns.map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, 0.0]),
             scale: scale as f32,
-            translation: translation.as_vec3(),
+            translation: [translation.x as f32, translation.y as f32, translation.z as f32, 0.0],
             margin: [margin_a as f32, margin_b as f32],
             skew: 64.0 * ROUNDING + 8.0 * deviation as f32,
             triangles: Placement {
@@ -64,32 +72,86 @@ impl Relation {
 
     /// For what `f32` cannot hold: every box overlaps and every triangle pair is in doubt.
     const BLIND: Self = Self {
-        rotation: Mat3::ZERO,
+        rotation: [[0.0; 4]; 3],
         scale: 1.0,
-        translation: Vec3::ZERO,
+        translation: [0.0; 4],
         margin: [1e6; 2],
         skew: 1.0,
         triangles: Placement { linear: [[0.0; 3]; 3], translation: [0.0; 3], slop: 1e6, edge_slop: 1e6 },
     };
 }
 
-/// The map between the frames of a node of A and one of B, `x = to_a y + offset` and `y = to_b (x - offset)`.
+/// One side seen from the frame of the other: `columns x + offset`, boxes widened by `margin`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View {
+    pub columns: Columns,
+    /// The columns' absolute values, for half extents.
+    pub absolute: Columns,
+    pub offset: [f32; 4],
+    pub margin: f32,
+}
+
+impl View {
+    const NONE: Self = Self { columns: [[0.0; 4]; 3], absolute: [[0.0; 4]; 3], offset: [0.0; 4], margin: 0.0 };
+
+    #[inline(always)]
+    fn new(columns: [f32x4; 3], offset: f32x4, margin: f32) -> Self {
+        Self {
+            columns: per_axis!(k => columns[k].to_array()),
+            absolute: per_axis!(k => columns[k].abs().to_array()),
+            offset: offset.to_array(),
+            margin,
+        }
+    }
+
+    /// A point seen from the other side.
+    #[inline(always)]
+    pub fn point(&self, x: [f32; 3]) -> [f32; 4] {
+        (times(&self.columns, x) + f32x4::new(self.offset)).to_array()
+    }
+
+    /// A direction seen from the other side.
+    #[inline(always)]
+    pub fn direction(&self, x: [f32; 3]) -> [f32; 4] {
+        times(&self.columns, x).to_array()
+    }
+
+    /// The half extents of a box seen from the other side, widened by the margin.
+    #[inline(always)]
+    pub fn half(&self, h: [f32; 3]) -> [f32; 4] {
+        (times(&self.absolute, h) + f32x4::splat(self.margin)).to_array()
+    }
+}
+
+#[inline(always)]
+fn times(columns: &Columns, x: [f32; 3]) -> f32x4 {
+    let [x, y, z] = per_axis!(k => f32x4::new(columns[k]) * f32x4::splat(x[k]));
+    x + y + z
+}
+
+#[inline(always)]
+fn transposed(columns: &Columns) -> Columns {
+    per_axis!(k => [columns[0][k], columns[1][k], columns[2][k], 0.0])
+}
+
+/// The map between the frames of a node of A and one of B, in both directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frames {
     ids: [u32; 2],
-    pub to_a: [[f32; 3]; 3],
-    pub to_b: [[f32; 3]; 3],
-    pub offset: [f32; 3],
+    /// What is of B, seen from A's frame.
+    pub of_b: View,
+    /// What is of A, seen from B's frame.
+    pub of_a: View,
 }
 
 impl Frames {
     /// No frames yet: the first call of [`Frames::update`] computes them.
-    pub const UNKNOWN: Self = Self { ids: [u32::MAX; 2], to_a: [[0.0; 3]; 3], to_b: [[0.0; 3]; 3], offset: [0.0; 3] };
+    pub const UNKNOWN: Self = Self { ids: [u32::MAX; 2], of_b: View::NONE, of_a: View::NONE };
 
     /// Makes these the frames of `a` and `b`; `None` stands for the mesh's own.
     #[inline(always)]
     pub fn update(&mut self, a: Option<&Node>, b: Option<&Node>, relation: &Relation) {
-        let ids = [a, b].map(|node| node.map_or(0, |node| node.frame));
+        let ids = [a.map_or(0, |node| node.frame), b.map_or(0, |node| node.frame)];
         if ids != self.ids {
             *self = Self::between(a, b, relation, ids);
         }
@@ -97,21 +159,23 @@ impl Frames {
 
     #[inline(always)]
     fn between(a: Option<&Node>, b: Option<&Node>, relation: &Relation, ids: [u32; 2]) -> Self {
-        let (mut m, mut offset) = (relation.rotation, relation.translation);
-        if let Some(b) = b {
-            m *= b.rotation;
-        }
-        if let Some(a) = a {
-            let to_frame = a.rotation.transpose();
-            m = to_frame * m;
-            offset = to_frame * offset;
-        }
-        let rows = |m: Mat3| m.transpose().to_cols_array_2d();
+        let a = a.map_or(&AXES, |node| &node.rotation);
+        let b = b.map_or(&AXES, |node| &node.rotation);
+        let to_a = transposed(a);
+        let rotated = per_axis!(k => times(&relation.rotation, [b[k][0], b[k][1], b[k][2]]).to_array());
+        let columns = per_axis!(k => times(&to_a, [rotated[k][0], rotated[k][1], rotated[k][2]]));
+        let [x, y, z, _] = relation.translation;
+        let offset = times(&to_a, [x, y, z]);
+        let [ox, oy, oz, _] = offset.to_array();
+
+        let inverse = transposed(&per_axis!(k => columns[k].to_array()));
+        let (scale, shrink) = (f32x4::splat(relation.scale), f32x4::splat(-1.0 / relation.scale));
+        let back = times(&inverse, [ox, oy, oz]) * shrink;
+        let shrink = f32x4::splat(1.0 / relation.scale);
         Self {
             ids,
-            to_a: rows(m * relation.scale),
-            to_b: rows(m.transpose() * (1.0 / relation.scale)),
-            offset: offset.to_array(),
+            of_b: View::new(per_axis!(k => columns[k] * scale), offset, relation.margin[0]),
+            of_a: View::new(per_axis!(k => f32x4::new(inverse[k]) * shrink), back, relation.margin[1]),
         }
     }
 }

@@ -150,7 +150,7 @@ impl<'t> Query<'t> {
             if self.options.mode == Mode::Any {
                 // They are tested before anything else, as any other waiting pairs.
                 workspace.waiting.extend_from_slice(witnesses);
-                workspace.flushing = !witnesses.is_empty();
+                workspace.testing = !witnesses.is_empty();
             }
         }
         if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {

@@ -1,7 +1,7 @@
 //! Which node pair is visited next.
 
-use super::boxes::{box_in_a, box_in_b};
-use super::frames::{Frames, Relation};
+use super::boxes::xyz;
+use super::frames::{Frames, View};
 use super::queue::BUCKETS;
 use crate::tree::Node;
 
@@ -39,35 +39,21 @@ pub enum Order {
 /// The boxes of a node pair: those of A in the frame of A's side and those of B in the frame of B's, each seen from the
 /// other side as well.
 pub(super) struct BoxPair {
-    a: ([f32; 3], [f32; 3]),
-    b: ([f32; 3], [f32; 3]),
-    a_in_b: ([f32; 3], [f32; 3]),
-    b_in_a: ([f32; 3], [f32; 3]),
+    a: Seen,
+    b: Seen,
+    a_in_b: Seen,
+    b_in_a: Seen,
 }
 
+/// Centre and half extents.
+type Seen = ([f32; 4], [f32; 4]);
+
 impl BoxPair {
-    /// For pairs that are never queued.
-    pub fn none() -> Self {
-        let none = ([0.0; 3], [0.0; 3]);
-        Self { a: none, b: none, a_in_b: none, b_in_a: none }
-    }
-
-    fn new(a: ([f32; 3], [f32; 3]), b: ([f32; 3], [f32; 3]), frames: &Frames, relation: &Relation) -> Self {
-        let a_in_b = box_in_b(&a.0, &a.1, frames, relation.margin[1]);
-        let b_in_a = box_in_a(&b.0, &b.1, frames, relation.margin[0]);
-        Self { a, b, a_in_b, b_in_a }
-    }
-
-    pub fn of_children(a: &Node, i: usize, b: &Node, j: usize, frames: &Frames, relation: &Relation) -> Self {
-        Self::new(child_box(a, i), child_box(b, j), frames, relation)
-    }
-
-    pub fn of_child_of_a(a: &Node, i: usize, b: &Node, frames: &Frames, relation: &Relation) -> Self {
-        Self::new(child_box(a, i), (b.own_center, b.own_half), frames, relation)
-    }
-
-    pub fn of_child_of_b(a: &Node, b: &Node, j: usize, frames: &Frames, relation: &Relation) -> Self {
-        Self::new((a.own_center, a.own_half), child_box(b, j), frames, relation)
+    /// The boxes of `a` and `b`, or of one child of them each.
+    pub fn new(a: &Node, i: Option<usize>, b: &Node, j: Option<usize>, frames: &Frames) -> Self {
+        let (a, b) = (box_of(a, i), box_of(b, j));
+        let seen = |(c, h): Seen, view: &View| (view.point(xyz(c)), view.half(xyz(h)));
+        Self { a, b, a_in_b: seen(a, &frames.of_a), b_in_a: seen(b, &frames.of_b) }
     }
 
     /// Half extents of both and the distance of the centres, on the six face axes.
@@ -92,9 +78,9 @@ impl BoxPair {
     }
 }
 
-fn child_box(node: &Node, lane: usize) -> ([f32; 3], [f32; 3]) {
-    let at = |columns: &[[f32; 8]; 3]| [columns[0][lane], columns[1][lane], columns[2][lane]];
-    (at(&node.center), at(&node.half))
+fn box_of(node: &Node, child: Option<usize>) -> Seen {
+    let at = |columns: &[[f32; 8]; 3], lane: usize| [columns[0][lane], columns[1][lane], columns[2][lane], 0.0];
+    child.map_or((node.own_center, node.own_half), |lane| (at(&node.center, lane), at(&node.half, lane)))
 }
 
 /// Classes of alpha among pairs of equal penetration.

@@ -55,38 +55,43 @@ impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
     fn run<L: Lanes>(self, lanes: L) -> StopReason {
         let mut frames = Frames::UNKNOWN;
         loop {
-            if let Some(reason) = self.stop() {
-                return reason;
+            if let Some(reason) = self.meter.stop(self.workspace.run.stats.work) {
+                return if self.workspace.is_done() { StopReason::Finished } else { reason };
             }
-            if let Some(pair) = self.workspace.doubtful.pop() {
-                self.test_exactly(pair);
-            } else if self.workspace.flushing {
-                self.test_batch(lanes);
+            if self.workspace.testing {
+                if self.workspace.found.len() >= self.pair_limit() {
+                    return StopReason::PairsFull;
+                }
+                self.test(lanes);
+                if self.workspace.run.found > 0 && self.options.mode == Mode::Any {
+                    return StopReason::FirstHit;
+                }
             } else if let Some((pair, queued)) = self.workspace.front.pop() {
                 self.expand(lanes, pair, queued, &mut frames);
-                self.workspace.flushing = self.workspace.waiting.len() >= self.batch;
+                self.workspace.testing = self.workspace.waiting.len() >= self.batch;
+            } else if self.workspace.waiting.is_empty() {
+                return StopReason::Finished;
             } else {
-                self.workspace.flushing = true;
+                self.workspace.testing = true;
             }
         }
     }
 }
 
 impl<'q, C: Clock> Traversal<'q, '_, C> {
-    /// The stop rule, asked before every step.
+    /// Tests the triangle pair in doubt, or a batch of those that wait.
     #[inline(always)]
-    fn stop(&mut self) -> Option<StopReason> {
-        let workspace = &*self.workspace;
-        if workspace.run.found > 0 && self.options.mode == Mode::Any {
-            return Some(StopReason::FirstHit);
+    fn test<L: Lanes>(&mut self, lanes: L) {
+        if let Some(pair) = self.workspace.doubtful.pop() {
+            self.test_exactly(pair);
+        } else {
+            self.test_batch(lanes);
         }
-        if workspace.front.is_empty() && workspace.waiting.is_empty() && workspace.doubtful.is_empty() {
-            return Some(StopReason::Finished);
-        }
-        if workspace.found.len() >= self.pair_limit() {
-            return Some(StopReason::PairsFull);
-        }
-        self.meter.stop(workspace.run.stats.work)
+        let workspace = &mut *self.workspace;
+        let waiting = workspace.waiting.len();
+        // A last, partial batch is worth it only when nothing else is left.
+        workspace.testing =
+            !workspace.doubtful.is_empty() || waiting >= 8 || (waiting > 0 && workspace.front.is_empty());
     }
 
     #[inline(always)]
@@ -100,20 +105,19 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
         let room = self.pair_limit() - self.workspace.found.len();
         let waiting = &mut self.workspace.waiting;
         let count = waiting.len().min(room).min(8);
-        if count == 0 {
-            self.workspace.flushing = false;
-            return;
-        }
-        let mut pairs = [waiting[waiting.len() - 1]; 8];
+        let Some(&last) = waiting.last() else { return };
+        let mut pairs = [last; 8];
         pairs[..count].copy_from_slice(&waiting[waiting.len() - count..]);
         waiting.truncate(waiting.len() - count);
-        let left = waiting.len();
 
         let (a, b) = (self.a.triangles(), self.b.triangles());
+        let [p, q, r, s, t, u, v, w] = pairs;
+        let of_a = |pair: [u32; 2]| &a[pair[0] as usize].0;
+        let of_b = |pair: [u32; 2]| &b[pair[1] as usize].0;
         let verdicts = batch::test(
             lanes,
-            pairs.map(|[t, _]| &a[t as usize].0),
-            pairs.map(|[_, t]| &b[t as usize].0),
+            [of_a(p), of_a(q), of_a(r), of_a(s), of_a(t), of_a(u), of_a(v), of_a(w)],
+            [of_b(p), of_b(q), of_b(r), of_b(s), of_b(t), of_b(u), of_b(v), of_b(w)],
             &self.relation.triangles,
         );
         let stats = &mut self.workspace.run.stats;
@@ -126,8 +130,6 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
         for lane in bits(verdicts.doubt & tested) {
             self.workspace.doubtful.push(pairs[lane]);
         }
-        // A last, partial batch is worth it only when nothing else is left.
-        self.workspace.flushing = left >= 8 || (left > 0 && self.workspace.front.is_empty());
     }
 
     #[cold]
@@ -165,20 +167,20 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
             }
             (Side::Triangle(t), Side::Node(b)) => {
                 frames.update(None, Some(b), self.relation);
-                let triangle = boxes::triangle_in_b(&self.a.triangles()[t as usize].0, frames);
-                let hits = boxes::children_of_node(lanes, b, &triangle, self.relation.margin[1], self.relation.skew);
+                let triangle = &self.a.triangles()[t as usize].0;
+                let hits = boxes::children_and_triangle(lanes, b, triangle, &frames.of_a, self.relation.skew);
                 self.count(usize::from(b.depth) + usize::from(b.height), u64::from(b.children));
                 for j in bits(hits) {
-                    self.place([pair[0], child(b, j)], false, BoxPair::none);
+                    self.place([pair[0], child(b, j)]);
                 }
             }
             (Side::Node(a), Side::Triangle(t)) => {
                 frames.update(Some(a), None, self.relation);
-                let triangle = boxes::triangle_in_a(&self.b.triangles()[t as usize].0, frames);
-                let hits = boxes::children_of_node(lanes, a, &triangle, self.relation.margin[0], self.relation.skew);
+                let triangle = &self.b.triangles()[t as usize].0;
+                let hits = boxes::children_and_triangle(lanes, a, triangle, &frames.of_b, self.relation.skew);
                 self.count(usize::from(a.depth) + usize::from(a.height), u64::from(a.children));
                 for i in bits(hits) {
-                    self.place([child(a, i), pair[1]], false, BoxPair::none);
+                    self.place([child(a, i), pair[1]]);
                 }
             }
             (Side::Triangle(_), Side::Triangle(_)) => debug_assert!(false, "triangle pairs never come to the front"),
@@ -196,33 +198,31 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
         frames: &Frames,
     ) {
         let level = usize::from(a.depth) + usize::from(b.depth);
-        let relation = self.relation;
-        match open(a, b, relation.scale) {
+        if !boxes::own(lanes, a, b, frames) {
+            return self.count(level, 1);
+        }
+        match open(a, b, self.relation.scale) {
             Open::Both => {
-                let mut hits = boxes::both(lanes, a, b, frames, relation);
+                let mut hits = boxes::both(lanes, a, b, frames);
                 self.count(level + 2, u64::from(a.children) * u64::from(b.children));
                 while hits != 0 {
-                    let lane = hits.trailing_zeros();
+                    let (i, j) = (hits.trailing_zeros() as usize / 8, hits.trailing_zeros() as usize % 8);
                     hits &= hits - 1;
-                    let (i, j) = (lane as usize / 8, lane as usize % 8);
-                    let pair = [child(a, i), child(b, j)];
-                    self.place(pair, queued, || BoxPair::of_children(a, i, b, j, frames, relation));
+                    self.put([child(a, i), child(b, j)], queued, || BoxPair::new(a, Some(i), b, Some(j), frames));
                 }
             }
             Open::A => {
-                let hits = boxes::children_of_a(lanes, a, b, frames, relation);
+                let hits = boxes::children(lanes, a, b, &frames.of_a, &frames.of_b);
                 self.count(level + 1, u64::from(a.children));
                 for i in bits(hits) {
-                    let pair = [child(a, i), pair[1]];
-                    self.place(pair, queued, || BoxPair::of_child_of_a(a, i, b, frames, relation));
+                    self.put([child(a, i), pair[1]], queued, || BoxPair::new(a, Some(i), b, None, frames));
                 }
             }
             Open::B => {
-                let hits = boxes::children_of_b(lanes, a, b, frames, relation);
+                let hits = boxes::children(lanes, b, a, &frames.of_b, &frames.of_a);
                 self.count(level + 1, u64::from(b.children));
                 for j in bits(hits) {
-                    let pair = [pair[0], child(b, j)];
-                    self.place(pair, queued, || BoxPair::of_child_of_b(a, b, j, frames, relation));
+                    self.put([pair[0], child(b, j)], queued, || BoxPair::new(a, None, b, Some(j), frames));
                 }
             }
         }
@@ -236,13 +236,17 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
         stats.work += WORK_PER_EXPANSION + bv_tests;
     }
 
-    /// Puts a pair where it belongs: to the waiting triangle pairs, into the queue, or on the stack.
+    /// Puts a pair where it belongs: with those of a queued pair into the queue, else where it is visited soon.
     #[inline(always)]
-    fn place(&mut self, pair: Pair, queued: bool, boxes: impl FnOnce() -> BoxPair) {
+    fn put(&mut self, pair: Pair, queued: bool, boxes: impl FnOnce() -> BoxPair) {
+        if queued { self.queue(pair, &boxes()) } else { self.place(pair) }
+    }
+
+    /// Puts a pair to the triangle pairs that wait, or on the stack.
+    #[inline(always)]
+    fn place(&mut self, pair: Pair) {
         if pair[0] & pair[1] & TRIANGLE != 0 {
-            self.workspace.waiting.push(pair.map(|t| t & !TRIANGLE));
-        } else if queued {
-            self.queue(pair, &boxes());
+            self.workspace.waiting.push([pair[0] & !TRIANGLE, pair[1] & !TRIANGLE]);
         } else {
             self.workspace.front.push(pair);
         }
@@ -257,7 +261,7 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
                 let (bucket, first) = self.options.order.bucket(boxes, a.alpha * b.alpha, random);
                 self.workspace.front.queue(pair, bucket, first);
             }
-            _ => self.workspace.front.push(pair),
+            _ => self.place(pair),
         }
     }
 }

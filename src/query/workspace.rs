@@ -25,8 +25,8 @@ pub struct Workspace {
     /// Triangle pairs (tree order) that wait for the filter, and those that are left in doubt by it.
     pub(super) waiting: Vec<[u32; 2]>,
     pub(super) doubtful: ArrayVec<[u32; 2], 8>,
-    /// Whether waiting pairs are being tested until less than a batch is left.
-    pub(super) flushing: bool,
+    /// Whether triangle pairs are being tested, until none is in doubt and less than a batch waits.
+    pub(super) testing: bool,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
 }
@@ -72,7 +72,7 @@ impl Workspace {
             front: Front::new(queue),
             waiting: Vec::with_capacity(WAITING + BLOCK),
             doubtful: ArrayVec::new(),
-            flushing: false,
+            testing: false,
             found: Vec::with_capacity(found.max(1)),
             run: Run::NONE,
         }
@@ -94,11 +94,16 @@ impl Workspace {
         self.found.drain(..)
     }
 
+    /// Whether nothing is left open.
+    pub(super) fn is_done(&self) -> bool {
+        self.front.is_empty() && self.waiting.is_empty() && self.doubtful.is_empty()
+    }
+
     pub(super) fn clear(&mut self) {
         self.front.clear();
         self.waiting.clear();
         self.doubtful.clear();
-        self.flushing = false;
+        self.testing = false;
         self.found.clear();
         self.run = Run::NONE;
     }

@@ -205,12 +205,12 @@ impl<'t> Subtree<'t> {
 
     /// Half extents of its box, in the axes of its frame, unit coordinates.
     pub fn half_extents(&self) -> Vec3 {
-        self.node().own_half.into()
+        self.node().extent()
     }
 
     /// Its frame: the columns are the axes of its box, in the mesh's axes.
     pub fn rotation(&self) -> Mat3 {
-        self.node().rotation
+        self.node().rotation()
     }
 
     /// Diminishing factor per axis of the frame, measured end to end: the factor by which boxes shrink on a binary level,

@@ -100,7 +100,7 @@ impl Profiles {
                 node.height += below.iter().map(|child| child.height).max().unwrap_or(0);
                 leaf = merge_children(node, below, &mut levels, &shapes[index + 1 + first..]);
             }
-            let alpha = alpha(leaf, Vec3::from(node.own_half), node.triangles);
+            let alpha = alpha(leaf, node.extent(), node.triangles);
             shapes[index] = Shape { leaf, alpha };
             node.alpha = alpha.element_product();
             node.visits = visits(node, &levels[node.profile as usize..]);
@@ -111,12 +111,12 @@ impl Profiles {
 
 /// Appends levels 2 and deeper of `node`; returns the mean half extent of its leaves.
 fn merge_children(node: &Node, below: &[Node], levels: &mut Vec<LevelProfile>, shapes: &[Shape]) -> Vec3 {
-    let to_node = node.rotation.transpose();
+    let to_node = node.rotation().transpose();
     let start = levels.len();
     levels.resize(start + usize::from(node.height) - 1, LevelProfile::NONE);
     let mut leaves = Vec3::ZERO;
     for (child, shape) in below.iter().zip(shapes) {
-        let rotation = if child.frame == node.frame { Mat3::IDENTITY } else { to_node * child.rotation };
+        let rotation = if child.frame == node.frame { Mat3::IDENTITY } else { to_node * child.rotation() };
         for level in 0..usize::from(child.height) {
             let seen = levels[child.profile as usize + level].rotated(&rotation);
             levels[start + level] = levels[start + level].merged(&seen);
@@ -141,7 +141,7 @@ fn alpha(leaf: Vec3, own: Vec3, triangles: u32) -> Vec3 {
 /// `sum_l n_(l+1)^2 O_l / n_l^2`, `O_l = n_l^2 prod_k e_k(l) / e_k(0)` (the mean of the products replaced by the product
 /// of the means).
 fn visits(node: &Node, levels: &[LevelProfile]) -> f32 {
-    let own = Vec3::from(node.own_half);
+    let own = node.extent();
     let ratio = |half: Vec3, k: usize| if own[k] > 0.0 { (half[k] / own[k]).min(1.0) } else { 1.0 };
     let mut share = 1.0;
     let mut tests = 0.0;

@@ -4,7 +4,7 @@ use super::{Node, Tree};
 use crate::math::tolerance::BOX_ROUNDING;
 use core::fmt;
 use core::ops::Range;
-use glam::{DVec3, Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec3, Vec4};
 
 /// What is wrong with a tree, and with which node or triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,11 +75,11 @@ fn children(tree: &Tree, index: usize) -> Result<(), TreeFault> {
 
 fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
     let node = &tree.nodes[index];
-    let deviation = node.rotation.transpose() * node.rotation - Mat3::IDENTITY;
+    let deviation = node.rotation().transpose() * node.rotation() - Mat3::IDENTITY;
     if deviation.to_cols_array().iter().any(|d| d.abs() > 1e-6) {
         return Err(TreeFault::Frame(index));
     }
-    let to_frame = node.rotation.transpose().as_dmat3();
+    let to_frame = node.rotation().transpose().as_dmat3();
     for i in 0..usize::from(node.children) {
         let lane = |boxes: &[[f32; 8]; 3]| Vec3::from_array([0, 1, 2].map(|k| boxes[k][i])).as_dvec3();
         for triangle in child_range(tree, node, i) {
@@ -88,7 +88,8 @@ fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
                 let inside = |center: DVec3, half: DVec3| {
                     (x - center).abs().cmple(half + DVec3::splat(f64::from(BOX_ROUNDING))).all()
                 };
-                let own = inside(Vec3::from(node.own_center).as_dvec3(), Vec3::from(node.own_half).as_dvec3());
+                let center = Vec4::from(node.own_center).truncate().as_dvec3();
+                let own = inside(center, node.extent().as_dvec3());
                 if !own || !inside(lane(&node.center), lane(&node.half)) {
                     return Err(TreeFault::Outside(index));
                 }

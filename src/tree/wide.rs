@@ -7,7 +7,7 @@ use super::unit::Triangle;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::ops::Range;
-use glam::Mat3;
+use glam::{Mat3, Vec3, Vec4};
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
@@ -22,10 +22,10 @@ pub(crate) struct Node {
     pub center: [[f32; WIDTH]; 3],
     pub half: [[f32; WIDTH]; 3],
     /// The node's own box.
-    pub own_center: [f32; 3],
-    pub own_half: [f32; 3],
+    pub own_center: [f32; 4],
+    pub own_half: [f32; 4],
     /// Columns are the axes of the frame, unit coordinates of the mesh.
-    pub rotation: Mat3,
+    pub rotation: [[f32; 4]; 3],
     /// Square root of the surface area of the own box.
     pub size: f32,
     /// Equal ids mean equal frames; 0 is the mesh's own.
@@ -59,6 +59,15 @@ impl Node {
         (1 << self.children) - 1
     }
 
+    pub fn rotation(&self) -> Mat3 {
+        Mat3::from_cols_array_2d(&self.rotation.map(|[x, y, z, _]| [x, y, z]))
+    }
+
+    /// Half extents of the own box.
+    pub fn extent(&self) -> Vec3 {
+        Vec4::from(self.own_half).truncate()
+    }
+
     /// The triangles of the subtree, in tree order.
     pub fn triangle_range(&self) -> Range<usize> {
         self.first_triangle as usize..(self.first_triangle + self.triangles) as usize
@@ -74,15 +83,15 @@ impl Node {
 
     /// Computes all boxes anew in the node's frame. `children` are the triangle ranges of the children.
     pub fn fit(&mut self, children: &[Range<usize>], triangles: &[Triangle]) {
-        let to_frame = glam::Mat3A::from(self.rotation).transpose();
+        let to_frame = glam::Mat3A::from(self.rotation()).transpose();
         let mut own = Extent::EMPTY;
         for (lane, child) in children.iter().enumerate() {
             let extent = Extent::of(&triangles[child.clone()], &to_frame);
             self.set_child(lane, &extent);
             own = own.union(extent);
         }
-        self.own_center = own.center().to_array();
-        self.own_half = own.half().to_array();
+        self.own_center = own.center().extend(0.0).to_array();
+        self.own_half = own.half().extend(0.0).to_array();
         self.size = libm::sqrtf(2.0 * own.area());
     }
 }
@@ -101,9 +110,9 @@ pub(super) fn collapse(binary: &BinaryTree, triangles: &[Triangle], options: &Bu
 const EMPTY: Node = Node {
     center: [[0.0; WIDTH]; 3],
     half: [[0.0; WIDTH]; 3],
-    own_center: [0.0; 3],
-    own_half: [0.0; 3],
-    rotation: Mat3::IDENTITY,
+    own_center: [0.0; 4],
+    own_half: [0.0; 4],
+    rotation: [[0.0; 4]; 3],
     size: 0.0,
     frame: 0,
     first_child: 0,
@@ -145,7 +154,8 @@ impl Builder<'_> {
         self.frames += u32::from(frame.id == self.frames);
         let first_child = if is_cluster { subtree.first } else { self.nodes.len() as u32 };
         let mut node = Node {
-            rotation: frame.rotation.into(),
+            rotation: [frame.rotation.x_axis, frame.rotation.y_axis, frame.rotation.z_axis]
+                .map(|x| x.extend(0.0).to_array()),
             frame: frame.id,
             first_child,
             first_triangle: subtree.first,
