@@ -6,7 +6,7 @@ mod common;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::check::{assert_complete, run, run_to_end};
+use common::check::{ENOUGH, assert_complete, run, run_to_end};
 use common::files::{self, Soup, Truth};
 use common::reference::all_pairs;
 use common::{MODES, ORDERS};
@@ -61,8 +61,8 @@ fn assert_answers(a: &Tree, b: &Tree, pose: Pose, pairs: u64, workspace: &mut Wo
     for mode in MODES {
         for order in ORDERS {
             let query = Query::new(a, b, pose).mode(mode).order(order);
-            for query in [query, query.grain(0.0)] {
-                let (outcome, found) = run_to_end(&query, workspace, Budget::unlimited());
+            for (query, budget) in [(query, Budget::unlimited()), (query.grain(0.0), ENOUGH)] {
+                let (outcome, found) = run_to_end(&query, workspace, budget);
                 assert_complete(mode, &outcome, &found, &truth);
             }
         }

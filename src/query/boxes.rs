@@ -6,7 +6,7 @@
 
 use super::frames::{Frames, View};
 use crate::math::lanes::{F8, Lanes, V8, dot, per_axis};
-use crate::tree::{Node, WIDTH};
+use crate::tree::{Node, WIDTH, xyz};
 use wide::f32x4;
 
 /// Eight boxes by their ends on three axes.
@@ -33,10 +33,10 @@ impl<L: Lanes> Slabs<L> {
     fn seen(lanes: L, node: &Node, view: &View) -> Self {
         let (center, half) = (load(lanes, &node.center), load(lanes, &node.half));
         let center = per_axis!(k => {
-            dot(per_axis!(j => F8::splat(lanes, view.columns[j][k])), center) + F8::splat(lanes, view.offset[k])
+            dot(per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])), center) + F8::splat(lanes, view.offset.as_array()[k])
         });
         let half = per_axis!(k => {
-            dot(per_axis!(j => F8::splat(lanes, view.absolute[j][k])), half) + F8::splat(lanes, view.margin)
+            dot(per_axis!(j => F8::splat(lanes, view.absolute[j].as_array()[k])), half) + F8::splat(lanes, view.margin)
         });
         Self::around(center, half)
     }
@@ -76,28 +76,21 @@ fn load<L: Lanes>(lanes: L, columns: &[[f32; WIDTH]; 3]) -> V8<L> {
 
 /// The ends, on three axes, of a box given by centre and half extents.
 #[inline(always)]
-fn ends(center: [f32; 4], half: [f32; 4]) -> ([f32; 3], [f32; 3]) {
-    let (c, h) = (f32x4::new(center), f32x4::new(half));
-    let ([lx, ly, lz, _], [hx, hy, hz, _]) = ((c - h).to_array(), (c + h).to_array());
-    ([lx, ly, lz], [hx, hy, hz])
+fn ends(center: f32x4, half: f32x4) -> ([f32; 3], [f32; 3]) {
+    (xyz(center - half), xyz(center + half))
 }
 
+/// Whether the box of `seen`, from the frame of `other`, is apart from that of `other`.
 #[inline(always)]
-pub(super) fn xyz([x, y, z, _]: [f32; 4]) -> [f32; 3] {
-    [x, y, z]
-}
-
-/// Whether the box of `opened`, seen from the frame of `other`, is apart from that of `other`.
-#[inline(always)]
-fn own_apart(opened: &Node, other: &Node, view: &View) -> bool {
-    let distance = f32x4::new(view.point(xyz(opened.own_center))) - f32x4::new(other.own_center);
-    let reach = f32x4::new(view.half(xyz(opened.own_half))) + f32x4::new(other.own_half);
+fn own_apart(seen: &Node, other: &Node, view: &View) -> bool {
+    let distance = view.point(&seen.own_center) - other.own_center;
+    let reach = view.half(&seen.own_half) + other.own_half;
     reach.simd_lt(distance.abs()).any()
 }
 
 /// Whether the boxes of two nodes may meet. A child passes the test in its parent's frame first; this one is in its own.
 #[inline(always)]
-pub(super) fn own<L: Lanes>(_: L, a: &Node, b: &Node, frames: &Frames) -> bool {
+pub(super) fn own(a: &Node, b: &Node, frames: &Frames) -> bool {
     !own_apart(b, a, &frames.of_b) && !own_apart(a, b, &frames.of_a)
 }
 
@@ -131,11 +124,19 @@ pub(super) fn both<L: Lanes>(lanes: L, a: &Node, b: &Node, frames: &Frames) -> u
 /// `of_opened` is the view of what is on the side of `opened` from the frame of `other`, `of_other` the reverse.
 #[inline(always)]
 pub(super) fn children<L: Lanes>(lanes: L, opened: &Node, other: &Node, of_opened: &View, of_other: &View) -> u32 {
-    let (low, high) = ends(of_other.point(xyz(other.own_center)), of_other.half(xyz(other.own_half)));
+    let (low, high) = ends(of_other.point(&other.own_center), of_other.half(&other.own_half));
     let apart = Slabs::children(lanes, opened).apart(lanes, low, high);
     let (low, high) = ends(other.own_center, other.own_half);
     let apart = apart.or(Slabs::seen(lanes, opened, of_opened).apart(lanes, low, high));
     !apart.mask() & opened.valid()
+}
+
+/// Moves bit `i` to bit `8 i`.
+#[inline(always)]
+pub(super) fn as_rows(hits: u32) -> u64 {
+    let spread = (u64::from(hits) | u64::from(hits) << 28) & 0x0000_000f_0000_000f;
+    let spread = (spread | spread << 14) & 0x0003_0003_0003_0003;
+    (spread | spread << 7) & 0x0101_0101_0101_0101
 }
 
 /// The children of `node` against a triangle of the other side, on the three axes of the boxes and on the triangle's
@@ -149,7 +150,9 @@ pub(super) fn children_and_triangle<L: Lanes>(
     skew: f32,
 ) -> u32 {
     let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = *triangle;
-    let (p, e, f) = (view.point([x, y, z]), view.direction([ex, ey, ez]), view.direction([fx, fy, fz]));
+    let corner = f32x4::new([x, y, z, 0.0]);
+    let (e, f) = (f32x4::new([ex, ey, ez, 0.0]), f32x4::new([fx, fy, fz, 0.0]));
+    let [p, e, f] = [view.point(&corner), view.direction(&e), view.direction(&f)].map(f32x4::to_array);
     let margin = view.margin;
     let low = per_axis!(k => p[k] + 0f32.min(e[k]).min(f[k]) - margin);
     let high = per_axis!(k => p[k] + 0f32.max(e[k]).max(f[k]) + margin);
@@ -172,4 +175,17 @@ pub(super) fn children_and_triangle<L: Lanes>(
 #[inline(always)]
 fn longest(v: &[f32; 4]) -> f32 {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_bit_gets_a_row_of_its_own() {
+        for hits in 0..256 {
+            let rows = (0..8).filter(|i| hits >> i & 1 == 1).fold(0, |rows, i| rows | 1u64 << (8 * i));
+            assert_eq!(as_rows(hits), rows);
+        }
+    }
 }

@@ -3,8 +3,8 @@
 use super::queue::TRIANGLE;
 use super::workspace::Workspace;
 use crate::math::{Aabb, Pose};
-use crate::tree::{Node, Tree};
-use glam::{DMat3, DVec3, Vec4};
+use crate::tree::{Node, Tree, xyz};
+use glam::{DMat3, DVec3, Vec3};
 
 /// Bounds on what the last run of a query left open. Looks at the workspace when asked, in time linear in the open pairs.
 #[derive(Clone, Copy, Debug)]
@@ -87,8 +87,8 @@ fn bounds(tree: &Tree, index: u32, pose: &Pose) -> Aabb {
             let to_a = *pose.rotation() * node.rotation().as_dmat3();
             // Unit coordinates reach to 1; node boxes, their frame and this map are each good to a few f32 roundings.
             let half = abs(&to_a) * (node.extent().as_dvec3() + DVec3::splat(64.0 * 6e-8));
-            let center = unit.origin
-                + node.rotation().as_dmat3() * Vec4::from(node.own_center).truncate().as_dvec3() * unit.length();
+            let center =
+                unit.origin + node.rotation().as_dmat3() * Vec3::from(xyz(node.own_center)).as_dvec3() * unit.length();
             let center = pose.transform_point(center);
             let half = half * unit.length();
             Aabb { min: center - half, max: center + half }

@@ -10,9 +10,10 @@ use glam::DVec3;
 use wide::f32x4;
 
 /// Three columns of a matrix; the fourth lane is 0.
-type Columns = [[f32; 4]; 3];
+type Columns = [f32x4; 3];
 
-const AXES: Columns = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+const AXES: Columns =
+    [f32x4::new([1.0, 0.0, 0.0, 0.0]), f32x4::new([0.0, 1.0, 0.0, 0.0]), f32x4::new([0.0, 0.0, 1.0, 0.0])];
 
 /// B's place in A, in the unit coordinates of both, with bounds on all rounding.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +21,7 @@ pub(super) struct Relation {
     rotation: Columns,
     /// Length of B's unit in A's: a power of two.
     pub scale: f32,
-    translation: [f32; 4],
+    translation: f32x4,
     /// What a box test of two nodes must allow for, in A's units and in B's.
     margin: [f32; 2],
     /// The same for a direction, of either side, relative to its length.
@@ -56,9 +57,9 @@ impl Relation {
         let rows = b_in_a.rotation().transpose();
         let linear = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row * scale).to_array());
         Self {
-            rotation: columns.map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, 0.0]),
+            rotation: columns.map(rounded),
             scale: scale as f32,
-            translation: [translation.x as f32, translation.y as f32, translation.z as f32, 0.0],
+            translation: rounded(translation.to_array()),
             margin: [margin_a as f32, margin_b as f32],
             skew: 64.0 * ROUNDING + 8.0 * deviation as f32,
             triangles: Placement {
@@ -72,13 +73,17 @@ impl Relation {
 
     /// For what `f32` cannot hold: every box overlaps and every triangle pair is in doubt.
     const BLIND: Self = Self {
-        rotation: [[0.0; 4]; 3],
+        rotation: [f32x4::ZERO; 3],
         scale: 1.0,
-        translation: [0.0; 4],
+        translation: f32x4::ZERO,
         margin: [1e6; 2],
         skew: 1.0,
         triangles: Placement { linear: [[0.0; 3]; 3], translation: [0.0; 3], slop: 1e6, edge_slop: 1e6 },
     };
+}
+
+fn rounded([x, y, z]: [f64; 3]) -> f32x4 {
+    f32x4::new([x as f32, y as f32, z as f32, 0.0])
 }
 
 /// One side seen from the frame of the other: `columns x + offset`, boxes widened by `margin`.
@@ -87,51 +92,47 @@ pub(super) struct View {
     pub columns: Columns,
     /// The columns' absolute values, for half extents.
     pub absolute: Columns,
-    pub offset: [f32; 4],
+    pub offset: f32x4,
     pub margin: f32,
 }
 
 impl View {
-    const NONE: Self = Self { columns: [[0.0; 4]; 3], absolute: [[0.0; 4]; 3], offset: [0.0; 4], margin: 0.0 };
+    const NONE: Self = Self { columns: [f32x4::ZERO; 3], absolute: [f32x4::ZERO; 3], offset: f32x4::ZERO, margin: 0.0 };
 
     #[inline(always)]
-    fn new(columns: [f32x4; 3], offset: f32x4, margin: f32) -> Self {
-        Self {
-            columns: per_axis!(k => columns[k].to_array()),
-            absolute: per_axis!(k => columns[k].abs().to_array()),
-            offset: offset.to_array(),
-            margin,
-        }
+    fn new(columns: Columns, offset: f32x4, margin: f32) -> Self {
+        Self { columns, absolute: per_axis!(k => columns[k].abs()), offset, margin }
     }
 
     /// A point seen from the other side.
     #[inline(always)]
-    pub fn point(&self, x: [f32; 3]) -> [f32; 4] {
-        (times(&self.columns, x) + f32x4::new(self.offset)).to_array()
+    pub fn point(&self, x: &f32x4) -> f32x4 {
+        times(&self.columns, x) + self.offset
     }
 
     /// A direction seen from the other side.
     #[inline(always)]
-    pub fn direction(&self, x: [f32; 3]) -> [f32; 4] {
-        times(&self.columns, x).to_array()
+    pub fn direction(&self, x: &f32x4) -> f32x4 {
+        times(&self.columns, x)
     }
 
     /// The half extents of a box seen from the other side, widened by the margin.
     #[inline(always)]
-    pub fn half(&self, h: [f32; 3]) -> [f32; 4] {
-        (times(&self.absolute, h) + f32x4::splat(self.margin)).to_array()
+    pub fn half(&self, h: &f32x4) -> f32x4 {
+        times(&self.absolute, h) + f32x4::splat(self.margin)
     }
 }
 
 #[inline(always)]
-fn times(columns: &Columns, x: [f32; 3]) -> f32x4 {
-    let [x, y, z] = per_axis!(k => f32x4::new(columns[k]) * f32x4::splat(x[k]));
+fn times(columns: &Columns, x: &f32x4) -> f32x4 {
+    let [x, y, z] = per_axis!(k => columns[k] * f32x4::splat(x.as_array()[k]));
     x + y + z
 }
 
 #[inline(always)]
-fn transposed(columns: &Columns) -> Columns {
-    per_axis!(k => [columns[0][k], columns[1][k], columns[2][k], 0.0])
+fn transposed([x, y, z]: Columns) -> Columns {
+    let [x, y, z, _] = f32x4::transpose([x, y, z, f32x4::ZERO]);
+    [x, y, z]
 }
 
 /// The map between the frames of a node of A and one of B, in both directions.
@@ -152,8 +153,10 @@ impl Frames {
     #[inline(always)]
     pub fn update(&mut self, a: Option<&Node>, b: Option<&Node>, relation: &Relation) {
         let ids = [a.map_or(0, |node| node.frame), b.map_or(0, |node| node.frame)];
-        if ids != self.ids {
+        if ids[0] != self.ids[0] || ids[1] != self.ids[1] {
             *self = Self::between(a, b, relation, ids);
+            // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
+            core::hint::black_box(&mut *self);
         }
     }
 
@@ -161,21 +164,16 @@ impl Frames {
     fn between(a: Option<&Node>, b: Option<&Node>, relation: &Relation, ids: [u32; 2]) -> Self {
         let a = a.map_or(&AXES, |node| &node.rotation);
         let b = b.map_or(&AXES, |node| &node.rotation);
-        let to_a = transposed(a);
-        let rotated = per_axis!(k => times(&relation.rotation, [b[k][0], b[k][1], b[k][2]]).to_array());
-        let columns = per_axis!(k => times(&to_a, [rotated[k][0], rotated[k][1], rotated[k][2]]));
-        let [x, y, z, _] = relation.translation;
-        let offset = times(&to_a, [x, y, z]);
-        let [ox, oy, oz, _] = offset.to_array();
-
-        let inverse = transposed(&per_axis!(k => columns[k].to_array()));
-        let (scale, shrink) = (f32x4::splat(relation.scale), f32x4::splat(-1.0 / relation.scale));
-        let back = times(&inverse, [ox, oy, oz]) * shrink;
-        let shrink = f32x4::splat(1.0 / relation.scale);
+        let to_a = transposed(*a);
+        let columns = per_axis!(k => times(&to_a, &times(&relation.rotation, &b[k])));
+        let offset = times(&to_a, &relation.translation);
+        let inverse = transposed(columns);
+        let (scale, shrink) = (f32x4::splat(relation.scale), f32x4::splat(1.0 / relation.scale));
+        let inverse = per_axis!(k => inverse[k] * shrink);
         Self {
             ids,
             of_b: View::new(per_axis!(k => columns[k] * scale), offset, relation.margin[0]),
-            of_a: View::new(per_axis!(k => f32x4::new(inverse[k]) * shrink), back, relation.margin[1]),
+            of_a: View::new(inverse, f32x4::ZERO - times(&inverse, &offset), relation.margin[1]),
         }
     }
 }

@@ -232,6 +232,7 @@ impl<'t> Query<'t> {
         let stop = instructions.run(&mut traversal);
         let elapsed = traversal.meter.elapsed();
         let run = &mut workspace.run;
+        run.stats.bv_tests = run.stats.bv_tests_per_level.iter().sum();
         run.stats.queue_peak = workspace.front.peak();
         if let Some(elapsed) = elapsed {
             run.stats.elapsed = Some(run.stats.elapsed.unwrap_or_default().saturating_add(elapsed));

@@ -1,9 +1,8 @@
 //! Which node pair is visited next.
 
-use super::boxes::xyz;
-use super::frames::{Frames, View};
+use super::frames::{Frames, Relation, View};
 use super::queue::BUCKETS;
-use crate::tree::Node;
+use crate::tree::{Node, xyz};
 
 /// What a query looks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -36,8 +35,7 @@ pub enum Order {
     Random(u64),
 }
 
-/// The boxes of a node pair: those of A in the frame of A's side and those of B in the frame of B's, each seen from the
-/// other side as well.
+/// The boxes of a node pair, each seen from its own frame and from that of the other.
 pub(super) struct BoxPair {
     a: Seen,
     b: Seen,
@@ -46,14 +44,15 @@ pub(super) struct BoxPair {
 }
 
 /// Centre and half extents.
-type Seen = ([f32; 4], [f32; 4]);
+type Seen = ([f32; 3], [f32; 3]);
 
 impl BoxPair {
-    /// The boxes of `a` and `b`, or of one child of them each.
-    pub fn new(a: &Node, i: Option<usize>, b: &Node, j: Option<usize>, frames: &Frames) -> Self {
-        let (a, b) = (box_of(a, i), box_of(b, j));
-        let seen = |(c, h): Seen, view: &View| (view.point(xyz(c)), view.half(xyz(h)));
-        Self { a, b, a_in_b: seen(a, &frames.of_a), b_in_a: seen(b, &frames.of_b) }
+    pub fn new(a: &Node, b: &Node, relation: &Relation) -> Self {
+        let mut frames = Frames::UNKNOWN;
+        frames.update(Some(a), Some(b), relation);
+        let own = |node: &Node| (xyz(node.own_center), xyz(node.own_half));
+        let seen = |node: &Node, view: &View| (xyz(view.point(&node.own_center)), xyz(view.half(&node.own_half)));
+        Self { a: own(a), b: own(b), a_in_b: seen(a, &frames.of_a), b_in_a: seen(b, &frames.of_b) }
     }
 
     /// Half extents of both and the distance of the centres, on the six face axes.
@@ -76,11 +75,6 @@ impl BoxPair {
         };
         self.axes().take(3).map(share).product()
     }
-}
-
-fn box_of(node: &Node, child: Option<usize>) -> Seen {
-    let at = |columns: &[[f32; 8]; 3], lane: usize| [columns[0][lane], columns[1][lane], columns[2][lane], 0.0];
-    child.map_or((node.own_center, node.own_half), |lane| (at(&node.center, lane), at(&node.half, lane)))
 }
 
 /// Classes of alpha among pairs of equal penetration.

@@ -19,13 +19,14 @@ use super::workspace::Workspace;
 use crate::math::Pose;
 use crate::math::lanes::{Kernel, Lanes};
 use crate::tree::{Node, Tree};
-use crate::triangle::{batch, triangles_intersect};
+use crate::triangle::batch::{self, Rows};
+use crate::triangle::triangles_intersect;
 
 /// One side of a node pair.
 #[derive(Clone, Copy)]
 pub(super) enum Side<'t> {
     Node(&'t Node),
-    Triangle(u32),
+    Triangle(&'t Rows),
 }
 
 /// Which nodes of a pair are replaced by their children.
@@ -158,122 +159,112 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
 
     /// Replaces a pair by the pairs of children that may meet.
     #[inline(always)]
-    fn expand<L: Lanes>(&mut self, lanes: L, pair: Pair, queued: bool, frames: &mut Frames) {
-        let (a, b) = (side(self.a, pair[0]), side(self.b, pair[1]));
-        match (a, b) {
+    fn expand<L: Lanes>(&mut self, lanes: L, [ia, ib]: Pair, queued: bool, frames: &mut Frames) {
+        let skew = self.relation.skew;
+        // Bit 8 i + j stands for the i-th of what A's side is replaced by, and the j-th of B's.
+        let (hits, first) = match (self.side_a(ia), self.side_b(ib)) {
             (Side::Node(a), Side::Node(b)) => {
                 frames.update(Some(a), Some(b), self.relation);
-                self.expand_nodes(lanes, pair, a, b, queued, frames);
+                let level = usize::from(a.depth) + usize::from(b.depth);
+                if !boxes::own(a, b, frames) {
+                    return self.count(level, 1);
+                }
+                match open(a, b, self.relation.scale) {
+                    Open::Both => {
+                        self.count(level + 2, u64::from(a.children) * u64::from(b.children) + 1);
+                        (boxes::both(lanes, a, b, frames), [first_child(a), first_child(b)])
+                    }
+                    Open::A => {
+                        self.count(level + 1, u64::from(a.children) + 1);
+                        let hits = boxes::children(lanes, a, b, &frames.of_a, &frames.of_b);
+                        (boxes::as_rows(hits), [first_child(a), ib])
+                    }
+                    Open::B => {
+                        self.count(level + 1, u64::from(b.children) + 1);
+                        let hits = boxes::children(lanes, b, a, &frames.of_b, &frames.of_a);
+                        (u64::from(hits), [ia, first_child(b)])
+                    }
+                }
             }
-            (Side::Triangle(t), Side::Node(b)) => {
+            (Side::Triangle(triangle), Side::Node(b)) => {
                 frames.update(None, Some(b), self.relation);
-                let triangle = &self.a.triangles()[t as usize].0;
-                let hits = boxes::children_and_triangle(lanes, b, triangle, &frames.of_a, self.relation.skew);
                 self.count(usize::from(b.depth) + usize::from(b.height), u64::from(b.children));
-                for j in bits(hits) {
-                    self.place([pair[0], child(b, j)]);
-                }
+                let hits = boxes::children_and_triangle(lanes, b, triangle, &frames.of_a, skew);
+                (u64::from(hits), [ia, first_child(b)])
             }
-            (Side::Node(a), Side::Triangle(t)) => {
+            (Side::Node(a), Side::Triangle(triangle)) => {
                 frames.update(Some(a), None, self.relation);
-                let triangle = &self.b.triangles()[t as usize].0;
-                let hits = boxes::children_and_triangle(lanes, a, triangle, &frames.of_b, self.relation.skew);
                 self.count(usize::from(a.depth) + usize::from(a.height), u64::from(a.children));
-                for i in bits(hits) {
-                    self.place([child(a, i), pair[1]]);
-                }
+                let hits = boxes::children_and_triangle(lanes, a, triangle, &frames.of_b, skew);
+                (boxes::as_rows(hits), [first_child(a), ib])
             }
-            (Side::Triangle(_), Side::Triangle(_)) => debug_assert!(false, "triangle pairs never come to the front"),
-        }
+            (Side::Triangle(_), Side::Triangle(_)) => return debug_assert!(false, "these never come to the front"),
+        };
+        self.place(hits, first, queued);
     }
 
     #[inline(always)]
-    fn expand_nodes<L: Lanes>(
-        &mut self,
-        lanes: L,
-        pair: Pair,
-        a: &'q Node,
-        b: &'q Node,
-        queued: bool,
-        frames: &Frames,
-    ) {
-        let level = usize::from(a.depth) + usize::from(b.depth);
-        if !boxes::own(lanes, a, b, frames) {
-            return self.count(level, 1);
-        }
-        match open(a, b, self.relation.scale) {
-            Open::Both => {
-                let mut hits = boxes::both(lanes, a, b, frames);
-                self.count(level + 2, u64::from(a.children) * u64::from(b.children));
-                while hits != 0 {
-                    let (i, j) = (hits.trailing_zeros() as usize / 8, hits.trailing_zeros() as usize % 8);
-                    hits &= hits - 1;
-                    self.put([child(a, i), child(b, j)], queued, || BoxPair::new(a, Some(i), b, Some(j), frames));
-                }
-            }
-            Open::A => {
-                let hits = boxes::children(lanes, a, b, &frames.of_a, &frames.of_b);
-                self.count(level + 1, u64::from(a.children));
-                for i in bits(hits) {
-                    self.put([child(a, i), pair[1]], queued, || BoxPair::new(a, Some(i), b, None, frames));
-                }
-            }
-            Open::B => {
-                let hits = boxes::children(lanes, b, a, &frames.of_b, &frames.of_a);
-                self.count(level + 1, u64::from(b.children));
-                for j in bits(hits) {
-                    self.put([pair[0], child(b, j)], queued, || BoxPair::new(a, None, b, Some(j), frames));
-                }
-            }
-        }
+    fn side_a(&self, index: u32) -> Side<'q> {
+        side(self.a, index)
+    }
+
+    #[inline(always)]
+    fn side_b(&self, index: u32) -> Side<'q> {
+        side(self.b, index)
     }
 
     #[inline(always)]
     fn count(&mut self, level: usize, bv_tests: u64) {
         let stats = &mut self.workspace.run.stats;
-        stats.bv_tests += bv_tests;
         stats.bv_tests_per_level[level.min(LEVELS - 1)] += bv_tests;
         stats.work += WORK_PER_EXPANSION + bv_tests;
     }
 
-    /// Puts a pair where it belongs: with those of a queued pair into the queue, else where it is visited soon.
+    /// Puts the pairs of `hits` where they belong: triangle pairs to those that wait, node pairs into the queue if their
+    /// parent came from there, all else on the stack.
     #[inline(always)]
-    fn put(&mut self, pair: Pair, queued: bool, boxes: impl FnOnce() -> BoxPair) {
-        if queued { self.queue(pair, &boxes()) } else { self.place(pair) }
-    }
-
-    /// Puts a pair to the triangle pairs that wait, or on the stack.
-    #[inline(always)]
-    fn place(&mut self, pair: Pair) {
-        if pair[0] & pair[1] & TRIANGLE != 0 {
-            self.workspace.waiting.push([pair[0] & !TRIANGLE, pair[1] & !TRIANGLE]);
-        } else {
-            self.workspace.front.push(pair);
+    fn place(&mut self, mut hits: u64, [a, b]: Pair, queued: bool) {
+        while hits != 0 {
+            let lane = hits.trailing_zeros();
+            hits &= hits - 1;
+            let pair = [a + lane / 8, b + lane % 8];
+            if a & b & TRIANGLE != 0 {
+                self.workspace.waiting.push([pair[0] & !TRIANGLE, pair[1] & !TRIANGLE]);
+            } else if queued {
+                self.queue(pair);
+            } else {
+                self.workspace.front.push(pair);
+            }
         }
     }
 
     /// Queues a pair, unless it is a grain.
     #[inline(never)]
-    fn queue(&mut self, pair: Pair, boxes: &BoxPair) {
-        match (side(self.a, pair[0]), side(self.b, pair[1])) {
+    fn queue(&mut self, pair: Pair) {
+        match (self.side_a(pair[0]), self.side_b(pair[1])) {
             (Side::Node(a), Side::Node(b)) if libm::sqrtf(a.visits * b.visits) >= self.options.grain => {
+                let boxes = BoxPair::new(a, b, self.relation);
                 let random = &mut self.workspace.run.random;
-                let (bucket, first) = self.options.order.bucket(boxes, a.alpha * b.alpha, random);
+                let (bucket, first) = self.options.order.bucket(&boxes, a.alpha * b.alpha, random);
                 self.workspace.front.queue(pair, bucket, first);
             }
-            _ => self.place(pair),
+            _ => self.workspace.front.push(pair),
         }
     }
 }
 
 #[inline(always)]
 fn side(tree: &Tree, index: u32) -> Side<'_> {
-    if index & TRIANGLE == 0 { Side::Node(&tree.nodes()[index as usize]) } else { Side::Triangle(index & !TRIANGLE) }
+    if index & TRIANGLE == 0 {
+        Side::Node(&tree.nodes()[index as usize])
+    } else {
+        Side::Triangle(&tree.triangles()[(index & !TRIANGLE) as usize].0)
+    }
 }
 
 #[inline(always)]
-fn child(node: &Node, lane: usize) -> u32 {
-    (node.first_child + lane as u32) | if node.is_cluster { TRIANGLE } else { 0 }
+fn first_child(node: &Node) -> u32 {
+    node.first_child | if node.is_cluster { TRIANGLE } else { 0 }
 }
 
 /// The larger of two nodes of one kind is opened alone if it is this many times larger than the other.

@@ -14,7 +14,7 @@ mod wide;
 pub use profile::LevelProfile;
 pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
-pub(crate) use wide::{Node, WIDTH};
+pub(crate) use wide::{Node, WIDTH, xyz};
 
 use crate::mesh::Mesh;
 use alloc::boxed::Box;

@@ -4,7 +4,7 @@ use super::{Node, Tree};
 use crate::math::tolerance::BOX_ROUNDING;
 use core::fmt;
 use core::ops::Range;
-use glam::{DVec3, Mat3, Vec3, Vec4};
+use glam::{DVec3, Mat3, Vec3};
 
 /// What is wrong with a tree, and with which node or triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +88,7 @@ fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
                 let inside = |center: DVec3, half: DVec3| {
                     (x - center).abs().cmple(half + DVec3::splat(f64::from(BOX_ROUNDING))).all()
                 };
-                let center = Vec4::from(node.own_center).truncate().as_dvec3();
+                let center = Vec3::from(super::xyz(node.own_center)).as_dvec3();
                 let own = inside(center, node.extent().as_dvec3());
                 if !own || !inside(lane(&node.center), lane(&node.half)) {
                     return Err(TreeFault::Outside(index));

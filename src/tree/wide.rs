@@ -7,7 +7,8 @@ use super::unit::Triangle;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::ops::Range;
-use glam::{Mat3, Vec3, Vec4};
+use glam::{Mat3, Vec3};
+use wide::f32x4;
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
@@ -22,10 +23,10 @@ pub(crate) struct Node {
     pub center: [[f32; WIDTH]; 3],
     pub half: [[f32; WIDTH]; 3],
     /// The node's own box.
-    pub own_center: [f32; 4],
-    pub own_half: [f32; 4],
+    pub own_center: f32x4,
+    pub own_half: f32x4,
     /// Columns are the axes of the frame, unit coordinates of the mesh.
-    pub rotation: [[f32; 4]; 3],
+    pub rotation: [f32x4; 3],
     /// Square root of the surface area of the own box.
     pub size: f32,
     /// Equal ids mean equal frames; 0 is the mesh's own.
@@ -52,6 +53,12 @@ pub(crate) struct Node {
 
 const _: () = assert!(size_of::<Node>() == 320);
 
+/// The first three lanes.
+pub(crate) fn xyz(v: f32x4) -> [f32; 3] {
+    let [x, y, z, _] = v.to_array();
+    [x, y, z]
+}
+
 impl Node {
     /// One bit for each child that there is.
     #[inline(always)]
@@ -60,12 +67,12 @@ impl Node {
     }
 
     pub fn rotation(&self) -> Mat3 {
-        Mat3::from_cols_array_2d(&self.rotation.map(|[x, y, z, _]| [x, y, z]))
+        Mat3::from_cols_array_2d(&self.rotation.map(xyz))
     }
 
     /// Half extents of the own box.
     pub fn extent(&self) -> Vec3 {
-        Vec4::from(self.own_half).truncate()
+        xyz(self.own_half).into()
     }
 
     /// The triangles of the subtree, in tree order.
@@ -90,8 +97,8 @@ impl Node {
             self.set_child(lane, &extent);
             own = own.union(extent);
         }
-        self.own_center = own.center().extend(0.0).to_array();
-        self.own_half = own.half().extend(0.0).to_array();
+        self.own_center = f32x4::new(own.center().extend(0.0).to_array());
+        self.own_half = f32x4::new(own.half().extend(0.0).to_array());
         self.size = libm::sqrtf(2.0 * own.area());
     }
 }
@@ -110,9 +117,9 @@ pub(super) fn collapse(binary: &BinaryTree, triangles: &[Triangle], options: &Bu
 const EMPTY: Node = Node {
     center: [[0.0; WIDTH]; 3],
     half: [[0.0; WIDTH]; 3],
-    own_center: [0.0; 4],
-    own_half: [0.0; 4],
-    rotation: [[0.0; 4]; 3],
+    own_center: f32x4::ZERO,
+    own_half: f32x4::ZERO,
+    rotation: [f32x4::ZERO; 3],
     size: 0.0,
     frame: 0,
     first_child: 0,
@@ -155,7 +162,7 @@ impl Builder<'_> {
         let first_child = if is_cluster { subtree.first } else { self.nodes.len() as u32 };
         let mut node = Node {
             rotation: [frame.rotation.x_axis, frame.rotation.y_axis, frame.rotation.z_axis]
-                .map(|x| x.extend(0.0).to_array()),
+                .map(|x| f32x4::new(x.extend(0.0).to_array())),
             frame: frame.id,
             first_child,
             first_triangle: subtree.first,

@@ -1,252 +1,271 @@
-//! Whether two closed triangles meet, decided by exact signs.
+//! Do two closed triangles share a point? Exact for all finite `f64` coordinates.
 //!
-//! Two closed triangles meet if and only if an edge of one meets the other triangle, coplanar ones included, as long as
-//! one of them is no mere segment or point; two of those meet if and only if two of their edges do. So six segment-triangle
-//! tests, or nine segment-segment tests, decide, and those need only the signs of determinants: [`orient3d`] and
-//! [`orient2d`], from crate `robust` where its arithmetic can neither overflow nor underflow, else from wide integers.
-//! The answer depends on signs alone, so it cannot change when triangles are swapped or corners turned.
+//! Every decision is the sign of a determinant of coordinate differences: a volume (3 x 3) or an area (2 x 2).
+//! Each sign is computed in `f64` first; a result below its proven error bound is computed again in integers
+//! wide enough to hold it. One formula serves all number types, so no sign is ever wrong.
+//!
+//! A degenerate triangle is the hull of its three points: a segment or a point.
+//!
+//! Notation: a triangle's normal is `(t1 - t0) x (t2 - t0)`; a point is above its plane if the volume spanned by the
+//! normal's two edges and the point is positive.
+
+use core::array::from_fn;
+use core::cell::OnceCell;
+use core::ops::{Add, Mul, Sub};
 
 use bnum::Int;
-use bnum::cast::CastFrom;
-use core::cmp::Ordering::{self, Equal};
+use bnum::cast::As;
 use glam::DVec3;
-use robust::{Coord, Coord3D};
 
-/// Whether two closed triangles share a point; a degenerate triangle is the hull of its corners.
-pub(super) fn intersects(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
+type Triangle = [DVec3; 3];
+
+/// Whether the closed triangles `a` and `b` share a point. All coordinates must be finite.
+pub(crate) fn intersects(a: &Triangle, b: &Triangle) -> bool {
+    let Some(pair) = Pair::with_touching_boxes(a, b) else {
+        return false;
+    };
     if a.iter().any(|p| b.contains(p)) {
         return true;
     }
-    let least = |t: &[DVec3; 3]| t[0].min(t[1]).min(t[2]);
-    let most = |t: &[DVec3; 3]| t[0].max(t[1]).max(t[2]);
-    if least(a).cmpgt(most(b)).any() || least(b).cmpgt(most(a)).any() {
+    if pair.extent.min_element() == 0.0 {
+        return pair.coplanar_meet(); // all six points in one axis-aligned plane
+    }
+    let a_sides = pair.volumes(b, *a);
+    if strictly_one_sided(a_sides) {
         return false;
     }
-    match Scale::of(a, b) {
-        Scale::Safe => Exact { signs: &Robust }.meet(a, b),
-        Scale::By(factor) => Exact { signs: &Robust }.meet(&a.map(|p| p * factor), &b.map(|p| p * factor)),
-        Scale::Wide => Exact { signs: &WideIntegers }.meet(a, b),
+    let b_sides = pair.volumes(a, *b);
+    if strictly_one_sided(b_sides) {
+        return false;
+    }
+    match (a_sides == [0; 3], b_sides == [0; 3]) {
+        (false, false) => pair.crossing_meet(a_sides, b_sides),
+        // Were `a` proper, `b` would lie in its plane; were `b` too, `a` would lie in the plane of `b`. So `a` is a segment.
+        (false, true) => pair.segment_meets(a, a_sides, b),
+        (true, false) => pair.segment_meets(b, b_sides, a),
+        (true, true) => pair.coplanar_meet(),
     }
 }
 
-/// Which arithmetic is exact for the given coordinates.
-enum Scale {
-    Safe,
-    By(f64),
-    Wide,
+fn strictly_one_sided(sides: [i8; 3]) -> bool {
+    sides == [1; 3] || sides == [-1; 3]
 }
 
-/// Biased exponents of 2^300 and 2^-288.
-///
-/// `robust` computes with sums of products of three differences. With all magnitudes below 2^300 no product exceeds
-/// 2^910; with all of them zero or at least 2^-288, every coordinate is a multiple of 2^-340 and every product one of
-/// 2^-1020, above the least denormal 2^-1074: nothing overflows or underflows, so its error-free transformations are
-/// error-free.
-const LARGEST: i64 = 1023 + 300;
-const LEAST: i64 = 1023 - 288;
+/// Two triangles with touching boxes, and what the signs of their determinants need.
+struct Pair<'a> {
+    a: &'a Triangle,
+    b: &'a Triangle,
+    /// Extent of the box around both: no computed coordinate difference is larger.
+    extent: DVec3,
+    /// `extent`, padded against underflow; NaN if a determinant could overflow.
+    reach: DVec3,
+    grid: OnceCell<Grid>,
+}
 
-impl Scale {
-    fn of(a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
-        let (largest, least) = exponents(a, b);
-        if largest < LARGEST && least >= LEAST {
-            return Self::Safe;
+impl<'a> Pair<'a> {
+    fn with_touching_boxes(a: &'a Triangle, b: &'a Triangle) -> Option<Self> {
+        let (a_min, a_max) = (a[0].min(a[1]).min(a[2]), a[0].max(a[1]).max(a[2]));
+        let (b_min, b_max) = (b[0].min(b[1]).min(b[2]), b[0].max(b[1]).max(b[2]));
+        if !(a_min.cmple(b_max) & b_min.cmple(a_max)).all() {
+            return None;
         }
-        // As large as allowed: so that 2^299 <= the largest magnitude < 2^300, unless all are denormal.
-        let shift = (LARGEST - 1 - largest).min(1023);
-        let factor = f64::from_bits(((1023 + shift) as u64) << 52);
-        let (_, scaled_least) = exponents(&a.map(|p| p * factor), &b.map(|p| p * factor));
-        // Scaled up, nothing is lost; scaled down, nothing that stays as large as this.
-        if scaled_least >= LEAST && (shift >= 0 || least + shift >= LEAST) { Self::By(factor) } else { Self::Wide }
-    }
-}
-
-/// Biased exponents of the largest and the least magnitude, zeros left aside.
-fn exponents(a: &[DVec3; 3], b: &[DVec3; 3]) -> (i64, i64) {
-    let (mut largest, mut least) = (0, u64::MAX);
-    for x in a.iter().chain(b).flat_map(|p| p.to_array()) {
-        let magnitude = x.to_bits() << 1;
-        largest = largest.max(magnitude);
-        // Zero wraps around to the top; nothing else changes its exponent but powers of two, by one step down.
-        least = least.min(magnitude.wrapping_sub(1));
-    }
-    ((largest >> 53) as i64, (least >> 53) as i64)
-}
-
-/// Exact signs of determinants.
-trait Signs {
-    /// Side of the plane through `a`, `b`, `c` on which `d` lies.
-    fn orient3d(&self, a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Ordering;
-    /// Side of the line through `a`, `b` on which `c` lies, without coordinate `axis`.
-    fn orient2d(&self, axis: usize, a: DVec3, b: DVec3, c: DVec3) -> Ordering;
-}
-
-fn drop_axis(axis: usize, p: DVec3) -> [f64; 2] {
-    [p[(axis + 1) % 3], p[(axis + 2) % 3]]
-}
-
-struct Robust;
-
-impl Signs for Robust {
-    fn orient3d(&self, a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Ordering {
-        let coord = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
-        robust::orient3d(coord(a), coord(b), coord(c), coord(d)).total_cmp_zero()
+        let extent = a_max.max(b_max) - a_min.min(b_min);
+        let reach = if extent.max_element() <= FILTER_LARGEST { extent + FILTER_PADDING } else { DVec3::NAN };
+        Some(Pair { a, b, extent, reach, grid: OnceCell::new() })
     }
 
-    fn orient2d(&self, axis: usize, a: DVec3, b: DVec3, c: DVec3) -> Ordering {
-        let coord = |p: DVec3| {
-            let [x, y] = drop_axis(axis, p);
-            Coord { x, y }
+    /// Side of each point relative to the plane of `t`.
+    fn volumes<const N: usize>(&self, t: &Triangle, points: [DVec3; N]) -> [i8; N] {
+        let bound = VOLUME_BOUND * self.reach.x * self.reach.y * self.reach.z;
+        let filtered = volumes(t.map(|p| p.to_array()), points.map(|p| p.to_array()));
+        if filtered.iter().all(|v| v.abs() > bound) {
+            return filtered.map(|v| sign(v, 0.0));
+        }
+        let grid = self.grid();
+        match grid.bits {
+            0..=40 => grid.volumes::<i128, N>(t, points),
+            41..=125 => grid.volumes::<Int<48>, N>(t, points),
+            126..=339 => grid.volumes::<Int<128>, N>(t, points),
+            _ => grid.volumes::<Int<792>, N>(t, points),
+        }
+    }
+
+    /// Side of `r` relative to the line `pq`, all projected along `axis`.
+    fn area(&self, axis: usize, [p, q, r]: [DVec3; 3]) -> i8 {
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        let bound = AREA_BOUND * self.reach[i] * self.reach[j];
+        let filtered = area([p, q, r].map(|v| [v[i], v[j]]));
+        if filtered.abs() > bound {
+            return sign(filtered, 0.0);
+        }
+        let grid = self.grid();
+        match grid.bits {
+            0..=40 => grid.area::<i128>(i, j, [p, q, r]),
+            41..=125 => grid.area::<Int<48>>(i, j, [p, q, r]),
+            126..=339 => grid.area::<Int<128>>(i, j, [p, q, r]),
+            _ => grid.area::<Int<792>>(i, j, [p, q, r]),
+        }
+    }
+
+    fn grid(&self) -> &Grid {
+        self.grid.get_or_init(|| Grid::new(self.a.iter().chain(self.b)))
+    }
+
+    fn crossing_meet(&self, a_sides: [i8; 3], b_sides: [i8; 3]) -> bool {
+        let (i, a_up) = lone_vertex(a_sides);
+        let (j, b_up) = lone_vertex(b_sides);
+        let (mut a_next, mut a_last) = (self.a[(i + 1) % 3], self.a[(i + 2) % 3]);
+        let (mut b_next, mut b_last) = (self.b[(j + 1) % 3], self.b[(j + 2) % 3]);
+        if a_up < 0 {
+            (b_next, b_last) = (b_last, b_next);
+        }
+        if b_up < 0 {
+            (a_next, a_last) = (a_last, a_next);
+        }
+        let (a_lone, b_lone) = (self.a[i], self.b[j]);
+        self.volumes(&[a_lone, a_next, b_lone], [b_next]) <= [0]
+            && self.volumes(&[a_lone, a_last, b_lone], [b_last]) >= [0]
+    }
+
+    fn segment_meets(&self, s: &Triangle, sides: [i8; 3], t: &Triangle) -> bool {
+        let (p, q) = if sides[0] != sides[1] { (s[0], s[1]) } else { (s[0], s[2]) };
+        let turns: [i8; 3] = from_fn(|i| self.volumes(&[p, q, t[i]], [t[(i + 1) % 3]])[0]);
+        !(turns.contains(&1) && turns.contains(&-1))
+    }
+
+    fn coplanar_meet(&self) -> bool {
+        for axis in 0..3 {
+            let (a_turn, b_turn) = (self.area(axis, *self.a), self.area(axis, *self.b));
+            if a_turn != 0 || b_turn != 0 {
+                return !self.separated(axis, self.a, a_turn, self.b) && !self.separated(axis, self.b, b_turn, self.a);
+            }
+        }
+        let edges = |t: &Triangle| -> [(DVec3, DVec3); 3] {
+            let t = *t;
+            from_fn(|i| (t[i], t[(i + 1) % 3]))
         };
-        robust::orient2d(coord(a), coord(b), coord(c)).total_cmp_zero()
+        let skew = edges(self.a)
+            .iter()
+            .any(|&(p, q)| edges(self.b).iter().any(|&(r, s)| self.volumes(&[p, q, r], [s]) != [0]));
+        !skew && (0..3).all(|axis| !self.separated(axis, self.a, 0, self.b) && !self.separated(axis, self.b, 0, self.a))
+    }
+
+    /// Whether the line of an edge of `s` separates the triangles strictly, all projected along `axis`.
+    fn separated(&self, axis: usize, s: &Triangle, turn: i8, t: &Triangle) -> bool {
+        (0..3).any(|i| {
+            let (p, q) = (s[i], s[(i + 1) % 3]);
+            let side = self.area(axis, [p, q, t[0]]);
+            side != 0 && side != turn && t[1..].iter().all(|&r| self.area(axis, [p, q, r]) == side)
+        })
     }
 }
 
-trait TotalCmpZero {
-    fn total_cmp_zero(self) -> Ordering;
-}
-
-impl TotalCmpZero for f64 {
-    /// The sign; zeros of both signs are `Equal`.
-    fn total_cmp_zero(self) -> Ordering {
-        if self > 0.0 {
-            Ordering::Greater
-        } else if self < 0.0 {
-            Ordering::Less
-        } else {
-            Equal
+fn lone_vertex(sides: [i8; 3]) -> (usize, i8) {
+    let others = |i: usize| (sides[(i + 1) % 3], sides[(i + 2) % 3]);
+    let lone = |&i: &usize| {
+        let (q, r) = others(i);
+        sides[i] != q && sides[i] != r
+    };
+    match (0..3).filter(|&i| sides[i] != 0).find(lone) {
+        Some(i) => (i, sides[i]),
+        None => {
+            let i = (0..3).find(|&i| sides[i] == 0).unwrap_or(0);
+            (i, -others(i).0)
         }
     }
 }
 
-/// Integers in units of the least denormal, for any finite coordinates up to 2^1003: a difference has at most 2,079 bits,
-/// a determinant of three by three 6,240 of these 6,528. Some 20 us a sign, for spreads beyond 10^170 only.
-struct WideIntegers;
+const FILTER_PADDING: DVec3 = DVec3::splat(f64::from_bits((1023 - 300) << 52));
+const FILTER_LARGEST: f64 = f64::from_bits((1023 + 300) << 52);
+const VOLUME_BOUND: f64 = 32.0 * f64::EPSILON;
+const AREA_BOUND: f64 = 8.0 * f64::EPSILON;
 
-type Wide = Int<816>;
+trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + PartialOrd {}
+impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + PartialOrd> Number for T {}
 
-impl WideIntegers {
-    fn integer(x: f64) -> Wide {
-        let bits = x.to_bits();
-        let (exponent, fraction) = (bits >> 52 & 0x7ff, bits & ((1 << 52) - 1));
-        let magnitude = if exponent == 0 { fraction } else { fraction | 1 << 52 };
-        let magnitude = Wide::cast_from(magnitude) << exponent.saturating_sub(1) as u32;
-        if x < 0.0 { -magnitude } else { magnitude }
-    }
-
-    fn difference(a: DVec3, b: DVec3) -> [Wide; 3] {
-        [0, 1, 2].map(|k| Self::integer(a[k]) - Self::integer(b[k]))
-    }
+fn difference<T: Number, const D: usize>(p: [T; D], q: [T; D]) -> [T; D] {
+    from_fn(|i| p[i] - q[i])
 }
 
-impl Signs for WideIntegers {
-    fn orient3d(&self, a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Ordering {
-        let [a, b, c] = [a, b, c].map(|p| Self::difference(p, d));
-        let minor = |i: usize, j: usize| b[i] * c[j] - b[j] * c[i];
-        (a[0] * minor(1, 2) + a[1] * minor(2, 0) + a[2] * minor(0, 1)).cmp(&Wide::cast_from(0u8))
-    }
-
-    fn orient2d(&self, axis: usize, a: DVec3, b: DVec3, c: DVec3) -> Ordering {
-        let [a, b] = [a, b].map(|p| Self::difference(p, c));
-        let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
-        (a[x] * b[y] - a[y] * b[x]).cmp(&Wide::cast_from(0u8))
-    }
-}
-
-/// The tests, over one kind of signs.
-struct Exact<'s, S> {
-    signs: &'s S,
-}
-
-impl<S: Signs> Exact<'_, S> {
-    fn meet(&self, a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
-        match (self.shadow(a), self.shadow(b)) {
-            (Some(axis_a), Some(axis_b)) => self.surfaces_meet(a, axis_a, b, axis_b),
-            (Some(axis), None) => edges(b).any(|edge| self.segment_meets(edge, a, axis, self.sides(a, edge))),
-            (None, Some(axis)) => edges(a).any(|edge| self.segment_meets(edge, b, axis, self.sides(b, edge))),
-            (None, None) => edges(a).any(|e| edges(b).any(|f| self.segments_meet(e, f))),
-        }
-    }
-
-    /// An axis along which the triangle casts a shadow with area; `None` if it has none itself.
-    fn shadow(&self, [a, b, c]: &[DVec3; 3]) -> Option<usize> {
-        (0..3).find(|&axis| self.signs.orient2d(axis, *a, *b, *c) != Equal)
-    }
-
-    fn surfaces_meet(&self, a: &[DVec3; 3], axis_a: usize, b: &[DVec3; 3], axis_b: usize) -> bool {
-        let of_b = b.map(|p| self.signs.orient3d(a[0], a[1], a[2], p));
-        if one_side(of_b) {
-            return false;
-        }
-        let of_a = a.map(|p| self.signs.orient3d(b[0], b[1], b[2], p));
-        if one_side(of_a) {
-            return false;
-        }
-        let turn = |sides: [Ordering; 3], i: usize| [sides[i], sides[(i + 1) % 3]];
-        edges(b).enumerate().any(|(i, edge)| self.segment_meets(edge, a, axis_a, turn(of_b, i)))
-            || edges(a).enumerate().any(|(i, edge)| self.segment_meets(edge, b, axis_b, turn(of_a, i)))
-    }
-
-    fn sides(&self, t: &[DVec3; 3], edge: [DVec3; 2]) -> [Ordering; 2] {
-        edge.map(|p| self.signs.orient3d(t[0], t[1], t[2], p))
-    }
-
-    /// Whether a closed segment, with its ends on the given sides of the plane, meets a triangle with area.
-    fn segment_meets(&self, [p, q]: [DVec3; 2], t: &[DVec3; 3], axis: usize, sides: [Ordering; 2]) -> bool {
-        match sides {
-            [Equal, Equal] => self.coplanar_segment_meets([p, q], t, axis),
-            [start, end] if start == end => false,
-            // The line meets the plane in one point, which lies in the triangle if the line passes no two edges on
-            // different sides.
-            _ => !mixed(edges(t).map(|[a, b]| self.signs.orient3d(p, q, a, b))),
-        }
-    }
-
-    /// The same in the plane of the triangle, seen along `axis`.
-    fn coplanar_segment_meets(&self, [p, q]: [DVec3; 2], t: &[DVec3; 3], axis: usize) -> bool {
-        let inside = |p: DVec3| !mixed(edges(t).map(|[a, b]| self.signs.orient2d(axis, a, b, p)));
-        inside(p) || inside(q) || edges(t).any(|edge| self.shadows_meet(axis, [p, q], edge))
-    }
-
-    /// Two closed segments in space. If they are coplanar and not all on one line, they meet where their shadows meet
-    /// along an axis that does not flatten their plane, and points in common have common shadows along all. On one line,
-    /// shadows along the axes meet together unless the line is parallel to the axis, where they are points that always
-    /// meet.
-    fn segments_meet(&self, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> bool {
-        self.signs.orient3d(p, q, r, s) == Equal && (0..3).all(|axis| self.shadows_meet(axis, [p, q], [r, s]))
-    }
-
-    /// Two closed segments in the plane without coordinate `axis`.
-    fn shadows_meet(&self, axis: usize, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> bool {
-        let turn = |a, b, c| self.signs.orient2d(axis, a, b, c);
-        let (r_side, s_side) = (turn(p, q, r), turn(p, q, s));
-        let (p_side, q_side) = (turn(r, s, p), turn(r, s, q));
-        if [r_side, s_side, p_side, q_side] == [Equal; 4] {
-            // All on one line: their extents overlap on both coordinates.
-            return (1..3).all(|k| {
-                let k = (axis + k) % 3;
-                p[k].min(q[k]) <= r[k].max(s[k]) && r[k].min(s[k]) <= p[k].max(q[k])
-            });
-        }
-        let apart = |a: Ordering, b: Ordering| a == b && a != Equal;
-        !apart(r_side, s_side) && !apart(p_side, q_side)
-    }
-}
-
-fn edges(t: &[DVec3; 3]) -> impl Iterator<Item = [DVec3; 2]> {
-    let [a, b, c] = *t;
-    [[a, b], [b, c], [c, a]].into_iter()
-}
-
-/// Whether all are strictly on the same side.
-fn one_side(sides: [Ordering; 3]) -> bool {
-    sides[0] != Equal && sides[0] == sides[1] && sides[0] == sides[2]
-}
-
-/// Whether two are strictly on different sides.
-fn mixed(mut sides: impl Iterator<Item = Ordering>) -> bool {
-    let mut first = Equal;
-    sides.any(|side| {
-        first = if first == Equal { side } else { first };
-        side != Equal && side != first
+#[inline(always)]
+fn volumes<T: Number, const N: usize>(t: [[T; 3]; 3], points: [[T; 3]; N]) -> [T; N] {
+    let (e, f) = (difference(t[1], t[0]), difference(t[2], t[0]));
+    let normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
+    points.map(|p| {
+        let d = difference(p, t[0]);
+        normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2]
     })
+}
+
+fn area<T: Number>([p, q, r]: [[T; 2]; 3]) -> T {
+    let (e, f) = (difference(q, p), difference(r, p));
+    e[0] * f[1] - e[1] * f[0]
+}
+
+fn sign<T: Number>(value: T, zero: T) -> i8 {
+    (value > zero) as i8 - (value < zero) as i8
+}
+
+trait Exact: Number {
+    fn scaled(mantissa: i64, shift: u32) -> Self;
+}
+impl Exact for i128 {
+    fn scaled(mantissa: i64, shift: u32) -> Self {
+        i128::from(mantissa) << shift
+    }
+}
+impl<const N: usize> Exact for Int<N> {
+    fn scaled(mantissa: i64, shift: u32) -> Self {
+        mantissa.as_::<Self>() << shift
+    }
+}
+
+/// The coarsest power-of-two grid that holds all coordinates of a pair.
+struct Grid {
+    low: i32,
+    bits: u32,
+}
+
+impl Grid {
+    fn new<'a>(points: impl Iterator<Item = &'a DVec3>) -> Self {
+        let (mut low, mut high) = (i32::MAX, i32::MIN);
+        for value in points.flat_map(|p| p.to_array()) {
+            let (mantissa, exponent) = split(value);
+            if mantissa != 0 {
+                low = low.min(exponent);
+                high = high.max(exponent + 64 - mantissa.unsigned_abs().leading_zeros() as i32);
+            }
+        }
+        Grid { low, bits: high.saturating_sub(low).max(0) as u32 }
+    }
+
+    fn coordinate<T: Exact>(&self, value: f64) -> T {
+        let (mantissa, exponent) = split(value);
+        let shift = if mantissa == 0 { 0 } else { (exponent - self.low) as u32 };
+        T::scaled(mantissa, shift)
+    }
+
+    fn volumes<T: Exact, const N: usize>(&self, t: &Triangle, points: [DVec3; N]) -> [i8; N] {
+        let on_grid = |p: DVec3| p.to_array().map(|v| self.coordinate::<T>(v));
+        volumes(t.map(on_grid), points.map(on_grid)).map(|v| sign(v, T::scaled(0, 0)))
+    }
+
+    fn area<T: Exact>(&self, i: usize, j: usize, points: [DVec3; 3]) -> i8 {
+        let on_grid = |p: DVec3| [p[i], p[j]].map(|v| self.coordinate::<T>(v));
+        sign(area(points.map(on_grid)), T::scaled(0, 0))
+    }
+}
+
+/// `value` as an odd (or zero) mantissa times a power of two.
+fn split(value: f64) -> (i64, i32) {
+    let bits = value.to_bits();
+    let biased = (bits >> 52 & 0x7ff) as i32;
+    let hidden = u64::from(biased != 0) << 52;
+    let magnitude = (bits & ((1 << 52) - 1) | hidden) as i64;
+    if magnitude == 0 {
+        return (0, 0);
+    }
+    let zeros = magnitude.trailing_zeros();
+    let odd = magnitude >> zeros;
+    (if value < 0.0 { -odd } else { odd }, biased.max(1) - 1075 + zeros as i32)
 }
