@@ -71,7 +71,7 @@ impl<'t> Query<'t> {
             mode: Mode::Any,
             order: Order::Penetration,
             pair_limit: usize::MAX,
-            poll_interval: 2 * MAX_STEP_WORK,
+            poll_interval: MAX_STEP_WORK,
             grain: 4096.0,
         };
         Self { a, b, b_in_a, options }
@@ -98,7 +98,8 @@ impl<'t> Query<'t> {
         self
     }
 
-    /// Units of work between looks at the clock; default `2 * MAX_STEP_WORK`. It bounds how late a time budget can end.
+    /// Least work between looks at the clock, which come closer together towards the deadline; default
+    /// [`MAX_STEP_WORK`]. It bounds how late a time budget can end.
     #[must_use]
     pub fn poll_interval(mut self, work: u64) -> Self {
         self.options.poll_interval = work;
