@@ -176,7 +176,6 @@ fn slices_of_any_length_end_in_the_same_bits() {
 fn time_budgets_are_sound_and_kept() {
     const POLL: u64 = 64;
     let tick = Duration::from_micros(1);
-    let most_per_look = POLL + MAX_STEP_WORK;
     let mut workspace = Workspace::new();
     for case in cases() {
         case.each_query(|query, mode| {
@@ -184,6 +183,8 @@ fn time_budgets_are_sound_and_kept() {
             for ticks in 0u32.. {
                 let clock = ManualClock::ticking(tick);
                 let time = tick * ticks;
+                // Looks are as far apart as the time that is left allows.
+                let most_per_look = POLL.max(time.as_nanos() as u64 / 3) + MAX_STEP_WORK;
                 let mut outcome = query.run_with(&mut workspace, None, Budget::time(time), &clock);
                 assert_sound(&outcome, workspace.pairs(), &case.truth);
                 assert!(outcome.stats.work <= u64::from(ticks + 1) * most_per_look);

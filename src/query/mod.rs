@@ -127,7 +127,7 @@ impl<'t> Query<'t> {
     /// However it is cut into pieces by work budgets, the outcome at the end is that of one uninterrupted run.
     ///
     /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options.
+    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Outcome, ResumeError> {
         self.resume_with(workspace, None, budget, &SystemClock::default())
@@ -167,7 +167,7 @@ impl<'t> Query<'t> {
     /// [`Query::resume`] with the memory of earlier frames and a clock of the caller's.
     ///
     /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options.
+    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     pub fn resume_with<C: Clock>(
         &self,
         workspace: &mut Workspace,
@@ -175,7 +175,7 @@ impl<'t> Query<'t> {
         budget: Budget,
         clock: &C,
     ) -> Result<Outcome, ResumeError> {
-        if workspace.run.key == Some(self.key()) {
+        if workspace.run.stopped && workspace.run.key == Some(self.key()) {
             Ok(self.proceed(workspace, memory, budget, clock))
         } else {
             Err(ResumeError)
@@ -238,6 +238,7 @@ impl<'t> Query<'t> {
         if let Some(elapsed) = elapsed {
             run.stats.elapsed = Some(run.stats.elapsed.unwrap_or_default().saturating_add(elapsed));
         }
+        run.stopped = !matches!(stop, StopReason::Finished | StopReason::FirstHit);
         let verdict = match (run.witness, stop) {
             (Some([witness, _]), _) => Verdict::Intersecting { witness },
             (None, StopReason::Finished) => Verdict::Separated,

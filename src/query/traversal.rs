@@ -147,14 +147,15 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
     }
 
     fn report(&mut self, pair: [u32; 2]) {
-        let run = &mut self.workspace.run;
-        if run.found > 0 && self.options.mode == Mode::Any {
-            return;
+        let workspace = &mut *self.workspace;
+        if workspace.run.found > 0 && self.options.mode == Mode::Any {
+            // One is enough; the others of its batch stay open.
+            return workspace.doubtful.push(pair);
         }
         let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
-        run.found += 1;
-        run.witness.get_or_insert([ids, pair]);
-        self.workspace.found.push(ids);
+        workspace.run.found += 1;
+        workspace.run.witness.get_or_insert([ids, pair]);
+        workspace.found.push(ids);
     }
 
     /// Replaces a pair by the pairs of children that may meet.

@@ -36,6 +36,8 @@ pub struct Workspace {
 pub(super) struct Run {
     /// The trees, the pose and the options it belongs to.
     pub key: Option<Key>,
+    /// Whether it was stopped by a budget or a full buffer, and so can be resumed.
+    pub stopped: bool,
     pub stats: Stats,
     pub found: u64,
     /// First pair found: ids of the input meshes, and in tree order.
@@ -52,7 +54,7 @@ pub(super) struct Key {
 }
 
 impl Run {
-    pub const NONE: Self = Self { key: None, stats: Stats::NONE, found: 0, witness: None, random: 0 };
+    pub const NONE: Self = Self { key: None, stopped: false, stats: Stats::NONE, found: 0, witness: None, random: 0 };
 }
 
 impl Workspace {
