@@ -8,13 +8,13 @@ use core::time::Duration;
 ///
 /// One unit of work is about the time of one BV test within an 8 x 8 block; the weights were fitted so that work is
 /// proportional to time within about 20 % (`docs/performance.md`), and are part of what a work budget means.
-pub const WORK_PER_EXPANSION: u64 = 32;
+pub const WORK_PER_EXPANSION: u64 = 84;
 
 /// Work of one triangle test in the fast filter.
-pub const WORK_PER_TRIANGLE_TEST: u64 = 24;
+pub const WORK_PER_TRIANGLE_TEST: u64 = 44;
 
 /// Work of one exact triangle test.
-pub const WORK_PER_EXACT_TEST: u64 = 400;
+pub const WORK_PER_EXACT_TEST: u64 = 600;
 
 /// The most work that is done between two looks at the budget.
 pub const MAX_STEP_WORK: u64 = WORK_PER_EXACT_TEST;
@@ -105,8 +105,8 @@ impl Clock for ManualClock {
     }
 }
 
-/// Upper bound on the time of a unit of work, as far as a machine allows one: three times what cold caches make of it.
-const SLOWEST: Duration = Duration::from_nanos(3);
+/// Upper bound on the time of a unit of work, as far as a machine allows one: three times what was measured.
+const SLOWEST: Duration = Duration::from_nanos(1);
 
 /// Watches a budget during one call. The stop rule is [`Meter::stop`].
 pub(super) struct Meter<'c, C> {

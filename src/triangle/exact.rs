@@ -1,271 +1,197 @@
-//! Do two closed triangles share a point? Exact for all finite `f64` coordinates.
+//! Do two closed triangles share a point? Exact for all finite `f64` coordinates, denormals and mixed scales included.
 //!
-//! Every decision is the sign of a determinant of coordinate differences: a volume (3 x 3) or an area (2 x 2).
-//! Each sign is computed in `f64` first; a result below its proven error bound is computed again in integers
-//! wide enough to hold it. One formula serves all number types, so no sign is ever wrong.
+//! The decision is a case distinction on exact [`sign`]s: first the sides of the corners relative to the other plane,
+//! then two volumes where the planes differ, or separating lines where they do not. A degenerate triangle is the hull
+//! of its three points: a segment or a point.
 //!
-//! A degenerate triangle is the hull of its three points: a segment or a point.
-//!
-//! Notation: a triangle's normal is `(t1 - t0) x (t2 - t0)`; a point is above its plane if the volume spanned by the
-//! normal's two edges and the point is positive.
+//! Cost: about 25 ns in general position, 0.1 to 0.3 us in exact contact on a coarse grid (whole numbers, say), about
+//! 1 us in contact at full precision, at most some 5 us.
+
+mod sign;
+mod sum;
 
 use core::array::from_fn;
-use core::cell::OnceCell;
-use core::ops::{Add, Mul, Sub};
 
-use bnum::Int;
-use bnum::cast::As;
 use glam::DVec3;
+use sign::Signs;
 
 type Triangle = [DVec3; 3];
 
 /// Whether the closed triangles `a` and `b` share a point. All coordinates must be finite.
 pub(crate) fn intersects(a: &Triangle, b: &Triangle) -> bool {
-    let Some(pair) = Pair::with_touching_boxes(a, b) else {
+    let (a_min, a_max) = (a[0].min(a[1]).min(a[2]), a[0].max(a[1]).max(a[2]));
+    let (b_min, b_max) = (b[0].min(b[1]).min(b[2]), b[0].max(b[1]).max(b[2]));
+    if !(a_min.cmple(b_max) & b_min.cmple(a_max)).all() {
         return false;
-    };
+    }
     if a.iter().any(|p| b.contains(p)) {
         return true;
     }
-    if pair.extent.min_element() == 0.0 {
-        return pair.coplanar_meet(); // all six points in one axis-aligned plane
+    let extent = a_max.max(b_max) - a_min.min(b_min);
+    let pair = Pair { a, b, extent, signs: Signs::within(extent) };
+    if extent.min_element() == 0.0 {
+        return pair.coplanar_meet();
     }
-    let a_sides = pair.volumes(b, *a);
-    if strictly_one_sided(a_sides) {
+    let a_sides = pair.signs.sides(b, a);
+    if is_strict(a_sides) {
         return false;
     }
-    let b_sides = pair.volumes(a, *b);
-    if strictly_one_sided(b_sides) {
+    let b_sides = pair.signs.sides(a, b);
+    if is_strict(b_sides) {
         return false;
     }
     match (a_sides == [0; 3], b_sides == [0; 3]) {
         (false, false) => pair.crossing_meet(a_sides, b_sides),
-        // Were `a` proper, `b` would lie in its plane; were `b` too, `a` would lie in the plane of `b`. So `a` is a segment.
+        // `b` spans a plane, since `a` has sides of it. If `a` spanned one too, `b` would lie in it, the planes would be
+        // the same and `a` would have no sides. So `a` is a segment, and not in the plane of `b`.
         (false, true) => pair.segment_meets(a, a_sides, b),
         (true, false) => pair.segment_meets(b, b_sides, a),
         (true, true) => pair.coplanar_meet(),
     }
 }
 
-fn strictly_one_sided(sides: [i8; 3]) -> bool {
+/// All three points strictly on one side.
+fn is_strict(sides: [i8; 3]) -> bool {
     sides == [1; 3] || sides == [-1; 3]
 }
 
-/// Two triangles with touching boxes, and what the signs of their determinants need.
+/// Two triangles whose boxes meet.
 struct Pair<'a> {
     a: &'a Triangle,
     b: &'a Triangle,
-    /// Extent of the box around both: no computed coordinate difference is larger.
+    /// Size of the box around both.
     extent: DVec3,
-    /// `extent`, padded against underflow; NaN if a determinant could overflow.
-    reach: DVec3,
-    grid: OnceCell<Grid>,
+    signs: Signs,
 }
 
-impl<'a> Pair<'a> {
-    fn with_touching_boxes(a: &'a Triangle, b: &'a Triangle) -> Option<Self> {
-        let (a_min, a_max) = (a[0].min(a[1]).min(a[2]), a[0].max(a[1]).max(a[2]));
-        let (b_min, b_max) = (b[0].min(b[1]).min(b[2]), b[0].max(b[1]).max(b[2]));
-        if !(a_min.cmple(b_max) & b_min.cmple(a_max)).all() {
-            return None;
-        }
-        let extent = a_max.max(b_max) - a_min.min(b_min);
-        let reach = if extent.max_element() <= FILTER_LARGEST { extent + FILTER_PADDING } else { DVec3::NAN };
-        Some(Pair { a, b, extent, reach, grid: OnceCell::new() })
-    }
-
-    /// Side of each point relative to the plane of `t`.
-    fn volumes<const N: usize>(&self, t: &Triangle, points: [DVec3; N]) -> [i8; N] {
-        let bound = VOLUME_BOUND * self.reach.x * self.reach.y * self.reach.z;
-        let filtered = volumes(t.map(|p| p.to_array()), points.map(|p| p.to_array()));
-        if filtered.iter().all(|v| v.abs() > bound) {
-            return filtered.map(|v| sign(v, 0.0));
-        }
-        let grid = self.grid();
-        match grid.bits {
-            0..=40 => grid.volumes::<i128, N>(t, points),
-            41..=125 => grid.volumes::<Int<48>, N>(t, points),
-            126..=339 => grid.volumes::<Int<128>, N>(t, points),
-            _ => grid.volumes::<Int<792>, N>(t, points),
-        }
-    }
-
-    /// Side of `r` relative to the line `pq`, all projected along `axis`.
-    fn area(&self, axis: usize, [p, q, r]: [DVec3; 3]) -> i8 {
-        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
-        let bound = AREA_BOUND * self.reach[i] * self.reach[j];
-        let filtered = area([p, q, r].map(|v| [v[i], v[j]]));
-        if filtered.abs() > bound {
-            return sign(filtered, 0.0);
-        }
-        let grid = self.grid();
-        match grid.bits {
-            0..=40 => grid.area::<i128>(i, j, [p, q, r]),
-            41..=125 => grid.area::<Int<48>>(i, j, [p, q, r]),
-            126..=339 => grid.area::<Int<128>>(i, j, [p, q, r]),
-            _ => grid.area::<Int<792>>(i, j, [p, q, r]),
-        }
-    }
-
-    fn grid(&self) -> &Grid {
-        self.grid.get_or_init(|| Grid::new(self.a.iter().chain(self.b)))
-    }
-
+impl Pair<'_> {
+    /// For two proper triangles in different planes, neither strictly on one side of the other.
+    ///
+    /// Each meets the other's plane, so the planes share a line L, directed by `d = n_a x n_b`. Take the corner P of
+    /// `a` that is alone on one side of plane B, turn B so that this is above, and likewise R of `b` above plane A.
+    /// Edges PQ and PQ' of `a` = PQQ' cross L at k and k', edges RS and RS' of `b` = RSS' at i and i'. Then
+    /// - `a` covers [k', k] of L in the direction d, as `(k' - k) . d` is `|k' - k|^2` times a number <= 0; `b` covers
+    ///   [i, i'], as for it the normals swap roles, which turns d;
+    /// - the volume `det(Q - P, R - P, S - P) = det(Q - P, i - k, S - R)` is the step from k to i along d, times
+    ///   `((Q - P) . n_b) ((S - R) . n_a)`, which is positive as both edges go down: its sign orders i and k.
+    ///
+    /// So they meet if and only if i <= k and k' <= i'.
     fn crossing_meet(&self, a_sides: [i8; 3], b_sides: [i8; 3]) -> bool {
-        let (i, a_up) = lone_vertex(a_sides);
-        let (j, b_up) = lone_vertex(b_sides);
-        let (mut a_next, mut a_last) = (self.a[(i + 1) % 3], self.a[(i + 2) % 3]);
-        let (mut b_next, mut b_last) = (self.b[(j + 1) % 3], self.b[(j + 2) % 3]);
-        if a_up < 0 {
-            (b_next, b_last) = (b_last, b_next);
-        }
-        if b_up < 0 {
-            (a_next, a_last) = (a_last, a_next);
-        }
-        let (a_lone, b_lone) = (self.a[i], self.b[j]);
-        self.volumes(&[a_lone, a_next, b_lone], [b_next]) <= [0]
-            && self.volumes(&[a_lone, a_last, b_lone], [b_last]) >= [0]
+        let (p, a_above) = lone_corner(a_sides);
+        let (r, b_above) = lone_corner(b_sides);
+        let [p, q, q_last] = turned(self.a, p, b_above);
+        let [r, s, s_last] = turned(self.b, r, a_above);
+        self.signs.side([p, q, r], s) <= 0 && self.signs.side([p, q_last, r], s_last) >= 0
     }
 
+    /// For a segment `s` (a degenerate triangle) out of the plane of the proper triangle `t`, with the sides of its
+    /// points, not strictly on one. It crosses the plane in one point of its line, which is in `t` if the line does not
+    /// pass two edges of `t` on different sides.
     fn segment_meets(&self, s: &Triangle, sides: [i8; 3], t: &Triangle) -> bool {
-        let (p, q) = if sides[0] != sides[1] { (s[0], s[1]) } else { (s[0], s[2]) };
-        let turns: [i8; 3] = from_fn(|i| self.volumes(&[p, q, t[i]], [t[(i + 1) % 3]])[0]);
-        !(turns.contains(&1) && turns.contains(&-1))
+        let q = if sides[0] == sides[1] { s[2] } else { s[1] };
+        let passes: [i8; 3] = from_fn(|i| self.signs.side([s[0], q, t[i]], t[(i + 1) % 3]));
+        !(passes.contains(&1) && passes.contains(&-1))
     }
 
+    /// For six points in one plane, or two segments.
+    ///
+    /// Projecting a plane along an axis keeps all that is in it apart, if it keeps any area. If neither triangle has an
+    /// area along any axis, both are segments or points: apart if skew, else in one plane, which at least one axis
+    /// projects so; as a projection never parts what meets, they meet if and only if they do along all axes.
     fn coplanar_meet(&self) -> bool {
-        for axis in 0..3 {
-            let (a_turn, b_turn) = (self.area(axis, *self.a), self.area(axis, *self.b));
+        let Pair { a, b, extent, signs } = self;
+        let thin = (0..3).find(|&axis| extent[axis] == extent.min_element()).unwrap_or(0);
+        for axis in [thin, (thin + 1) % 3, (thin + 2) % 3] {
+            let (a_turn, b_turn) = (signs.turn(axis, a), signs.turn(axis, b));
             if a_turn != 0 || b_turn != 0 {
-                return !self.separated(axis, self.a, a_turn, self.b) && !self.separated(axis, self.b, b_turn, self.a);
+                return !self.separates(axis, a, a_turn, b) && !self.separates(axis, b, b_turn, a);
             }
         }
-        let edges = |t: &Triangle| -> [(DVec3, DVec3); 3] {
-            let t = *t;
-            from_fn(|i| (t[i], t[(i + 1) % 3]))
-        };
-        let skew = edges(self.a)
-            .iter()
-            .any(|&(p, q)| edges(self.b).iter().any(|&(r, s)| self.volumes(&[p, q, r], [s]) != [0]));
-        !skew && (0..3).all(|axis| !self.separated(axis, self.a, 0, self.b) && !self.separated(axis, self.b, 0, self.a))
+        let skew = |i: usize| signs.side([a[i / 3], a[(i / 3 + 1) % 3], b[i % 3]], b[(i + 1) % 3]) != 0;
+        !(0..9).any(skew) && (0..3).all(|axis| !self.separates(axis, a, 0, b) && !self.separates(axis, b, 0, a))
     }
 
-    /// Whether the line of an edge of `s` separates the triangles strictly, all projected along `axis`.
-    fn separated(&self, axis: usize, s: &Triangle, turn: i8, t: &Triangle) -> bool {
+    /// Whether all of `t` is strictly on the outer side of an edge of `s`, projected along `axis`; `turn` is of `s`.
+    ///
+    /// Closed convex sets in the plane are apart if and only if a line along an edge of one separates them so (the
+    /// edges of their Minkowski difference are theirs; a segment has two outer sides), or if they are pieces of one
+    /// line and their boxes are apart, which they are not.
+    fn separates(&self, axis: usize, s: &Triangle, turn: i8, t: &Triangle) -> bool {
         (0..3).any(|i| {
-            let (p, q) = (s[i], s[(i + 1) % 3]);
-            let side = self.area(axis, [p, q, t[0]]);
-            side != 0 && side != turn && t[1..].iter().all(|&r| self.area(axis, [p, q, r]) == side)
+            let side = |p: DVec3| self.signs.turn(axis, &[s[i], s[(i + 1) % 3], p]);
+            let first = side(t[0]);
+            first != 0 && first != turn && side(t[1]) == first && side(t[2]) == first
         })
     }
 }
 
-fn lone_vertex(sides: [i8; 3]) -> (usize, i8) {
-    let others = |i: usize| (sides[(i + 1) % 3], sides[(i + 2) % 3]);
-    let lone = |&i: &usize| {
-        let (q, r) = others(i);
-        sides[i] != q && sides[i] != r
-    };
-    match (0..3).filter(|&i| sides[i] != 0).find(lone) {
-        Some(i) => (i, sides[i]),
-        None => {
-            let i = (0..3).find(|&i| sides[i] == 0).unwrap_or(0);
-            (i, -others(i).0)
+/// The corner alone on its side, and which side is to count as above: 1 or -1. For sides neither strict nor all zero.
+/// A corner in the plane is taken only if both others are strictly on one side; it counts as opposite to them.
+fn lone_corner(sides: [i8; 3]) -> (usize, i8) {
+    let others = |i: usize| [sides[(i + 1) % 3], sides[(i + 2) % 3]];
+    let lone = (0..3).find(|&i| sides[i] != 0 && !others(i).contains(&sides[i]));
+    let zero = || (0..3).find(|&i| sides[i] == 0).unwrap_or(0);
+    lone.map_or_else(|| (zero(), -others(zero())[0]), |i| (i, sides[i]))
+}
+
+/// The triangle from its corner `first` on, against its order if `direction` is negative.
+fn turned(t: &Triangle, first: usize, direction: i8) -> Triangle {
+    let [q, r] = [t[(first + 1) % 3], t[(first + 2) % 3]];
+    if direction < 0 { [t[first], r, q] } else { [t[first], q, r] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TINY: f64 = f64::from_bits(1);
+
+    fn triangle(points: [[f64; 3]; 3]) -> Triangle {
+        points.map(DVec3::from_array)
+    }
+
+    #[test]
+    fn lone_corners() {
+        assert_eq!(lone_corner([1, -1, -1]), (0, 1));
+        assert_eq!(lone_corner([1, 1, -1]), (2, -1));
+        assert_eq!(lone_corner([0, 0, -1]), (2, -1));
+        assert_eq!(lone_corner([1, 0, 1]), (1, -1));
+        assert_eq!(lone_corner([-1, -1, 0]), (2, 1));
+        assert_eq!(lone_corner([0, 1, -1]), (1, 1));
+    }
+
+    #[test]
+    fn one_denormal_decides() {
+        let floor = triangle([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]]);
+        for (height, expected) in [(TINY, false), (0.0, true), (-TINY, true)] {
+            let needle = triangle([[0.0, 0.0, height], [0.5, 0.0, 1.0], [0.0, 0.5, 1.0]]);
+            assert_eq!(intersects(&floor, &needle), expected, "{height:e}");
+            assert_eq!(intersects(&needle, &floor), expected, "{height:e}");
+        }
+        for (x, expected) in [(1.0, true), (1.0 + f64::EPSILON, false)] {
+            let beside = triangle([[x, -1.0, -0.5], [x, -1.0, 0.5], [2.0, -2.0, 0.0]]);
+            assert_eq!(intersects(&floor, &beside), expected, "{x:e}");
         }
     }
-}
 
-const FILTER_PADDING: DVec3 = DVec3::splat(f64::from_bits((1023 - 300) << 52));
-const FILTER_LARGEST: f64 = f64::from_bits((1023 + 300) << 52);
-const VOLUME_BOUND: f64 = 32.0 * f64::EPSILON;
-const AREA_BOUND: f64 = 8.0 * f64::EPSILON;
-
-trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + PartialOrd {}
-impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + PartialOrd> Number for T {}
-
-fn difference<T: Number, const D: usize>(p: [T; D], q: [T; D]) -> [T; D] {
-    from_fn(|i| p[i] - q[i])
-}
-
-#[inline(always)]
-fn volumes<T: Number, const N: usize>(t: [[T; 3]; 3], points: [[T; 3]; N]) -> [T; N] {
-    let (e, f) = (difference(t[1], t[0]), difference(t[2], t[0]));
-    let normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
-    points.map(|p| {
-        let d = difference(p, t[0]);
-        normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2]
-    })
-}
-
-fn area<T: Number>([p, q, r]: [[T; 2]; 3]) -> T {
-    let (e, f) = (difference(q, p), difference(r, p));
-    e[0] * f[1] - e[1] * f[0]
-}
-
-fn sign<T: Number>(value: T, zero: T) -> i8 {
-    (value > zero) as i8 - (value < zero) as i8
-}
-
-trait Exact: Number {
-    fn scaled(mantissa: i64, shift: u32) -> Self;
-}
-impl Exact for i128 {
-    fn scaled(mantissa: i64, shift: u32) -> Self {
-        i128::from(mantissa) << shift
+    #[test]
+    fn segments_and_points() {
+        let segment = |p: [f64; 3], q: [f64; 3]| triangle([p, q, from_fn(|i| 0.5 * (p[i] + q[i]))]);
+        let point = |p: [f64; 3]| triangle([p; 3]);
+        let x = segment([-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]);
+        assert!(intersects(&x, &segment([0.0, -2.0, 0.0], [0.0, 2.0, 0.0])));
+        assert!(intersects(&x, &segment([2.0, 0.0, 0.0], [3.0, 0.0, 0.0])));
+        assert!(!intersects(&x, &segment([2.5, 0.0, 0.0], [3.0, 0.0, 0.0])));
+        assert!(intersects(&x, &point([1.5, 0.0, 0.0])));
+        assert!(!intersects(&x, &point([1.5, TINY, 0.0])));
+        let skew = segment([-2.0, 0.0, -TINY], [2.0, 0.0, TINY]);
+        assert!(!intersects(&skew, &segment([0.0, -2.0, TINY], [0.0, 2.0, TINY])));
+        let diagonal = segment([-1.0; 3], [1.0; 3]);
+        assert!(intersects(&diagonal, &point([0.1; 3])));
+        assert!(!intersects(&diagonal, &point([0.1, 0.1, 0.2])));
+        let roof = triangle([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        assert!(intersects(&roof, &diagonal));
+        assert!(intersects(&roof, &point([0.25, 0.25, 0.5])));
+        assert!(!intersects(&roof, &point([0.25, 0.25, 0.5 + f64::EPSILON])));
     }
-}
-impl<const N: usize> Exact for Int<N> {
-    fn scaled(mantissa: i64, shift: u32) -> Self {
-        mantissa.as_::<Self>() << shift
-    }
-}
-
-/// The coarsest power-of-two grid that holds all coordinates of a pair.
-struct Grid {
-    low: i32,
-    bits: u32,
-}
-
-impl Grid {
-    fn new<'a>(points: impl Iterator<Item = &'a DVec3>) -> Self {
-        let (mut low, mut high) = (i32::MAX, i32::MIN);
-        for value in points.flat_map(|p| p.to_array()) {
-            let (mantissa, exponent) = split(value);
-            if mantissa != 0 {
-                low = low.min(exponent);
-                high = high.max(exponent + 64 - mantissa.unsigned_abs().leading_zeros() as i32);
-            }
-        }
-        Grid { low, bits: high.saturating_sub(low).max(0) as u32 }
-    }
-
-    fn coordinate<T: Exact>(&self, value: f64) -> T {
-        let (mantissa, exponent) = split(value);
-        let shift = if mantissa == 0 { 0 } else { (exponent - self.low) as u32 };
-        T::scaled(mantissa, shift)
-    }
-
-    fn volumes<T: Exact, const N: usize>(&self, t: &Triangle, points: [DVec3; N]) -> [i8; N] {
-        let on_grid = |p: DVec3| p.to_array().map(|v| self.coordinate::<T>(v));
-        volumes(t.map(on_grid), points.map(on_grid)).map(|v| sign(v, T::scaled(0, 0)))
-    }
-
-    fn area<T: Exact>(&self, i: usize, j: usize, points: [DVec3; 3]) -> i8 {
-        let on_grid = |p: DVec3| [p[i], p[j]].map(|v| self.coordinate::<T>(v));
-        sign(area(points.map(on_grid)), T::scaled(0, 0))
-    }
-}
-
-/// `value` as an odd (or zero) mantissa times a power of two.
-fn split(value: f64) -> (i64, i32) {
-    let bits = value.to_bits();
-    let biased = (bits >> 52 & 0x7ff) as i32;
-    let hidden = u64::from(biased != 0) << 52;
-    let magnitude = (bits & ((1 << 52) - 1) | hidden) as i64;
-    if magnitude == 0 {
-        return (0, 0);
-    }
-    let zeros = magnitude.trailing_zeros();
-    let odd = magnitude >> zeros;
-    (if value < 0.0 { -odd } else { odd }, biased.max(1) - 1075 + zeros as i32)
 }

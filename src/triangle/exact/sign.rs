@@ -1,0 +1,170 @@
+//! Signs of volumes (3x3 determinants of coordinate differences) and of areas (2x2), never wrong.
+//!
+//! A sign is read from plain `f64` arithmetic if the result exceeds a proven error bound. Else it is computed again in
+//! integers: in `i128` where that holds the result, else as a [`Sum`] of products of coordinates.
+
+use core::array::from_fn;
+use core::ops::{Add, Mul, Sub};
+
+use glam::DVec3;
+
+use super::sum::{Sum, Term, on_grid};
+
+/// Signs of determinants of points in a box.
+///
+/// The error bounds: let E be the computed extents of the box, e half the machine epsilon. Rounding is monotone, so no
+/// computed difference exceeds E. A volume has 6 products of 3 differences, each rounded at most 8 times on its way
+/// (3 differences, 2 products, 3 sums), so its error is below `6 * 8.1 e Ex Ey Ez`; the bound takes 64 for 48.6. An
+/// area has 2 products of 2 differences, rounded 4 times: error below `2 * 4.1 e Ei Ej`; the bound takes 16. If
+/// E <= 2^300, nothing overflows. Underflow adds less than `2^-1071 (1 + max E)`; padding each E by 2^-300 adds more
+/// than that to the bounds.
+pub(super) struct Signs {
+    /// Padded extents; infinite if a determinant might overflow, so that no `f64` result exceeds its bound.
+    extent: DVec3,
+}
+
+const PADDING: f64 = f64::from_bits((1023 - 300) << 52);
+const LARGEST: f64 = f64::from_bits((1023 + 300) << 52);
+const VOLUME_BOUND: f64 = 32.0 * f64::EPSILON;
+const AREA_BOUND: f64 = 8.0 * f64::EPSILON;
+
+impl Signs {
+    /// For points in a box of this size.
+    pub fn within(extent: DVec3) -> Self {
+        let is_safe = extent.max_element() <= LARGEST;
+        Self { extent: if is_safe { extent + PADDING } else { DVec3::INFINITY } }
+    }
+
+    /// Sides of the points relative to the plane of `t`: 1 where the normal `(t1 - t0) x (t2 - t0)` points.
+    pub fn sides<const N: usize>(&self, t: &[DVec3; 3], points: &[DVec3; N]) -> [i8; N] {
+        let bound = VOLUME_BOUND * self.extent.x * self.extent.y * self.extent.z;
+        let volumes = volumes(t.map(|p| p.to_array()), points.map(|p| p.to_array()));
+        from_fn(|i| match volumes[i] {
+            volume if volume.abs() > bound => sign(volume, 0.0),
+            _ => exact_side([t[0], t[1], t[2], points[i]].map(|p| p.to_array())),
+        })
+    }
+
+    /// Side of one point relative to a plane. It is also the side on which line `t0 t1` passes line `t2 point`.
+    pub fn side(&self, t: [DVec3; 3], point: DVec3) -> i8 {
+        self.sides(&t, &[point])[0]
+    }
+
+    /// Orientation of three points projected along `axis`: 1 if counterclockwise, seen against it.
+    pub fn turn(&self, axis: usize, points: &[DVec3; 3]) -> i8 {
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        let points = points.map(|p| [p[i], p[j]]);
+        match area(points) {
+            area if area.abs() > AREA_BOUND * self.extent[i] * self.extent[j] => sign(area, 0.0),
+            _ => exact_turn(points),
+        }
+    }
+}
+
+/// What the formulas need; `f64` and `i128` share them.
+trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + PartialOrd {}
+impl Number for f64 {}
+impl Number for i128 {}
+
+/// `det(t1 - t0, t2 - t0, p - t0)` of each point.
+#[inline]
+fn volumes<T: Number, const N: usize>(t: [[T; 3]; 3], points: [[T; 3]; N]) -> [T; N] {
+    let from_t0 = |p: [T; 3]| [p[0] - t[0][0], p[1] - t[0][1], p[2] - t[0][2]];
+    let (e, f) = (from_t0(t[1]), from_t0(t[2]));
+    let normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
+    points.map(from_t0).map(|d| normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2])
+}
+
+/// `det(q - p, r - p)`.
+#[inline]
+fn area<T: Number>([p, q, r]: [[T; 2]; 3]) -> T {
+    (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+}
+
+fn sign<T: Number>(value: T, zero: T) -> i8 {
+    i8::from(value > zero) - i8::from(value < zero)
+}
+
+/// Widest grid for `i128`: with `|coordinate| < 2^w`, a volume is below `6 (2^(w + 1))^3 < 2^(3 w + 6)`, here 2^126.
+const NARROW: u32 = 40;
+
+/// Sign of `det(p1 - p0, p2 - p0, p3 - p0)`: expanded, the determinants of all triples of points.
+fn exact_side(points: [[f64; 3]; 4]) -> i8 {
+    let (points, width) = on_grid(points);
+    if width <= NARROW {
+        let point = |i: usize| from_fn(|j| points[i][j].to_i128());
+        return sign(volumes([point(0), point(1), point(2)], [point(3)])[0], 0);
+    }
+    let mut sum = Sum::new(width);
+    for triple in [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]] {
+        let [p, q, r] = triple.map(|i: usize| &points[i]);
+        for (x, y, z) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+            sum.add([p[x], q[y], r[z]]);
+            sum.subtract([p[x], q[z], r[y]]);
+        }
+    }
+    sum.sign()
+}
+
+/// Sign of `det(p1 - p0, p2 - p0)`: expanded, the determinants of all pairs of points.
+fn exact_turn(points: [[f64; 2]; 3]) -> i8 {
+    let (points, width) = on_grid(points);
+    if width <= NARROW {
+        let point = |i: usize| from_fn(|j| points[i][j].to_i128());
+        return sign(area([point(0), point(1), point(2)]), 0);
+    }
+    let mut sum = Sum::new(width);
+    for pair in [[0, 1], [1, 2], [2, 0]] {
+        let [p, q] = pair.map(|i: usize| &points[i]);
+        sum.add([p[0], q[1], Term::ONE]);
+        sum.subtract([p[1], q[0], Term::ONE]);
+    }
+    sum.sign()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TINY: f64 = f64::from_bits(1);
+
+    /// Whole numbers from -4 to 4, by a linear congruential generator.
+    fn small_integers() -> impl FnMut() -> f64 {
+        let mut state = 1_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            f64::from((state >> 40) as u32 % 9) - 4.0
+        }
+    }
+
+    #[test]
+    fn filter_narrow_and_wide_integers_agree() {
+        let mut next = small_integers();
+        for _ in 0..3000 {
+            let points: [[f64; 3]; 4] = from_fn(|_| from_fn(|_| next()));
+            let flat = [0, 1, 2].map(|i: usize| [points[i][1], points[i][2]]);
+            let vectors = points.map(DVec3::from_array);
+            let signs = Signs::within(DVec3::splat(8.0));
+            let side = signs.side([vectors[0], vectors[1], vectors[2]], vectors[3]);
+            let turn = signs.turn(0, &[vectors[0], vectors[1], vectors[2]]);
+            // Another scale along each axis, a power of two or a denormal, leaves the signs as they are.
+            let power = |exponent: u64| f64::from_bits((1023 + exponent) << 52);
+            for scale in [[1.0; 3], [1.0, 1.0 / power(900), power(800)], [TINY, power(1000), 0.25], [power(1020); 3]] {
+                assert_eq!(exact_side(points.map(|p| from_fn(|i| p[i] * scale[i]))), side, "{points:?}");
+                assert_eq!(exact_turn(flat.map(|p| from_fn(|i| p[i] * scale[i]))), turn, "{points:?}");
+            }
+        }
+    }
+
+    /// Also the widest possible grid: the denormal decides all but the zeros.
+    #[test]
+    fn largest_and_least_values_together() {
+        let (m, t) = (f64::MAX, TINY);
+        assert_eq!(exact_side([[-m, -m, -m], [m, -m, t], [-m, m, t], [m, m, m]]), -1);
+        assert_eq!(exact_side([[-m, -m, -m], [m, -m, -t], [-m, m, -t], [m, m, m]]), 1);
+        assert_eq!(exact_side([[-m, -m, -m], [m, -m, 0.0], [-m, m, 0.0], [m, m, m]]), 0);
+        assert_eq!(exact_side([[0.0; 3], [m, m, m], [t, t, t], [m, t, -m]]), 0);
+        assert_eq!(exact_turn([[-m, -m], [m, m], [t, 0.0]]), -1);
+        assert_eq!(exact_turn([[-m, -m], [m, m], [t, t]]), 0);
+    }
+}

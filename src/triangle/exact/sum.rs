@@ -1,0 +1,162 @@
+//! Exact sums of products of `f64` values, over their whole range.
+//!
+//! A value is an odd integer times a power of two. A product of three such is an integer of at most 159 bits, and is
+//! added at its place to an accumulator with a digit for every power that can occur. So the cost depends on the number
+//! of products, not on how far apart their exponents are.
+
+use core::array::from_fn;
+
+/// `mantissa * 2^exponent`, the mantissa odd or zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Term {
+    mantissa: i64,
+    exponent: i32,
+}
+
+impl Term {
+    pub const ONE: Self = Self { mantissa: 1, exponent: 0 };
+
+    fn new(value: f64) -> Self {
+        let bits = value.to_bits();
+        let biased = (bits >> 52) as i32 & 0x7ff;
+        let magnitude = (bits & ((1 << 52) - 1)) as i64 | i64::from(biased != 0) << 52;
+        let zeros = magnitude.trailing_zeros() % 64;
+        let odd = magnitude >> zeros;
+        Self { mantissa: if value < 0.0 { -odd } else { odd }, exponent: biased.max(1) - 1075 + zeros as i32 }
+    }
+
+    /// Of a term from a grid at most 126 wide.
+    pub fn to_i128(self) -> i128 {
+        i128::from(self.mantissa) << self.exponent
+    }
+}
+
+/// The coordinates in units of the coarsest power of two that makes integers of all, and their width: each is below
+/// `2^width`. Over all of `f64` it is at most 1024 + 1074.
+pub(super) fn on_grid<const D: usize, const N: usize>(points: [[f64; D]; N]) -> ([[Term; D]; N], u32) {
+    let mut terms: [[Term; D]; N] = from_fn(|i| from_fn(|j| Term::new(points[i][j])));
+    let (mut low, mut high) = (i32::MAX, i32::MIN);
+    for term in terms.as_flattened().iter().filter(|term| term.mantissa != 0) {
+        low = low.min(term.exponent);
+        high = high.max(term.exponent + 64 - term.mantissa.unsigned_abs().leading_zeros() as i32);
+    }
+    for term in terms.as_flattened_mut() {
+        term.exponent = if term.mantissa == 0 { 0 } else { term.exponent - low };
+    }
+    (terms, high.saturating_sub(low).max(0) as u32)
+}
+
+/// A sum of at most 12 added and 12 subtracted products of three terms from a grid.
+pub(super) struct Sum {
+    /// What was added, and what was subtracted; least limb first.
+    parts: [[u64; LIMBS]; 2],
+    /// Limbs that may be in use.
+    limbs: usize,
+}
+
+const LIMBS: usize = limbs(1024 + 1074);
+
+/// A product is below 2^(3 width); 24 of them, should signs gather all in one part, below 2^(3 width + 5).
+const fn limbs(width: u32) -> usize {
+    (3 * width as usize + 5).div_ceil(64)
+}
+
+impl Sum {
+    pub fn new(width: u32) -> Self {
+        Self { parts: [[0; LIMBS]; 2], limbs: limbs(width) }
+    }
+
+    pub fn add(&mut self, factors: [Term; 3]) {
+        self.accumulate(factors, false);
+    }
+
+    pub fn subtract(&mut self, factors: [Term; 3]) {
+        self.accumulate(factors, true);
+    }
+
+    fn accumulate(&mut self, factors: [Term; 3], negate: bool) {
+        let negative = factors.iter().fold(negate, |negative, term| negative ^ (term.mantissa < 0));
+        let [p, q, r] = factors.map(|term| u128::from(term.mantissa.unsigned_abs()));
+        let pq = p * q;
+        let low = u128::from(pq as u64) * r;
+        let high = (pq >> 64) * r + (low >> 64);
+        let place = factors.iter().map(|term| term.exponent as usize).sum::<usize>();
+        let mut limbs = self.parts[usize::from(negative)][place / 64..].iter_mut();
+        let mut carry = 0;
+        for (digits, limb) in [low as u64, high as u64, (high >> 64) as u64].into_iter().zip(&mut limbs) {
+            carry += (u128::from(digits) << (place % 64)) + u128::from(*limb);
+            *limb = carry as u64;
+            carry >>= 64;
+        }
+        for limb in limbs {
+            if carry == 0 {
+                break;
+            }
+            carry += u128::from(*limb);
+            *limb = carry as u64;
+            carry >>= 64;
+        }
+    }
+
+    pub fn sign(&self) -> i8 {
+        let [added, subtracted] = self.parts.each_ref().map(|part| part[..self.limbs].iter().rev());
+        added.cmp(subtracted) as i8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TINY: f64 = f64::from_bits(1);
+
+    #[test]
+    fn terms_are_the_value() {
+        for value in [1.5, -3.0, 1e300, f64::MAX, f64::MIN_POSITIVE, TINY, -7.0 * TINY, 0.0, -0.0] {
+            let Term { mantissa, exponent } = Term::new(value);
+            assert!(mantissa % 2 != 0 || value == 0.0);
+            let power = |exponent: i32| f64::from_bits(((1023 + exponent) as u64) << 52);
+            let half = exponent / 2; // the whole power may be out of range
+            assert_eq!(mantissa as f64 * power(half) * power(exponent - half), value);
+        }
+    }
+
+    #[test]
+    fn the_grid_is_as_coarse_as_can_be() {
+        let (terms, width) = on_grid([[12.0, -8.0, 0.0]]);
+        assert_eq!(terms[0].map(Term::to_i128), [3, -2, 0]);
+        assert_eq!(width, 2);
+        assert_eq!(on_grid([[0.0, -0.0]]), ([[Term { mantissa: 0, exponent: 0 }; 2]], 0));
+        assert_eq!(on_grid([[f64::MAX, TINY]]).1, 2098);
+    }
+
+    #[test]
+    fn carries_run_through_all_limbs() {
+        let ([[largest, least]], width) = on_grid([[f64::MAX, TINY]]);
+        let mut sum = Sum::new(width);
+        for _ in 0..12 {
+            sum.add([largest; 3]);
+            sum.subtract([Term { mantissa: -largest.mantissa, ..largest }, largest, largest]);
+        }
+        assert_eq!(sum.sign(), 1);
+        let mut sum = Sum::new(width);
+        sum.add([largest, largest, largest]);
+        sum.subtract([largest, largest, largest]);
+        assert_eq!(sum.sign(), 0);
+        sum.subtract([least; 3]);
+        assert_eq!(sum.sign(), -1);
+    }
+
+    #[test]
+    fn carry_beyond_the_three_limbs_of_a_product() {
+        // 2^192 - 2^63 + 2^63: the second addition carries through two full limbs.
+        let power = |exponent| Term { mantissa: 1, exponent };
+        let mut sum = Sum::new(100);
+        for exponent in 63..192 {
+            sum.add([power(exponent), Term::ONE, Term::ONE]);
+        }
+        sum.add([power(63), Term::ONE, Term::ONE]);
+        sum.subtract([power(192), Term::ONE, Term::ONE]);
+        assert_eq!(sum.sign(), 0);
+    }
+}
