@@ -103,7 +103,7 @@ fn at_every_work_budget_nothing_is_false_and_nothing_found_is_lost() {
             let full = run(query, &mut workspace, ENOUGH);
             let full_pairs = workspace.pairs().to_vec();
             assert_complete(mode, &full, &full_pairs, &case.truth);
-            for budget in budgets(full.stats.work, 3_000) {
+            for budget in budgets(full.stats.work, 1_500) {
                 let outcome = run(query, &mut workspace, Budget::work(budget));
                 let pairs = workspace.pairs();
                 assert_sound(&outcome, pairs, &case.truth);

@@ -61,7 +61,7 @@ impl Relation {
             scale: scale as f32,
             translation: rounded(translation.to_array()),
             margin: [margin_a as f32, margin_b as f32],
-            skew: 64.0 * ROUNDING + 8.0 * deviation as f32,
+            skew: 224.0 * ROUNDING + 16.0 * deviation as f32,
             triangles: Placement {
                 linear,
                 translation: translation.to_array(),

@@ -42,7 +42,7 @@ pub(crate) fn intersects(a: &Triangle, b: &Triangle) -> bool {
     }
     match (a_sides == [0; 3], b_sides == [0; 3]) {
         (false, false) => pair.crossing_meet(a_sides, b_sides),
-        // `b` spans a plane, since `a` has sides of it. If `a` spanned one too, `b` would lie in it, the planes would be
+        // `b` spans a plane, as `a` has sides of it. If `a` spanned one too, `b` would lie in it, the planes would be
         // the same and `a` would have no sides. So `a` is a segment, and not in the plane of `b`.
         (false, true) => pair.segment_meets(a, a_sides, b),
         (true, false) => pair.segment_meets(b, b_sides, a),

@@ -1,0 +1,152 @@
+//! Two triangles: the answer is exact for every input, whichever comes first and wherever its corners begin.
+
+mod common;
+#[path = "common/oracle.rs"]
+mod oracle;
+
+use std::array::from_fn;
+use std::path::Path;
+
+use common::files;
+use common::random::Random;
+use punctual::glam::DVec3;
+use punctual::triangles_intersect;
+
+type Triangle = [DVec3; 3];
+
+const TINY: f64 = f64::from_bits(1);
+/// 2^1001.
+const HUGE: f64 = f64::from_bits((1023 + 1001) << 52);
+
+/// The six orders of a triangle's corners.
+const TURNS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [1, 0, 2], [0, 2, 1], [2, 1, 0]];
+
+/// Asks in all 72 ways.
+#[track_caller]
+fn assert_pair(a: &Triangle, b: &Triangle, expected: bool) {
+    for turned_a in TURNS.map(|turn| turn.map(|corner| a[corner])) {
+        for turned_b in TURNS.map(|turn| turn.map(|corner| b[corner])) {
+            assert_eq!(triangles_intersect(&turned_a, &turned_b), expected, "{turned_a:?} {turned_b:?}");
+            assert_eq!(triangles_intersect(&turned_b, &turned_a), expected, "{turned_b:?} {turned_a:?}");
+        }
+    }
+}
+
+/// One line of a pairs file: the truth, the family, two triangles.
+fn parse(line: &str) -> (bool, &str, [Triangle; 2]) {
+    let fields: Vec<&str> = line.split(' ').collect();
+    let numbers: Vec<f64> = fields[4..].iter().map(|field| field.parse().expect("a number")).collect();
+    assert_eq!(numbers.len(), 18, "{line}");
+    let triangle = |first: usize| from_fn(|corner| DVec3::from_slice(&numbers[first + 3 * corner..]));
+    (fields[0] == "1", fields[2], [triangle(0), triangle(9)])
+}
+
+fn pairs(text: &str) -> impl Iterator<Item = (bool, &str, [Triangle; 2])> {
+    text.lines().filter(|line| !line.starts_with('#')).map(parse)
+}
+
+fn fixture() -> String {
+    files::text(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/pairs.txt"))
+}
+
+#[test]
+fn hard_pairs_of_every_family() {
+    let text = fixture();
+    let mut families = Vec::new();
+    for (expected, family, [a, b]) in pairs(&text) {
+        assert_pair(&a, &b, expected);
+        families.push(family);
+    }
+    assert_eq!(families.len(), 658);
+    families.dedup();
+    assert_eq!(families.len(), 47);
+}
+
+/// The truth in the file comes from elsewhere, so this tests the oracle.
+#[test]
+fn the_oracle_knows_the_hard_pairs() {
+    for (expected, family, [a, b]) in pairs(&fixture()) {
+        assert_eq!(oracle::intersects(&a, &b), expected, "{family} {a:?} {b:?}");
+    }
+}
+
+#[test]
+fn all_hard_pairs() {
+    let Some(folder) = files::shared("hardcases/pairs") else { return };
+    let text = files::text(&folder.join("pairs.txt"));
+    for (expected, _, [a, b]) in pairs(&text) {
+        assert_pair(&a, &b, expected);
+    }
+    assert_eq!(pairs(&text).count(), 48_100);
+}
+
+/// A triangle with coordinates of few values: many points, segments, common planes, touching edges and corners.
+fn from_values(values: &[f64], random: &mut Random) -> Triangle {
+    from_fn(|_| DVec3::from_array(from_fn(|_| values[random.below(values.len())])))
+}
+
+const WHOLE: [f64; 7] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0];
+
+/// Against the oracle, one pair in four in a common plane; and again after an affine map by powers of two that rounds nothing and so changes nothing.
+#[test]
+fn small_whole_numbers() {
+    let mut random = Random::new(1);
+    let mut hits = [0, 0];
+    for round in 0..6000 {
+        let reach = 1 + round % 3;
+        let [mut a, mut b] = from_fn(|_| from_values(&WHOLE[3 - reach..=3 + reach], &mut random));
+        if round % 4 == 0 {
+            for corner in a.iter_mut().chain(&mut b) {
+                corner.z = corner.x - corner.y;
+            }
+        }
+        let expected = oracle::intersects(&a, &b);
+        hits[usize::from(expected)] += 1;
+        assert_pair(&a, &b, expected);
+        for scale in [[TINY; 3], [HUGE; 3], [HUGE, TINY, 1.0], [1.0 / HUGE, 1.0, TINY]] {
+            let scaled = |triangle: &Triangle| triangle.map(|corner| corner * DVec3::from_array(scale));
+            assert_eq!(triangles_intersect(&scaled(&a), &scaled(&b)), expected, "{a:?} {b:?} times {scale:?}");
+        }
+    }
+    assert!(hits.iter().all(|&count| count > 1000), "{hits:?}");
+}
+
+/// One triangle may hold the largest coordinate, another the least.
+#[test]
+fn all_magnitudes_at_once() {
+    let least = [0.0, TINY, -TINY, 3.0 * TINY, 1.0, -1.0, 1.0 + f64::EPSILON];
+    let largest = [0.0, -TINY, 1.0, -1.0, 1e-160, -1e-160, 4.0 * HUGE, -4.0 * HUGE, 2.7 * HUGE];
+    let mut random = Random::new(2);
+    let mut hits = [0, 0];
+    for round in 0..3000 {
+        let values = if round % 2 == 0 { &least[..] } else { &largest[..] };
+        let [a, b] = from_fn(|_| from_values(values, &mut random));
+        let expected = oracle::intersects(&a, &b);
+        hits[usize::from(expected)] += 1;
+        assert_pair(&a, &b, expected);
+    }
+    assert!(hits.iter().all(|&count| count > 300), "{hits:?}");
+}
+
+/// A corner, edge or all of one triangle is put on the other and rounded: the last bits decide.
+#[test]
+fn contacts_rounded_to_the_last_bit() {
+    let mut random = Random::new(3);
+    let mut hits = [0, 0];
+    for round in 0..3000 {
+        let offset = [0.0, 1.0, 30.0, 1e6][round % 4] * random.vector();
+        let a: Triangle = from_fn(|_| offset + random.vector());
+        let on_a = |random: &mut Random| {
+            let [u, v, w] = from_fn(|_| 1.2 + random.signed());
+            (u * a[0] + v * a[1] + w * a[2]) / (u + v + w)
+        };
+        let mut b: Triangle = from_fn(|_| offset + random.vector());
+        for corner in b.iter_mut().take(1 + round % 3) {
+            *corner = on_a(&mut random);
+        }
+        let expected = oracle::intersects(&a, &b);
+        hits[usize::from(expected)] += 1;
+        assert_pair(&a, &b, expected);
+    }
+    assert!(hits.iter().all(|&count| count > 300), "{hits:?}");
+}
