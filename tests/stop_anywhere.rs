@@ -79,10 +79,11 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Every budget where that is affordable; else every one at both ends and about `count` between.
+/// Every budget where that is affordable; else about `count` of them, with every one at both ends.
 fn budgets(full: u64, count: u64) -> impl Iterator<Item = u64> {
     let stride = (full / count).max(1);
-    let near_an_end = move |work: u64| work < 100 || work + 2 * MAX_STEP_WORK > full;
+    let end = count.min(2 * MAX_STEP_WORK);
+    let near_an_end = move |work: u64| work < end || work + end > full;
     (0..=full + 1).filter(move |&work| near_an_end(work) || work.is_multiple_of(stride))
 }
 

@@ -87,25 +87,39 @@ fn from_values(values: &[f64], random: &mut Random) -> Triangle {
 
 const WHOLE: [f64; 7] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0];
 
-/// Against the oracle, one pair in four in a common plane; and again after an affine map by powers of two that rounds nothing and so changes nothing.
+/// Makes a pair with whole coordinates worse: a common plane of each direction, segments.
+fn flatten(round: usize, corners: &mut [Triangle; 2]) {
+    for triangle in corners {
+        for corner in triangle.iter_mut() {
+            match round % 6 {
+                0 => corner.z = corner.x - corner.y,
+                1 => corner[round % 3] = corner[(round + 1) % 3],
+                2 | 3 => corner[round % 3] = 1.0,
+                _ => {}
+            }
+        }
+        if round % 6 > 2 && round.is_multiple_of(2) {
+            triangle[2] = triangle[round % 4 / 2];
+        }
+    }
+}
+
+/// Against the oracle, and again after an affine map by powers of two that rounds nothing and so changes nothing.
 #[test]
 fn small_whole_numbers() {
     let mut random = Random::new(1);
     let mut hits = [0, 0];
-    for round in 0..6000 {
-        let reach = 1 + round % 3;
-        let [mut a, mut b] = from_fn(|_| from_values(&WHOLE[3 - reach..=3 + reach], &mut random));
-        if round % 4 == 0 {
-            for corner in a.iter_mut().chain(&mut b) {
-                corner.z = corner.x - corner.y;
-            }
-        }
+    for round in 0..9000 {
+        let reach = 1 + round % 7 / 2 % 3;
+        let mut corners = from_fn(|_| from_values(&WHOLE[3 - reach..=3 + reach], &mut random));
+        flatten(round, &mut corners);
+        let [a, b] = corners;
         let expected = oracle::intersects(&a, &b);
         hits[usize::from(expected)] += 1;
         assert_pair(&a, &b, expected);
         for scale in [[TINY; 3], [HUGE; 3], [HUGE, TINY, 1.0], [1.0 / HUGE, 1.0, TINY]] {
-            let scaled = |triangle: &Triangle| triangle.map(|corner| corner * DVec3::from_array(scale));
-            assert_eq!(triangles_intersect(&scaled(&a), &scaled(&b)), expected, "{a:?} {b:?} times {scale:?}");
+            let [a, b] = [a, b].map(|triangle| triangle.map(|corner| corner * DVec3::from_array(scale)));
+            assert_eq!(triangles_intersect(&a, &b), expected, "{a:?} {b:?}");
         }
     }
     assert!(hits.iter().all(|&count| count > 1000), "{hits:?}");
@@ -129,24 +143,40 @@ fn all_magnitudes_at_once() {
 }
 
 /// A corner, edge or all of one triangle is put on the other and rounded: the last bits decide.
+fn rounded_contact(round: usize, random: &mut Random) -> [Triangle; 2] {
+    let offset = [0.0, 1.0, 30.0, 1e6][round % 4] * random.vector();
+    let [a, mut b]: [Triangle; 2] = from_fn(|_| from_fn(|_| offset + random.vector()));
+    let is_flat = round.is_multiple_of(5);
+    for corner in b.iter_mut().take(1 + round % 3) {
+        let [u, v, w] = from_fn(|_| 1.2 + random.signed());
+        // In a common plane, edges must meet for the last bits to matter.
+        let w = if is_flat { 0.0 } else { w };
+        *corner = (u * a[0] + v * a[1] + w * a[2]) / (u + v + w);
+    }
+    let axis = round / 5 % 3;
+    let flat = |corner: DVec3| {
+        if is_flat { DVec3::from_array(from_fn(|i| if i == axis { 1.0 } else { corner[i] })) } else { corner }
+    };
+    [a, b].map(|triangle| triangle.map(flat))
+}
+
+/// Against the oracle, and again where products of coordinates overflow or underflow.
 #[test]
 fn contacts_rounded_to_the_last_bit() {
     let mut random = Random::new(3);
     let mut hits = [0, 0];
-    for round in 0..3000 {
-        let offset = [0.0, 1.0, 30.0, 1e6][round % 4] * random.vector();
-        let a: Triangle = from_fn(|_| offset + random.vector());
-        let on_a = |random: &mut Random| {
-            let [u, v, w] = from_fn(|_| 1.2 + random.signed());
-            (u * a[0] + v * a[1] + w * a[2]) / (u + v + w)
-        };
-        let mut b: Triangle = from_fn(|_| offset + random.vector());
-        for corner in b.iter_mut().take(1 + round % 3) {
-            *corner = on_a(&mut random);
-        }
+    for round in 0..6000 {
+        let [a, b] = rounded_contact(round, &mut random);
         let expected = oracle::intersects(&a, &b);
         hits[usize::from(expected)] += 1;
         assert_pair(&a, &b, expected);
+        for exponent in (300..550).step_by(7) {
+            let power = f64::from_bits((1023 + exponent) << 52);
+            for scale in [power, 1.0 / power] {
+                let [a, b] = [a, b].map(|triangle| triangle.map(|corner| corner * scale));
+                assert_eq!(triangles_intersect(&a, &b), expected, "{a:?} {b:?}");
+            }
+        }
     }
-    assert!(hits.iter().all(|&count| count > 300), "{hits:?}");
+    assert!(hits.iter().all(|&count| count > 600), "{hits:?}");
 }

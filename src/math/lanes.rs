@@ -24,6 +24,7 @@ pub(crate) trait Lanes: Copy {
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
+    fn min(self, a: Self::F, b: Self::F) -> Self::F;
     fn abs(self, a: Self::F) -> Self::F;
     fn less(self, a: Self::F, b: Self::F) -> Self::F;
     fn and(self, a: Self::F, b: Self::F) -> Self::F;
@@ -75,6 +76,10 @@ impl<L: Lanes> F8<L> {
         Self(self.1.max(self.0, other.0), self.1)
     }
     #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        Self(self.1.min(self.0, other.0), self.1)
+    }
+    #[inline(always)]
     pub fn abs(self) -> Self {
         Self(self.1.abs(self.0), self.1)
     }
@@ -91,7 +96,7 @@ impl<L: Lanes> F8<L> {
     pub fn or(self, other: Self) -> Self {
         Self(self.1.or(self.0, other.0), self.1)
     }
-    /// One bit a lane, lane 0 lowest.
+    /// The sign of each lane, or whether it is all ones: one bit a lane, lane 0 lowest.
     #[inline(always)]
     pub fn mask(self) -> u32 {
         self.1.mask(self.0)
@@ -263,6 +268,10 @@ mod portable {
             zip(a, b, f32x4::fast_max)
         }
         #[inline(always)]
+        fn min(self, a: F, b: F) -> F {
+            zip(a, b, f32x4::fast_min)
+        }
+        #[inline(always)]
         fn abs(self, a: F) -> F {
             a.map(f32x4::abs)
         }
@@ -378,6 +387,10 @@ mod avx2 {
         #[inline(always)]
         fn max(self, a: __m256, b: __m256) -> __m256 {
             self.avx._mm256_max_ps(a, b)
+        }
+        #[inline(always)]
+        fn min(self, a: __m256, b: __m256) -> __m256 {
+            self.avx._mm256_min_ps(a, b)
         }
         #[inline(always)]
         fn abs(self, a: __m256) -> __m256 {

@@ -41,20 +41,20 @@ impl<L: Lanes> Slabs<L> {
         Self::around(center, half)
     }
 
-    /// Lanes that are apart from the given box on some axis.
+    /// How deep each lane overlaps the given box, the least over the axes; negative where they are apart.
     #[inline(always)]
-    fn apart(&self, lanes: L, low: [f32; 3], high: [f32; 3]) -> F8<L> {
+    fn depth(&self, lanes: L, low: [f32; 3], high: [f32; 3]) -> F8<L> {
         let [x, y, z] = per_axis!(k => {
-            let below = self.high[k].less(F8::splat(lanes, low[k]));
-            below.or(F8::splat(lanes, high[k]).less(self.low[k]))
+            let below = self.high[k] - F8::splat(lanes, low[k]);
+            below.min(F8::splat(lanes, high[k]) - self.low[k])
         });
-        x.or(y).or(z)
+        x.min(y).min(z)
     }
 
-    /// Lanes whose box is apart, on some axis, from lane `i` of the stored boxes.
+    /// The same for lane `i` of the stored boxes.
     #[inline(always)]
-    fn apart_from(&self, lanes: L, other: &Stored, i: usize) -> F8<L> {
-        self.apart(lanes, per_axis!(k => other.low[k][i]), per_axis!(k => other.high[k][i]))
+    fn depth_at(&self, lanes: L, other: &Stored, i: usize) -> F8<L> {
+        self.depth(lanes, per_axis!(k => other.low[k][i]), per_axis!(k => other.high[k][i]))
     }
 
     #[inline(always)]
@@ -94,49 +94,56 @@ pub(super) fn own(a: &Node, b: &Node, frames: &Frames) -> bool {
     !own_apart(b, a, &frames.of_b) && !own_apart(a, b, &frames.of_a)
 }
 
+/// How deep the boxes of each pair of children overlap, written by the tests for those that may meet. They are compared
+/// with one another only, so the unit is that of one side.
+pub(super) type Depths = [[f32; WIDTH]; WIDTH];
+
 /// The children of `a` against those of `b`: bit `8 i + j` is set where child `i` of `a` may meet child `j` of `b`.
 #[inline(always)]
-pub(super) fn both<L: Lanes>(lanes: L, a: &Node, b: &Node, frames: &Frames) -> u64 {
+pub(super) fn both<L: Lanes>(lanes: L, a: &Node, b: &Node, frames: &Frames, scale: f32, depths: &mut Depths) -> u64 {
     let b_in_a = Slabs::seen(lanes, b, &frames.of_b);
     let (low, high) = ends(a.own_center, a.own_half);
-    let alive_b = !b_in_a.apart(lanes, low, high).mask() & b.valid();
+    let alive_b = !b_in_a.depth(lanes, low, high).mask() & b.valid();
     if alive_b == 0 {
         return 0;
     }
     let a_in_b = Slabs::seen(lanes, a, &frames.of_a);
     let (low, high) = ends(b.own_center, b.own_half);
-    let mut alive_a = !a_in_b.apart(lanes, low, high).mask() & a.valid();
+    let mut alive_a = !a_in_b.depth(lanes, low, high).mask() & a.valid();
     let a_rows = Slabs::children(lanes, a).store();
     let a_in_b = a_in_b.store();
     let b_rows = Slabs::children(lanes, b);
+    let scale = F8::splat(lanes, scale);
     let mut pairs = 0;
     while alive_a != 0 {
         let i = alive_a.trailing_zeros() as usize;
         alive_a &= alive_a - 1;
-        let apart = b_in_a.apart_from(lanes, &a_rows, i).or(b_rows.apart_from(lanes, &a_in_b, i));
-        pairs |= u64::from(!apart.mask() & alive_b) << (WIDTH * i);
+        let depth = b_in_a.depth_at(lanes, &a_rows, i).min(b_rows.depth_at(lanes, &a_in_b, i) * scale);
+        depths[i] = depth.store();
+        pairs |= u64::from(!depth.mask() & alive_b) << (WIDTH * i);
     }
     pairs
 }
 
 /// The children of `opened` against the box of `other`: bit `i` is set where child `i` may meet it.
 ///
-/// `of_opened` is the view of what is on the side of `opened` from the frame of `other`, `of_other` the reverse.
+/// `of_opened` is the view of what is on the side of `opened` from the frame of `other`, `of_other` the reverse; `scale` is
+/// the length of a unit of `opened` in that of `other`.
 #[inline(always)]
-pub(super) fn children<L: Lanes>(lanes: L, opened: &Node, other: &Node, of_opened: &View, of_other: &View) -> u32 {
+pub(super) fn children<L: Lanes>(
+    lanes: L,
+    opened: &Node,
+    other: &Node,
+    [of_opened, of_other]: [&View; 2],
+    scale: f32,
+    depths: &mut Depths,
+) -> u64 {
     let (low, high) = ends(of_other.point(&other.own_center), of_other.half(&other.own_half));
-    let apart = Slabs::children(lanes, opened).apart(lanes, low, high);
+    let depth = Slabs::children(lanes, opened).depth(lanes, low, high) * F8::splat(lanes, scale);
     let (low, high) = ends(other.own_center, other.own_half);
-    let apart = apart.or(Slabs::seen(lanes, opened, of_opened).apart(lanes, low, high));
-    !apart.mask() & opened.valid()
-}
-
-/// Moves bit `i` to bit `8 i`.
-#[inline(always)]
-pub(super) fn as_rows(hits: u32) -> u64 {
-    let spread = (u64::from(hits) | u64::from(hits) << 28) & 0x0000_000f_0000_000f;
-    let spread = (spread | spread << 14) & 0x0003_0003_0003_0003;
-    (spread | spread << 7) & 0x0101_0101_0101_0101
+    let depth = depth.min(Slabs::seen(lanes, opened, of_opened).depth(lanes, low, high));
+    depths[0] = depth.store();
+    u64::from(!depth.mask() & opened.valid())
 }
 
 /// The children of `node` against a triangle of the other side, on the three axes of the boxes and on the triangle's
@@ -148,7 +155,8 @@ pub(super) fn children_and_triangle<L: Lanes>(
     triangle: &[[f32; 4]; 3],
     view: &View,
     skew: f32,
-) -> u32 {
+    depths: &mut Depths,
+) -> u64 {
     let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = *triangle;
     let corner = f32x4::new([x, y, z, 0.0]);
     let (e, f) = (f32x4::new([ex, ey, ez, 0.0]), f32x4::new([fx, fy, fz, 0.0]));
@@ -156,7 +164,8 @@ pub(super) fn children_and_triangle<L: Lanes>(
     let margin = view.margin;
     let low = per_axis!(k => p[k] + 0f32.min(e[k]).min(f[k]) - margin);
     let high = per_axis!(k => p[k] + 0f32.max(e[k]).max(f[k]) + margin);
-    let apart = Slabs::children(lanes, node).apart(lanes, low, high);
+    let depth = Slabs::children(lanes, node).depth(lanes, low, high);
+    depths[0] = depth.store();
 
     // |n . (c - p)| > |n| . h, with all errors of n (relative to the edges) and of p on the right-hand side.
     let (center, half) = (load(lanes, &node.center), load(lanes, &node.half));
@@ -169,23 +178,10 @@ pub(super) fn children_and_triangle<L: Lanes>(
     let reach = dot(per_axis!(k => F8::splat(lanes, normal[k] + blur)), half)
         + (from_first[0].abs() + from_first[1].abs() + from_first[2].abs()) * F8::splat(lanes, blur)
         + F8::splat(lanes, slack);
-    !apart.or(reach.less(distance)).mask() & node.valid()
+    u64::from(!(depth.mask() | reach.less(distance).mask()) & node.valid())
 }
 
 #[inline(always)]
 fn longest(v: &[f32; 4]) -> f32 {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_bit_gets_a_row_of_its_own() {
-        for hits in 0..256 {
-            let rows = (0..8).filter(|i| hits >> i & 1 == 1).fold(0, |rows, i| rows | 1u64 << (8 * i));
-            assert_eq!(as_rows(hits), rows);
-        }
-    }
 }

@@ -158,7 +158,7 @@ impl<'t> Query<'t> {
             if self.queues(budget) {
                 workspace.front.queue([0, 0], 0, true);
             } else {
-                workspace.front.push([0, 0]);
+                workspace.front.push([0, 0], true);
             }
         }
         self.proceed(workspace, memory, budget, clock)
@@ -228,6 +228,7 @@ impl<'t> Query<'t> {
             relation: &relation,
             workspace,
             meter,
+            depths: [[0.0; 8]; 8],
             batch: if patient { WAITING } else { 8 },
         };
         let stop = instructions.run(&mut traversal);

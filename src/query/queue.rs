@@ -62,13 +62,15 @@ impl Front {
         self.peak = 0;
     }
 
-    /// Puts a pair where it is finished depth-first, before any queued pair.
+    /// Puts a pair where it is finished depth-first, before any queued pair: on top of the stack, or below its top.
     #[inline(always)]
-    pub fn push(&mut self, pair: Pair) {
+    pub fn push(&mut self, pair: Pair, on_top: bool) {
         debug_assert!(
             self.stack.len() < self.stack.capacity(),
             "the stack holds 64 pairs for each level of both trees"
         );
+        let top = if on_top { None } else { self.stack.last_mut() };
+        let pair = top.map_or(pair, |top| core::mem::replace(top, pair));
         self.stack.push(pair);
     }
 
@@ -83,7 +85,7 @@ impl Front {
             self.touched += 1;
             self.touched - 1
         } else {
-            return self.push(pair);
+            return self.push(pair, true);
         };
         let empty = self.occupied & 1 << bucket == 0;
         let (head, tail) = &mut self.lists[bucket];
@@ -164,9 +166,10 @@ mod tests {
         for (i, bucket) in [(0, 5), (1, 0), (2, 127), (3, 0)] {
             front.queue([i, 0], bucket, true);
         }
-        front.push([9, 0]);
-        assert_eq!(front.iter().count(), 5);
-        assert_eq!(drain(&mut front), [9, 3, 1, 0, 2]);
+        front.push([9, 0], true);
+        front.push([8, 0], false);
+        assert_eq!(front.iter().count(), 6);
+        assert_eq!(drain(&mut front), [9, 8, 3, 1, 0, 2]);
         assert!(front.is_empty());
     }
 

@@ -9,7 +9,7 @@
 //! missing and go on later as if it had never stopped.
 
 use super::Options;
-use super::boxes;
+use super::boxes::{self, Depths};
 use super::budget::{Clock, Meter, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
 use super::frames::{Frames, Relation};
 use super::order::{BoxPair, Mode};
@@ -36,6 +36,13 @@ enum Open {
     B,
 }
 
+/// The side along which the hits of a test are counted.
+#[derive(Clone, Copy)]
+enum Along {
+    A,
+    B,
+}
+
 /// One call of a query.
 pub(super) struct Traversal<'q, 'c, C> {
     pub a: &'q Tree,
@@ -45,6 +52,7 @@ pub(super) struct Traversal<'q, 'c, C> {
     pub relation: &'q Relation,
     pub workspace: &'q mut Workspace,
     pub meter: Meter<'c, C>,
+    pub depths: Depths,
     /// Triangle pairs that are let to wait before they are tested.
     pub batch: usize,
 }
@@ -161,57 +169,49 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
     /// Replaces a pair by the pairs of children that may meet.
     #[inline(always)]
     fn expand<L: Lanes>(&mut self, lanes: L, [ia, ib]: Pair, queued: bool, frames: &mut Frames) {
-        let skew = self.relation.skew;
-        // Bit 8 i + j stands for the i-th of what A's side is replaced by, and the j-th of B's.
-        let (hits, first) = match (self.side_a(ia), self.side_b(ib)) {
+        let Relation { scale, skew, .. } = *self.relation;
+        match (side(self.a, ia), side(self.b, ib)) {
             (Side::Node(a), Side::Node(b)) => {
                 frames.update(Some(a), Some(b), self.relation);
                 let level = usize::from(a.depth) + usize::from(b.depth);
                 if !boxes::own(a, b, frames) {
                     return self.count(level, 1);
                 }
-                match open(a, b, self.relation.scale) {
+                let (of_a, of_b) = (&frames.of_a, &frames.of_b);
+                match open(a, b, scale) {
                     Open::Both => {
                         self.count(level + 2, u64::from(a.children) * u64::from(b.children) + 1);
-                        (boxes::both(lanes, a, b, frames), [first_child(a), first_child(b)])
+                        let hits = boxes::both(lanes, a, b, frames, scale, &mut self.depths);
+                        self.place(hits, [first_child(a), first_child(b)], Along::B, queued);
                     }
                     Open::A => {
                         self.count(level + 1, u64::from(a.children) + 1);
-                        let hits = boxes::children(lanes, a, b, &frames.of_a, &frames.of_b);
-                        (boxes::as_rows(hits), [first_child(a), ib])
+                        let hits = boxes::children(lanes, a, b, [of_a, of_b], 1.0 / scale, &mut self.depths);
+                        self.place(hits, [first_child(a), ib], Along::A, queued);
                     }
                     Open::B => {
                         self.count(level + 1, u64::from(b.children) + 1);
-                        let hits = boxes::children(lanes, b, a, &frames.of_b, &frames.of_a);
-                        (u64::from(hits), [ia, first_child(b)])
+                        let hits = boxes::children(lanes, b, a, [of_b, of_a], scale, &mut self.depths);
+                        self.place(hits, [ia, first_child(b)], Along::B, queued);
                     }
                 }
             }
             (Side::Triangle(triangle), Side::Node(b)) => {
                 frames.update(None, Some(b), self.relation);
                 self.count(usize::from(b.depth) + usize::from(b.height), u64::from(b.children));
-                let hits = boxes::children_and_triangle(lanes, b, triangle, &frames.of_a, skew);
-                (u64::from(hits), [ia, first_child(b)])
+                let view = &frames.of_a;
+                let hits = boxes::children_and_triangle(lanes, b, triangle, view, skew, &mut self.depths);
+                self.place(hits, [ia, first_child(b)], Along::B, false);
             }
             (Side::Node(a), Side::Triangle(triangle)) => {
                 frames.update(Some(a), None, self.relation);
                 self.count(usize::from(a.depth) + usize::from(a.height), u64::from(a.children));
-                let hits = boxes::children_and_triangle(lanes, a, triangle, &frames.of_b, skew);
-                (boxes::as_rows(hits), [first_child(a), ib])
+                let view = &frames.of_b;
+                let hits = boxes::children_and_triangle(lanes, a, triangle, view, skew, &mut self.depths);
+                self.place(hits, [first_child(a), ib], Along::A, false);
             }
-            (Side::Triangle(_), Side::Triangle(_)) => return debug_assert!(false, "these never come to the front"),
-        };
-        self.place(hits, first, queued);
-    }
-
-    #[inline(always)]
-    fn side_a(&self, index: u32) -> Side<'q> {
-        side(self.a, index)
-    }
-
-    #[inline(always)]
-    fn side_b(&self, index: u32) -> Side<'q> {
-        side(self.b, index)
+            (Side::Triangle(_), Side::Triangle(_)) => debug_assert!(false, "these never come to the front"),
+        }
     }
 
     #[inline(always)]
@@ -222,19 +222,31 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
     }
 
     /// Puts the pairs of `hits` where they belong: triangle pairs to those that wait, node pairs into the queue if their
-    /// parent came from there, all else on the stack.
+    /// parent came from there, all else on the stack. Where the first hit is all that counts, the deepest goes on top.
+    ///
+    /// The low three bits of a hit count from `first` along one side, the others along the other.
     #[inline(always)]
-    fn place(&mut self, mut hits: u64, [a, b]: Pair, queued: bool) {
+    fn place(&mut self, mut hits: u64, first: Pair, along: Along, queued: bool) {
+        let triangles = first[0] & first[1] & TRIANGLE != 0;
+        let greedy = self.options.mode == Mode::Any;
+        let mut deepest = f32::NEG_INFINITY;
         while hits != 0 {
             let lane = hits.trailing_zeros();
             hits &= hits - 1;
-            let pair = [a + lane / 8, b + lane % 8];
-            if a & b & TRIANGLE != 0 {
+            let (i, j) = match along {
+                Along::A => (lane % 8, lane / 8),
+                Along::B => (lane / 8, lane % 8),
+            };
+            let pair = [first[0] + i, first[1] + j];
+            if triangles {
                 self.workspace.waiting.push([pair[0] & !TRIANGLE, pair[1] & !TRIANGLE]);
             } else if queued {
                 self.queue(pair);
             } else {
-                self.workspace.front.push(pair);
+                let depth = self.depths.as_flattened()[lane as usize];
+                let on_top = !greedy || depth > deepest;
+                self.workspace.front.push(pair, on_top);
+                deepest = deepest.max(depth);
             }
         }
     }
@@ -242,14 +254,14 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
     /// Queues a pair, unless it is a grain.
     #[inline(never)]
     fn queue(&mut self, pair: Pair) {
-        match (self.side_a(pair[0]), self.side_b(pair[1])) {
+        match (side(self.a, pair[0]), side(self.b, pair[1])) {
             (Side::Node(a), Side::Node(b)) if libm::sqrtf(a.visits * b.visits) >= self.options.grain => {
                 let boxes = BoxPair::new(a, b, self.relation);
                 let random = &mut self.workspace.run.random;
                 let (bucket, first) = self.options.order.bucket(&boxes, a.alpha * b.alpha, random);
                 self.workspace.front.queue(pair, bucket, first);
             }
-            _ => self.workspace.front.push(pair),
+            _ => self.workspace.front.push(pair, true),
         }
     }
 }

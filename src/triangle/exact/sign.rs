@@ -156,6 +156,19 @@ mod tests {
         }
     }
 
+    /// A regular tetrahedron and a right triangle in the corners of a cube: the largest volume and area of each width.
+    #[test]
+    fn largest_volumes_of_all_widths() {
+        for exponent in 1..1024 {
+            let below = f64::from_bits(((1024 + exponent) << 52) - 1); // all bits set
+            for m in [f64::from_bits((1022 + exponent) << 52), (below / 2.0).trunc(), below / 2.0] {
+                assert_eq!(exact_side([[-m, -m, -m], [m, m, -m], [m, -m, m], [-m, m, m]]), -1, "{m:e}");
+                assert_eq!(exact_side([[-m, -m, m], [m, m, m], [m, -m, -m], [-m, m, -m]]), 1, "{m:e}");
+                assert_eq!(exact_turn([[-m, -m], [m, -m], [m, m]]), 1, "{m:e}");
+            }
+        }
+    }
+
     /// Also the widest possible grid: the denormal decides all but the zeros.
     #[test]
     fn largest_and_least_values_together() {

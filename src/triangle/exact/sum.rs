@@ -148,6 +148,17 @@ mod tests {
     }
 
     #[test]
+    fn sums_may_be_larger_than_products() {
+        let ([[largest]], 53) = on_grid([[f64::from_bits(((1023 + 53) << 52) - 1)]]) else { panic!("53 bits set") };
+        let factor = Term { exponent: 11, ..largest };
+        let mut sum = Sum::new(64); // a product just fits three limbs
+        sum.add([factor; 3]);
+        sum.add([factor; 3]);
+        sum.subtract([factor; 3]);
+        assert_eq!(sum.sign(), 1);
+    }
+
+    #[test]
     fn carry_beyond_the_three_limbs_of_a_product() {
         // 2^192 - 2^63 + 2^63: the second addition carries through two full limbs.
         let power = |exponent| Term { mantissa: 1, exponent };

@@ -1,0 +1,33 @@
+//! Any vertices, NaN too, and any indices: an error or a mesh, never a panic; and what is a mesh can be queried.
+#![no_main]
+
+use libfuzzer_sys::arbitrary::{Result, Unstructured};
+use libfuzzer_sys::fuzz_target;
+use punctual::{Mesh, MeshError, Pose, Tree};
+use punctual_fuzz::{Numbers, assert_query};
+
+fn mesh(bytes: &mut Unstructured) -> Result<std::result::Result<Mesh, MeshError>> {
+    let numbers = Numbers::arbitrary(bytes)?;
+    let vertices = (0..bytes.int_in_range(0..=12)?).map(|_| numbers.point(bytes)).collect::<Result<Vec<_>>>()?;
+    // Now and then one index too many.
+    let last = u32::try_from(vertices.len()).expect("few") - u32::from(!bytes.ratio(1, 100)?);
+    let mut triangles = Vec::new();
+    if last != u32::MAX {
+        for _ in 0..bytes.int_in_range(0..=40)? {
+            let mut index = || bytes.int_in_range(0..=last);
+            triangles.push([index()?, index()?, index()?]);
+        }
+    }
+    if bytes.arbitrary()? {
+        return Ok(Mesh::from_f64(vertices, triangles));
+    }
+    Ok(Mesh::new(vertices.iter().map(|vertex| vertex.map(|x| x as f32)), triangles))
+}
+
+fuzz_target!(|bytes: &[u8]| {
+    let mut bytes = Unstructured::new(bytes);
+    let Ok(Ok(mesh)) = mesh(&mut bytes) else { return };
+    let tree = Tree::new(mesh);
+    tree.validate().expect("a valid tree");
+    let _ = assert_query(&tree, &tree, Pose::IDENTITY, &mut bytes);
+});

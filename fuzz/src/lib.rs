@@ -1,0 +1,91 @@
+//! What the fuzz targets share: numbers made of bytes, and the judges of the contract tests.
+//!
+//! Run one with `cargo +nightly fuzz run triangles`. A find becomes a unit test, named after what went wrong.
+
+#[path = "../../tests/common/check.rs"]
+pub mod check;
+#[path = "../../tests/common/oracle.rs"]
+pub mod oracle;
+#[path = "../../tests/common/reference.rs"]
+pub mod reference;
+
+use libfuzzer_sys::arbitrary::{Result, Unstructured};
+use punctual::{Budget, Mode, Order, Pose, Query, StopReason, Tree, Workspace};
+
+/// How coordinates are read from bytes.
+#[derive(Clone, Copy)]
+pub enum Numbers {
+    /// Whole numbers from -4 to 4: touching, coplanar, degenerate.
+    Whole,
+    /// The same, each moved by a few units in the last place.
+    NearWhole,
+    /// Zeros, ones, denormals and huge numbers side by side.
+    Extreme,
+    /// Any fraction of 1.
+    Fraction,
+    /// Any bits: NaN and infinity too.
+    Bits,
+}
+
+impl Numbers {
+    pub fn arbitrary(bytes: &mut Unstructured) -> Result<Self> {
+        bytes.choose(&[Self::Whole, Self::NearWhole, Self::Extreme, Self::Fraction, Self::Bits]).copied()
+    }
+
+    pub fn read(self, bytes: &mut Unstructured) -> Result<f64> {
+        const LARGEST: f64 = f64::from_bits((1023 + 1000) << 52);
+        const EXTREME: [f64; 8] = [0.0, 5e-324, 1.5e-323, 1.0, 1.0 + f64::EPSILON, 1e-160, LARGEST, 0.7 * LARGEST];
+        let whole = |bytes: &mut Unstructured| Ok(f64::from(bytes.int_in_range(-4..=4_i8)?));
+        match self {
+            Self::Whole => whole(bytes),
+            Self::NearWhole => {
+                let value = whole(bytes)?;
+                Ok(moved(value, bytes.int_in_range(-3..=3)?))
+            }
+            Self::Extreme => {
+                let value = *bytes.choose(&EXTREME)?;
+                Ok(if bytes.arbitrary()? { value } else { -value })
+            }
+            Self::Fraction => Ok(f64::from(bytes.arbitrary::<i32>()?) / f64::exp2(31.0)),
+            Self::Bits => Ok(f64::from_bits(bytes.arbitrary()?)),
+        }
+    }
+
+    pub fn point(self, bytes: &mut Unstructured) -> Result<[f64; 3]> {
+        Ok([self.read(bytes)?, self.read(bytes)?, self.read(bytes)?])
+    }
+}
+
+/// `value` moved by `steps` units in the last place.
+pub fn moved(value: f64, steps: i8) -> f64 {
+    let step = if steps < 0 { f64::next_down } else { f64::next_up };
+    (0..steps.unsigned_abs()).fold(value, |value, _| step(value))
+}
+
+/// Runs a query in pieces of `work` units: sound and certified at every stop, and the truth in the end.
+pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) -> Result<()> {
+    let mode = *bytes.choose(&[Mode::Any, Mode::All])?;
+    let orders = [Order::Penetration, Order::LowAlpha, Order::OverlapVolume, Order::BreadthFirst, Order::Random(1)];
+    let query =
+        Query::new(a, b, pose).mode(mode).order(*bytes.choose(&orders)?).grain(f32::from(bytes.arbitrary::<u8>()?));
+    let work = u64::from(bytes.arbitrary::<u16>()?);
+    let truth = reference::all_pairs(a.mesh(), b.mesh(), &pose);
+    let mut workspace = Workspace::with_capacity(bytes.int_in_range(1..=64)?, bytes.int_in_range(1..=64)?);
+    let mut pairs = Vec::new();
+    let mut outcome = check::run(&query, &mut workspace, Budget::work(work));
+    for _ in 0..1000 {
+        let certificate = query.certificate(&workspace).expect("the workspace holds this query");
+        check::assert_certificate(&certificate, &outcome, truth.len());
+        if matches!(outcome.stop, StopReason::Finished | StopReason::FirstHit) {
+            break;
+        }
+        pairs.extend(workspace.drain_pairs());
+        check::assert_sound(&outcome, &pairs, &truth);
+        outcome = check::resume(&query, &mut workspace, Budget::work(work.max(1)));
+    }
+    pairs.extend(workspace.drain_pairs());
+    if matches!(outcome.stop, StopReason::Finished | StopReason::FirstHit) {
+        check::assert_complete(mode, &outcome, &pairs, &truth);
+    }
+    Ok(())
+}
