@@ -42,6 +42,23 @@ fn knot_and_gear() -> (Tree, Tree, Pose) {
     (knot, gear, pose)
 }
 
+/// The kernels of this machine against those that run everywhere.
+#[test]
+fn all_kernels_say_the_same() {
+    let (a, b, pose) = knot_and_gear();
+    let mut portable = Workspace::new();
+    portable.use_portable_kernels();
+    for mode in MODES {
+        for order in ORDERS {
+            let query = Query::new(&a, &b, pose).mode(mode).order(order);
+            for budget in [Budget::unlimited(), Budget::work(5_000), Budget::work(50_000)] {
+                let expected = ask(&query, &mut Workspace::new(), budget);
+                assert_eq!(ask(&query, &mut portable, budget), expected, "{mode:?} {order:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
     let (a, b, pose) = knot_and_gear();

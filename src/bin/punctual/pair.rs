@@ -52,6 +52,9 @@ pub struct Args {
     /// Seed of the order `random`.
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
+    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
+    #[arg(long)]
+    portable: bool,
     /// Take the poses as consecutive frames: carry what one tells the next.
     #[arg(long)]
     memory: bool,

@@ -37,7 +37,10 @@ pub struct Sweeper<'a> {
 
 impl<'a> Sweeper<'a> {
     pub fn new(args: &'a Args, a: &'a Tree, b: &'a Tree) -> Self {
-        let workspace = Workspace::with_capacity(QUEUE_PAIRS, FOUND_PAIRS);
+        let mut workspace = Workspace::with_capacity(QUEUE_PAIRS, FOUND_PAIRS);
+        if args.portable {
+            workspace.use_portable_kernels();
+        }
         Self { args, a, b, workspace, memory: None, found: Vec::new() }
     }
 
