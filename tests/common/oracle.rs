@@ -15,7 +15,7 @@ const COLUMNS: usize = WEIGHTS + EQUATIONS + 1;
 
 /// Whether the closed hulls of the points of `a` and of `b` share a point. Coordinates must be finite.
 pub fn intersects(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
-    Tableau::new(a, b).is_feasible()
+    Tableau::new(a, b).solve()
 }
 
 /// The slacks are the first solution; the last row is what their sum loses with each column. All entries are over one
@@ -48,7 +48,8 @@ impl Tableau {
         Self { rows, denominator: BigInt::from(1), basis: std::array::from_fn(|equation| WEIGHTS + equation) }
     }
 
-    fn is_feasible(mut self) -> bool {
+    /// Whether the slacks can all become zero.
+    fn solve(mut self) -> bool {
         // The first column that helps, and ties by the first column that leaves (Bland): no cycles.
         while let Some(column) = (0..WEIGHTS).find(|&column| is_positive(&self.rows[EQUATIONS][column])) {
             let Some(row) = self.leaving_row(column) else {
