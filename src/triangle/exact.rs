@@ -4,8 +4,7 @@
 //! then two volumes where the planes differ, or separating lines where they do not. A degenerate triangle is the hull
 //! of its three points: a segment or a point.
 //!
-//! Cost: about 25 ns in general position, 0.1 to 0.4 us in exact contact on a coarse grid (whole numbers, say), about
-//! 1 us in flat contact at full precision, 2.5 us in the worst case found.
+//! Cost: `docs/performance.md`. It is bounded, whatever the coordinates, and nothing is allocated.
 
 mod sign;
 mod sum;

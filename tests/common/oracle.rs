@@ -1,8 +1,8 @@
 //! An independent judge of triangle pairs: the question as a linear program, solved in whole numbers of any size.
 //!
 //! Two closed triangles, degenerate or not, share a point if and only if weights `u, v >= 0` exist with
-//! `sum u = 1`, `sum v = 1` and `u1 a1 + u2 a2 + u3 a3 = v1 b1 + v2 b2 + v3 b3`. Phase one of the simplex method decides
-//! that without a single case distinction: no planes, no normals, no projections.
+//! `sum u = 1`, `sum v = 1` and `u1 a1 + u2 a2 + u3 a3 = v1 b1 + v2 b2 + v3 b3`. Phase one of the simplex method
+//! decides that without a single case distinction: no planes, no normals, no projections.
 
 use num_bigint::{BigInt, Sign};
 use num_rational::BigRational;
@@ -18,8 +18,8 @@ pub fn intersects(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
     Tableau::new(a, b).solve()
 }
 
-/// The slacks are the first solution; the last row is what their sum loses with each column. All entries are over one
-/// common denominator, so that a pivot needs no fractions: each division leaves no rest (Bareiss, Edmonds).
+/// The slacks are the first solution; the last row is what their sum loses with each column. All entries share one
+/// denominator, so that a pivot needs no fractions: each division leaves no rest (Bareiss, Edmonds).
 struct Tableau {
     rows: Vec<Vec<BigInt>>,
     denominator: BigInt,

@@ -1,12 +1,12 @@
 //! Signs of volumes (3x3 determinants of coordinate differences) and of areas (2x2), never wrong.
 //!
-//! A sign is read from plain `f64` arithmetic if the result exceeds a proven error bound. Else it is computed again in
-//! integers: in `i128` where that holds the result, else as a [`Sum`] of products of coordinates.
+//! A sign is read from plain `f64` arithmetic if the result exceeds a proven error bound. Else it is computed again by crate
+//! `robust` (adaptive floating-point expansions), and where those could overflow or underflow, as a [`Sum`] of products.
 
 use core::array::from_fn;
-use core::ops::{Add, Mul, Sub};
 
 use glam::DVec3;
+use robust::{Coord, Coord3D};
 
 use super::sum::{Sum, Term, on_grid};
 
@@ -40,7 +40,7 @@ impl Signs {
         let bound = VOLUME_BOUND * self.extent.x * self.extent.y * self.extent.z;
         let volumes = volumes(t.map(|p| p.to_array()), points.map(|p| p.to_array()));
         from_fn(|i| match volumes[i] {
-            volume if volume.abs() > bound => sign(volume, 0.0),
+            volume if volume.abs() > bound => sign(volume),
             _ => exact_side([t[0], t[1], t[2], points[i]].map(|p| p.to_array())),
         })
     }
@@ -55,21 +55,16 @@ impl Signs {
         let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
         let points = points.map(|p| [p[i], p[j]]);
         match area(points) {
-            area if area.abs() > AREA_BOUND * self.extent[i] * self.extent[j] => sign(area, 0.0),
+            area if area.abs() > AREA_BOUND * self.extent[i] * self.extent[j] => sign(area),
             _ => exact_turn(points),
         }
     }
 }
 
-/// What the formulas need; `f64` and `i128` share them.
-trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + PartialOrd {}
-impl Number for f64 {}
-impl Number for i128 {}
-
 /// `det(t1 - t0, t2 - t0, p - t0)` of each point.
 #[inline]
-fn volumes<T: Number, const N: usize>(t: [[T; 3]; 3], points: [[T; 3]; N]) -> [T; N] {
-    let from_t0 = |p: [T; 3]| [p[0] - t[0][0], p[1] - t[0][1], p[2] - t[0][2]];
+fn volumes<const N: usize>(t: [[f64; 3]; 3], points: [[f64; 3]; N]) -> [f64; N] {
+    let from_t0 = |p: [f64; 3]| [p[0] - t[0][0], p[1] - t[0][1], p[2] - t[0][2]];
     let (e, f) = (from_t0(t[1]), from_t0(t[2]));
     let normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
     points.map(from_t0).map(|d| normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2])
@@ -77,25 +72,34 @@ fn volumes<T: Number, const N: usize>(t: [[T; 3]; 3], points: [[T; 3]; N]) -> [T
 
 /// `det(q - p, r - p)`.
 #[inline]
-fn area<T: Number>([p, q, r]: [[T; 2]; 3]) -> T {
+fn area([p, q, r]: [[f64; 2]; 3]) -> f64 {
     (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
 }
 
-fn sign<T: Number>(value: T, zero: T) -> i8 {
-    i8::from(value > zero) - i8::from(value < zero)
+fn sign(value: f64) -> i8 {
+    i8::from(value > 0.0) - i8::from(value < 0.0)
 }
 
-/// Widest grid for `i128`: with `|coordinate| < 2^w`, a volume is below `6 (2^(w + 1))^3 < 2^(3 w + 6)`, here 2^126.
-const NARROW: u32 = 40;
+/// Whether `robust` is exact for these coordinates.
+///
+/// It adds up products of three differences. With all magnitudes below 2^300 no product exceeds 2^910. With all of them zero
+/// or at least 2^-288, every coordinate is a multiple of 2^-340 and every product one of 2^-1020, above the least denormal
+/// 2^-1074. So nothing overflows or underflows, and its error-free transformations are error-free.
+fn is_safe(coordinates: &[f64]) -> bool {
+    let in_range = |x: f64| x == 0.0 || (1023 - 288..1023 + 300).contains(&(x.abs().to_bits() >> 52));
+    coordinates.iter().all(|&x| in_range(x))
+}
 
-/// Sign of `det(p1 - p0, p2 - p0, p3 - p0)`: expanded, the determinants of all triples of points.
+/// Sign of `det(p1 - p0, p2 - p0, p3 - p0)`.
 fn exact_side(points: [[f64; 3]; 4]) -> i8 {
-    let (points, width) = on_grid(points);
-    if width <= NARROW {
-        let point = |i: usize| from_fn(|j| points[i][j].to_i128());
-        return sign(volumes([point(0), point(1), point(2)], [point(3)])[0], 0);
+    if is_safe(points.as_flattened()) {
+        let [p, q, r, s] = points.map(|[x, y, z]| Coord3D { x, y, z });
+        // Positive below the plane, where the corners appear clockwise.
+        return -sign(robust::orient3d(p, q, r, s));
     }
+    let (points, width) = on_grid(points);
     let mut sum = Sum::new(width);
+    // Expanded: the determinants of all triples of points.
     for triple in [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]] {
         let [p, q, r] = triple.map(|i: usize| &points[i]);
         for (x, y, z) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
@@ -106,13 +110,13 @@ fn exact_side(points: [[f64; 3]; 4]) -> i8 {
     sum.sign()
 }
 
-/// Sign of `det(p1 - p0, p2 - p0)`: expanded, the determinants of all pairs of points.
+/// Sign of `det(p1 - p0, p2 - p0)`.
 fn exact_turn(points: [[f64; 2]; 3]) -> i8 {
-    let (points, width) = on_grid(points);
-    if width <= NARROW {
-        let point = |i: usize| from_fn(|j| points[i][j].to_i128());
-        return sign(area([point(0), point(1), point(2)]), 0);
+    if is_safe(points.as_flattened()) {
+        let [p, q, r] = points.map(|[x, y]| Coord { x, y });
+        return sign(robust::orient2d(p, q, r));
     }
+    let (points, width) = on_grid(points);
     let mut sum = Sum::new(width);
     for pair in [[0, 1], [1, 2], [2, 0]] {
         let [p, q] = pair.map(|i: usize| &points[i]);
@@ -138,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn filter_narrow_and_wide_integers_agree() {
+    fn filter_expansions_and_sums_agree() {
         let mut next = small_integers();
         for _ in 0..3000 {
             let points: [[f64; 3]; 4] = from_fn(|_| from_fn(|_| next()));

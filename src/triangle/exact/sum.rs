@@ -24,11 +24,6 @@ impl Term {
         let odd = magnitude >> zeros;
         Self { mantissa: if value < 0.0 { -odd } else { odd }, exponent: biased.max(1) - 1075 + zeros as i32 }
     }
-
-    /// Of a term from a grid at most 126 wide.
-    pub fn to_i128(self) -> i128 {
-        i128::from(self.mantissa) << self.exponent
-    }
 }
 
 /// The coordinates in units of the coarsest power of two that makes integers of all, and their width: each is below
@@ -124,7 +119,7 @@ mod tests {
     #[test]
     fn the_grid_is_as_coarse_as_can_be() {
         let (terms, width) = on_grid([[12.0, -8.0, 0.0]]);
-        assert_eq!(terms[0].map(Term::to_i128), [3, -2, 0]);
+        assert_eq!(terms[0].map(|term| term.mantissa << term.exponent), [3, -2, 0]);
         assert_eq!(width, 2);
         assert_eq!(on_grid([[0.0, -0.0]]), ([[Term { mantissa: 0, exponent: 0 }; 2]], 0));
         assert_eq!(on_grid([[f64::MAX, TINY]]).1, 2098);
