@@ -1,4 +1,5 @@
-//! The binary tree of the paper: binned surface-area heuristic over the triangles' boxes, in the mesh's own axes.
+//! The binary tree of the paper: binned surface-area heuristic over the triangles' boxes, in one frame for the whole mesh
+//! ([`super::frame::align`]).
 //!
 //! Its levels carry the paper's alphas; the wide tree is collapsed from it. Splitting goes down to clusters of at most
 //! [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory; the depth is bounded by `2 log2(n) + 8`, whatever the mesh.
@@ -68,7 +69,7 @@ impl Bounds {
     }
 }
 
-/// Builds over the triangles' corners in unit coordinates.
+/// Builds over the triangles' corners, in unit coordinates or turned.
 pub(super) fn build(corners: &[Corners]) -> BinaryTree {
     let mut items: Vec<Item> = corners.iter().enumerate().map(|(id, c)| Item::new(id, c)).collect();
     let mut nodes = Vec::with_capacity(items.len() / 2 + 1);

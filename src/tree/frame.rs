@@ -5,7 +5,9 @@
 //! mesh's own axes, the principal axes of its triangles and of their normals, and the dominant normal with the longest
 //! principal axis. Axes and costs come from samples, so a node costs `O(1)`; its boxes are computed in full afterwards.
 
-use super::unit::Triangle;
+use super::unit::{Corners, Triangle, Unit};
+use crate::mesh::Mesh;
+use alloc::vec::Vec;
 use core::ops::Range;
 use glam::{DMat3, DVec3, Mat3A, Vec3A};
 
@@ -75,6 +77,25 @@ pub(super) fn choose(parent: Frame, children: &[Range<usize>], triangles: &[Tria
         }
     }
     best.0
+}
+
+/// Turns the corners of a mesh into the frame in which its triangles' boxes are smallest, so that the binary tree, which
+/// splits along the axes, does not depend on how a part lies in its file. `O(n)`.
+pub(super) fn align(corners: &mut [Corners], unit: &Unit, mesh: &Mesh) {
+    const SAMPLES: usize = 512;
+    let step = corners.len().div_ceil(SAMPLES).max(1);
+    let ids: Vec<u32> = (0..corners.len() as u32).step_by(step).collect();
+    let samples: Vec<Triangle> = unit.triangles(mesh, &ids).collect();
+    let one_each: Vec<Range<usize>> = (0..samples.len()).map(|i| i..i + 1).collect();
+    if one_each.is_empty() {
+        return;
+    }
+    let to_frame = choose(Frame::IDENTITY, &one_each, &samples, 1).rotation.transpose();
+    if to_frame != Mat3A::IDENTITY {
+        for Corners(triangle) in corners {
+            *triangle = triangle.map(|x| (to_frame * Vec3A::from(x)).into());
+        }
+    }
 }
 
 fn sampled<T>(all: &[T], samples: usize) -> impl Iterator<Item = &T> {

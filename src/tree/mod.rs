@@ -99,7 +99,11 @@ impl Tree {
     pub fn with_options(mesh: Mesh, options: &BuildOptions) -> Self {
         static NEXT: AtomicUsize = AtomicUsize::new(0);
         let unit = Unit::of(&mesh);
-        let binary = binary::build(&unit.corners(&mesh));
+        let mut corners = unit.corners(&mesh);
+        if options.frames {
+            frame::align(&mut corners, &unit, &mesh);
+        }
+        let binary = binary::build(&corners);
         let triangles: Box<[Triangle]> = unit.triangles(&mesh, &binary.order).collect();
         let mut nodes = wide::collapse(&binary, &triangles, options).into_boxed_slice();
         let profiles = Profiles::measure(&mut nodes);
