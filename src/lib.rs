@@ -1,4 +1,10 @@
 //! Mesh collision detection that answers by the deadline, and says how sure it is.
+//!
+//! A [`Mesh`] is checked once; its [`Tree`] is built once; a [`Query`] asks about two trees at a [`Pose`], within a [`Budget`],
+//! in a [`Workspace`] that the caller keeps; the [`Outcome`] is a [`Verdict`] that is never wrong and never a bare `bool`,
+//! and what a stopped query left open is in its [`Certificate`].
+//!
+//! To read the code, begin with `query/traversal.rs`: it has the one loop, the stop rule and the guarantee.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs, unsafe_code)]

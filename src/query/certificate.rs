@@ -2,6 +2,7 @@
 
 use super::queue::TRIANGLE;
 use super::workspace::Workspace;
+use crate::math::tolerance::FRAME_ROUNDING;
 use crate::math::{Aabb, Pose};
 use crate::tree::{Node, Tree, xyz};
 use glam::{DMat3, DVec3, Vec3};
@@ -13,12 +14,6 @@ pub struct Certificate<'w> {
     b: &'w Tree,
     b_in_a: &'w Pose,
     workspace: &'w Workspace,
-}
-
-/// One side of an open pair: a node, or a triangle in tree order.
-enum Side<'t> {
-    Node(&'t Node),
-    Triangle(usize),
 }
 
 impl<'w> Certificate<'w> {
@@ -35,10 +30,7 @@ impl<'w> Certificate<'w> {
     /// No more triangle pairs than this intersect: those found, and for each open pair the product of its triangles.
     #[must_use]
     pub fn upper_bound(&self) -> u64 {
-        let count = |tree: &Tree, index: u32| match side(tree, index) {
-            Side::Node(node) => u64::from(node.triangles),
-            Side::Triangle(_) => 1,
-        };
+        let count = |tree: &Tree, index: u32| node(tree, index).map_or(1, |node| u64::from(node.triangles));
         let open: u64 = self.open().map(|[a, b]| count(self.a, a) * count(self.b, b)).sum();
         let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
         (self.workspace.run.found + open).min(all)
@@ -68,32 +60,23 @@ impl<'w> Certificate<'w> {
     }
 }
 
-fn side(tree: &Tree, index: u32) -> Side<'_> {
-    if index & TRIANGLE == 0 {
-        Side::Node(&tree.nodes()[index as usize])
-    } else {
-        Side::Triangle((index & !TRIANGLE) as usize)
-    }
+/// The node of one side of an open pair; `None` for a triangle.
+fn node(tree: &Tree, index: u32) -> Option<&Node> {
+    (index & TRIANGLE == 0).then(|| &tree.nodes()[index as usize])
 }
 
 /// The box, in A's frame, of a node or triangle whose mesh lies at `pose`.
 fn bounds(tree: &Tree, index: u32, pose: &Pose) -> Aabb {
-    match side(tree, index) {
-        Side::Triangle(t) => {
-            Aabb::from_points(tree.mesh().triangle(tree.ids()[t] as usize).map(|v| pose.transform_point(v)))
-        }
-        Side::Node(node) => {
-            let unit = tree.unit();
-            let to_a = *pose.rotation() * node.rotation().as_dmat3();
-            // Unit coordinates reach to 1; node boxes, their frame and this map are each good to a few f32 roundings.
-            let half = abs(&to_a) * (node.extent().as_dvec3() + DVec3::splat(64.0 * 6e-8));
-            let center =
-                unit.origin + node.rotation().as_dmat3() * Vec3::from(xyz(node.own_center)).as_dvec3() * unit.length();
-            let center = pose.transform_point(center);
-            let half = half * unit.length();
-            Aabb { min: center - half, max: center + half }
-        }
-    }
+    let Some(node) = node(tree, index) else {
+        let id = tree.ids()[(index & !TRIANGLE) as usize];
+        return Aabb::from_points(tree.mesh().triangle(id as usize).map(|v| pose.transform_point(v)));
+    };
+    let (unit, rotation) = (tree.unit(), node.rotation().as_dmat3());
+    let center = unit.origin + rotation * Vec3::from(xyz(node.own_center)).as_dvec3() * unit.length();
+    let center = pose.transform_point(center);
+    let half = node.extent().as_dvec3() + DVec3::splat(f64::from(FRAME_ROUNDING));
+    let half = abs(&(*pose.rotation() * rotation)) * half * unit.length();
+    Aabb { min: center - half, max: center + half }
 }
 
 /// What rounding of the coordinates of a box can amount to.

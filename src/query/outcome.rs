@@ -56,18 +56,6 @@ pub struct Stats {
     pub elapsed: Option<Duration>,
 }
 
-impl Stats {
-    pub(super) const NONE: Self = Self {
-        bv_tests: 0,
-        primitive_tests: 0,
-        exact_tests: 0,
-        work: 0,
-        bv_tests_per_level: [0; LEVELS],
-        queue_peak: 0,
-        elapsed: None,
-    };
-}
-
 /// The answer of a query. Plain data; the found pairs stay in the workspace ([`crate::Workspace::pairs`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]

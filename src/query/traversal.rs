@@ -24,7 +24,7 @@ use crate::triangle::triangles_intersect;
 
 /// One side of a node pair.
 #[derive(Clone, Copy)]
-pub(super) enum Side<'t> {
+enum Side<'t> {
     Node(&'t Node),
     Triangle(&'t Rows),
 }

@@ -32,7 +32,7 @@ pub struct Workspace {
 }
 
 /// The state of the last query, besides its buffers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Run {
     /// The trees, the pose and the options it belongs to.
     pub key: Option<Key>,
@@ -51,10 +51,6 @@ pub(super) struct Key {
     pub trees: [usize; 2],
     pub b_in_a: Pose,
     pub options: super::Options,
-}
-
-impl Run {
-    pub const NONE: Self = Self { key: None, stopped: false, stats: Stats::NONE, found: 0, witness: None, random: 0 };
 }
 
 impl Workspace {
@@ -76,7 +72,7 @@ impl Workspace {
             doubtful: ArrayVec::new(),
             testing: false,
             found: Vec::with_capacity(found.max(1)),
-            run: Run::NONE,
+            run: Run::default(),
         }
     }
 
@@ -107,7 +103,7 @@ impl Workspace {
         self.doubtful.clear();
         self.testing = false;
         self.found.clear();
-        self.run = Run::NONE;
+        self.run = Run::default();
     }
 }
 
