@@ -12,6 +12,7 @@ mod order;
 mod outcome;
 mod queue;
 mod traversal;
+mod waiting;
 mod workspace;
 
 #[cfg(feature = "std")]
@@ -26,11 +27,12 @@ pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
 pub use workspace::{ResumeError, Workspace};
 
 use crate::math::Pose;
-use crate::tree::Tree;
+use crate::tree::{Tree, WIDTH};
 use budget::Meter;
 use frames::Relation;
+use queue::Pair;
 use traversal::Traversal;
-use workspace::{Key, WAITING};
+use workspace::Key;
 
 /// Everything about a query that is a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -150,15 +152,15 @@ impl<'t> Query<'t> {
             let witnesses = memory.witnesses(self.a, self.b);
             if self.options.mode == Mode::Any {
                 // They are tested before anything else, as any other waiting pairs.
-                workspace.waiting.extend_from_slice(witnesses);
+                workspace.waiting.extend(witnesses);
                 workspace.testing = !witnesses.is_empty();
             }
         }
         if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
             if self.queues(budget) {
-                workspace.front.queue([0, 0], 0, true);
+                workspace.front.queue(Pair::new(0, 0), 0, true);
             } else {
-                workspace.front.push([0, 0], true);
+                workspace.front.push(Pair::new(0, 0));
             }
         }
         self.proceed(workspace, memory, budget, clock)
@@ -228,8 +230,9 @@ impl<'t> Query<'t> {
             relation: &relation,
             workspace,
             meter,
-            depths: [[0.0; 8]; 8],
-            batch: if patient { WAITING } else { 8 },
+            depths: [[0.0; WIDTH]; WIDTH],
+            greedy: self.options.mode == Mode::Any,
+            batch: if patient { waiting::PATIENCE } else { 8 },
         };
         let stop = instructions.run(&mut traversal);
         let elapsed = traversal.meter.elapsed();
