@@ -5,7 +5,6 @@
 //! and so loses nothing; the shift is rounded in `f64`. The exact stage never sees these coordinates.
 
 use crate::mesh::Mesh;
-use alloc::vec::Vec;
 use glam::{DVec3, Vec3};
 
 /// The map from mesh to unit coordinates.
@@ -16,10 +15,6 @@ pub(crate) struct Unit {
     /// log2 of the length of one unit.
     pub exponent: i32,
 }
-
-/// The three corners of a triangle, unit coordinates, off by at most 2^-24 each.
-#[derive(Clone, Copy)]
-pub(super) struct Corners(pub [Vec3; 3]);
 
 /// A triangle as the fast filter reads it: the first corner and the edges to the other two, unit coordinates.
 ///
@@ -50,7 +45,7 @@ impl Unit {
         power_of_two(self.exponent)
     }
 
-    fn of_point(&self, x: DVec3) -> DVec3 {
+    pub(super) fn of_point(&self, x: DVec3) -> DVec3 {
         (x - self.origin) * power_of_two(-self.exponent)
     }
 
@@ -62,11 +57,6 @@ impl Unit {
             let rest = (a - p.as_dvec3()).as_vec3();
             Triangle([[p.x, p.y, p.z, e.x], [e.y, e.z, f.x, f.y], [f.z, rest.x, rest.y, rest.z]])
         })
-    }
-
-    /// The corners of all triangles of `mesh`, in its order.
-    pub(super) fn corners(&self, mesh: &Mesh) -> Vec<Corners> {
-        (0..mesh.len()).map(|i| Corners(mesh.triangle(i).map(|x| self.of_point(x).as_vec3()))).collect()
     }
 }
 
