@@ -9,6 +9,7 @@ mod info;
 mod load;
 mod pair;
 mod poses;
+mod report;
 mod text;
 mod triangles;
 
