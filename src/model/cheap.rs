@@ -37,40 +37,6 @@ pub fn pair_cost(g_a: f64, g_b: f64, relative_volume: f64) -> f64 {
     libm::exp2(0.25 * (g_a + g_b)) * libm::sqrt(relative_volume)
 }
 
-/// A fitted straight line between logarithms: `log2 y = intercept + slope log2 x`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PowerLaw {
-    /// `log2 y` at `x = 1`.
-    pub intercept: f64,
-    /// The exponent.
-    pub slope: f64,
-    /// Share of the variance of `log2 y` that it explains; 1 where there is none.
-    pub r_squared: f64,
-}
-
-impl PowerLaw {
-    /// The least-squares line through the logarithms of points `(x, y)`, both positive; `None` without two distinct `x`.
-    ///
-    /// With `x` the summed pair costs of fronts and `y` the visits that were left, it tells the remaining visits of a
-    /// front; with the numbers of leaves and of visits, how a count grows.
-    pub fn fit(points: &[[f64; 2]]) -> Option<Self> {
-        let n = points.len() as f64;
-        let logs = || points.iter().map(|p| p.map(libm::log2));
-        let mean = |k: usize| logs().map(|p| p[k]).sum::<f64>() / n;
-        let middle = [mean(0), mean(1)];
-        let moment = |j: usize, k: usize| logs().map(|p| (p[j] - middle[j]) * (p[k] - middle[k])).sum::<f64>();
-        let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
-        let slope = xy / xx;
-        let r_squared = if yy > 0.0 { slope * xy / yy } else { 1.0 };
-        (xx > 0.0).then(|| Self { intercept: middle[1] - slope * middle[0], slope, r_squared })
-    }
-
-    /// `y` at `x`.
-    pub fn at(&self, x: f64) -> f64 {
-        libm::exp2(self.intercept + self.slope * libm::log2(x))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,21 +76,5 @@ mod tests {
     fn the_pair_cost_by_hand() {
         assert_eq!(pair_cost(0.0, 0.0, 1.0), 1.0);
         assert_eq!(pair_cost(6.0, 10.0, 0.25), 8.0);
-    }
-
-    #[test]
-    fn a_power_law_is_found_again() {
-        let law = |x: f64| 3.0 * x.powf(0.75);
-        let points: alloc::vec::Vec<_> = (1..9).map(|i| [f64::from(i), law(f64::from(i))]).collect();
-        let fit = PowerLaw::fit(&points).unwrap();
-        assert!((fit.slope - 0.75).abs() < 1e-12 && (fit.r_squared - 1.0).abs() < 1e-12);
-        assert!((fit.at(100.0) / law(100.0) - 1.0).abs() < 1e-12);
-        // By hand, in logarithms: (0, 0), (1, 2), (2, 1).
-        let fit = PowerLaw::fit(&[[1.0, 1.0], [2.0, 4.0], [4.0, 2.0]]).unwrap();
-        let close = |x: f64, y: f64| (x - y).abs() < 1e-12;
-        assert!(close(fit.slope, 0.5) && close(fit.intercept, 0.5) && close(fit.r_squared, 0.25));
-        assert_eq!(PowerLaw::fit(&[[2.0, 1.0], [2.0, 3.0]]), None);
-        assert_eq!(PowerLaw::fit(&[]), None);
-        assert_eq!(PowerLaw::fit(&[[1.0, 2.0], [2.0, 2.0]]).unwrap().r_squared, 1.0);
     }
 }

@@ -15,13 +15,14 @@
 //! | what the query has done so far | [`correction`] |
 //! | what the last frame cost | [`history`] |
 //!
-//! [`cost`] turns counts into time, [`quantile`] a median into a range.
+//! [`cost`] turns counts into time, [`quantile`] a median into a range, and [`fit`] finds how counts grow.
 
 pub mod artificial;
 pub mod cheap;
 pub mod correction;
 pub mod cost;
 pub mod delta;
+pub mod fit;
 pub mod history;
 pub mod moments;
 mod normal;

@@ -15,7 +15,7 @@ pub use page::{Block, Page, Section, Table, Verdict};
 
 use std::error::Error;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Once;
 
 use plotters::coord::Shift;
@@ -101,11 +101,10 @@ pub fn write(file: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
 }
 
 /// Writes a CSV file: a header, and a line for each row. Fields must hold no comma.
-pub fn write_csv(folder: &Path, name: &str, header: &str, rows: &[Vec<String>]) -> Result<PathBuf, Failure> {
+pub fn write_csv(folder: &Path, name: &str, header: &str, rows: &[Vec<String>]) -> Result<(), Failure> {
     let file = folder.join(format!("{name}.csv"));
     let lines = std::iter::once(header.to_owned()).chain(rows.iter().map(|row| row.join(",")));
-    write(&file, lines.map(|line| line + "\n").collect::<String>())?;
-    Ok(file)
+    write(&file, lines.map(|line| line + "\n").collect::<String>())
 }
 
 /// A number for people: three significant digits, whole from 1000 on.
