@@ -50,12 +50,6 @@ impl<const D: usize> ArtificialTree<D> {
     }
 }
 
-/// An offset of two roots of extent 1: along x they overlap by `delta` (0: they touch, 1: none is ahead of the other),
-/// along the other axes uniformly at random under the condition that they meet.
-pub fn offset_at_delta<const D: usize>(delta: f64, random: &mut Random) -> [f64; D] {
-    array::from_fn(|axis| if axis == 0 { 1.0 - delta } else { random.between(-1.0, 1.0) })
-}
-
 impl<const D: usize> ArtificialNode<D> {
     /// Centre of the box.
     pub fn center(&self) -> [f64; D] {
@@ -172,14 +166,5 @@ mod tests {
         let mean = total as f64 / f64::from(placements);
         let expected = paper::eq11(alpha, depth);
         assert!((mean / expected - 1.0).abs() < 0.05, "{mean} is not {expected}");
-    }
-
-    #[test]
-    fn offsets_have_the_delta_asked_for() {
-        let mut random = Random::new(2);
-        for _ in 0..100 {
-            let [x, y, z] = offset_at_delta(0.4, &mut random);
-            assert!(x == 0.6 && y.abs() <= 1.0 && z.abs() <= 1.0);
-        }
     }
 }

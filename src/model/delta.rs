@@ -155,7 +155,7 @@ fn interpolate(values: &[f64], x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::artificial::{ArtificialTree, Corners, Random, offset_at_delta};
+    use crate::model::artificial::{ArtificialTree, Corners, Random};
     use crate::model::paper;
 
     #[test]
@@ -216,7 +216,8 @@ mod tests {
             for _ in 0..runs {
                 let corners = [(); 2].map(|()| Corners::Random(random.bits()));
                 let [a, b] = corners.map(|corners| ArtificialTree { alpha, depth: 9, corners });
-                total += a.visits(&b, offset_at_delta(delta, &mut random)).total();
+                let [y, z] = [(); 2].map(|()| random.between(-1.0, 1.0));
+                total += a.visits(&b, [1.0 - delta, y, z]).total();
             }
             let mean = total as f64 / f64::from(runs);
             let exact: f64 = (0..=9)

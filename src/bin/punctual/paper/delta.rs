@@ -8,7 +8,7 @@ use punctual::model::paper;
 use punctual::model::traversal::Visits;
 
 use super::Lab;
-use super::figure4::{Placed, placements};
+use super::figure4::{Placements, Turned};
 use super::ladder::Ladder;
 use super::sample::{Rule, Setting, quantile};
 use crate::report::{Axis, Block, Chart, Failure, Section, Series, Shape, Table, Verdict, short};
@@ -108,7 +108,8 @@ pub fn on_artificial_trees(lab: &Lab) -> Result<Section, Failure> {
             let mut random = Random::new(!*seed);
             let &Setting { alpha, depth, .. } = setting;
             let single = |_| {
-                let (visits, offset) = setting.run(&mut random);
+                let offset = setting.offset([(); 3].map(|()| random.fraction()));
+                let visits = setting.visits(&mut random, offset);
                 let normal = |l: u32| {
                     let level = artificial_level(alpha, l);
                     overlapping_pairs(&level, &level, &DMat3::IDENTITY, DVec3::from_array(offset))
@@ -171,7 +172,7 @@ pub fn on_meshes(lab: &Lab, ladders: &[Ladder]) -> Result<Section, Failure> {
     // The middle rung: the models see sizes in Figure 4.
     let cases = lab.all(ladders, |ladder| {
         let mesh = &ladder.meshes[ladder.meshes.len() / 2];
-        placements(mesh, turns, shifts, None).iter().flat_map(|placed| predict(placed, &table)).collect::<Vec<Case>>()
+        predict(&Placements::new(mesh, turns, shifts, None), &table)
     });
     let mut rows: Vec<_> =
         ladders.iter().zip(&cases).map(|(ladder, cases)| row(&ladder.name, &errors(cases))).collect();
@@ -212,24 +213,27 @@ pub fn on_meshes(lab: &Lab, ladders: &[Ladder]) -> Result<Section, Failure> {
     })
 }
 
-/// Predictions and counts at all offsets of a placement.
-fn predict(placed: &Placed, table: &DeltaTable) -> Vec<Case> {
-    let Placed { a, b, offsets, .. } = placed;
-    let (levels_a, levels_b) = (a.levels(), b.levels());
-    let (alpha_a, alpha_b) = (a.alpha(), b.alpha());
-    let alpha: [f64; 3] = std::array::from_fn(|k| (alpha_a[k] * alpha_b[k]).sqrt());
+/// Predictions and counts at all placements.
+fn predict(placements: &Placements, table: &DeltaTable) -> Vec<Case> {
+    let a = &placements.a;
+    let (levels_a, alpha_a) = (a.levels(), a.alpha());
     let depth = (a.leaves() as f64).log2().round() as u32;
-    let reach = (a.extents() + b.extents()) * 0.5;
-    let case = |&offset: &DVec3| {
-        let x = (offset / reach).to_array().map(Some);
-        let normal = levels_a.iter().zip(&levels_b).map(|(a, b)| overlapping_pairs(a, b, &DMat3::IDENTITY, offset));
-        let predicted = [
-            paper::eq11(alpha, depth),
-            1.0 + normal.sum::<f64>(),
-            table.overlapping_pairs(alpha, x, depth).sum::<f64>().max(1.0),
-        ];
-        let shift = a.center() + offset - b.center();
-        Case { counted: Visits::count(a.root(DVec3::ZERO), b.root(shift)).total() as f64, predicted }
-    };
-    offsets.iter().map(case).collect()
+    let mut cases = Vec::new();
+    for Turned { b, offsets, .. } in &placements.turned {
+        let (levels_b, alpha_b) = (b.levels(), b.alpha());
+        let alpha: [f64; 3] = std::array::from_fn(|k| (alpha_a[k] * alpha_b[k]).sqrt());
+        let reach = (a.extents() + b.extents()) * 0.5;
+        for &offset in offsets {
+            let x = (offset / reach).to_array().map(Some);
+            let normal = levels_a.iter().zip(&levels_b).map(|(a, b)| overlapping_pairs(a, b, &DMat3::IDENTITY, offset));
+            let predicted = [
+                paper::eq11(alpha, depth),
+                1.0 + normal.sum::<f64>(),
+                table.overlapping_pairs(alpha, x, depth).sum::<f64>().max(1.0),
+            ];
+            let visits = Visits::count(a.root(DVec3::ZERO), b.root(a.shift_to(b, offset)));
+            cases.push(Case { counted: visits.total() as f64, predicted });
+        }
+    }
+    cases
 }

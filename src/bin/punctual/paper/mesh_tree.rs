@@ -72,7 +72,7 @@ impl MeshTree {
         self.nodes.len().div_ceil(2)
     }
 
-    pub fn center(&self) -> DVec3 {
+    fn center(&self) -> DVec3 {
         self.nodes[0].bounds.center()
     }
 
@@ -84,6 +84,11 @@ impl MeshTree {
     /// The root of the tree moved by `shift`.
     pub fn root(&self, shift: DVec3) -> MeshNode<'_> {
         MeshNode { tree: self, index: 0, shift }
+    }
+
+    /// How far to move `other` so that the centre of its root's box is at `offset` from this one's.
+    pub fn shift_to(&self, other: &Self, offset: DVec3) -> DVec3 {
+        self.center() + offset - other.center()
     }
 
     /// Diminishing factor along each axis, end to end: `(mean leaf extent / root extent)^(1 / log2 n)`.

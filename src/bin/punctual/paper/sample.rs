@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use punctual::model::artificial::{ArtificialTree, Corners, Random, offset_at_delta};
+use punctual::model::artificial::{ArtificialTree, Corners, Random};
 use punctual::model::traversal::Visits;
 
 /// How long to sample: until so many BV tests were made, within bounds on the number of runs.
@@ -23,13 +23,33 @@ pub struct Mean {
     pub error: f64,
 }
 
+/// Points spread evenly over the unit cube, more evenly than random ones: point `i` is `start + i (1/g, 1/g^2, 1/g^3)` modulo
+/// 1, with `g^4 = g + 1` (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018).
+#[derive(Clone)]
+pub struct Spread(pub [f64; 3]);
+
+impl Spread {
+    pub fn new(random: &mut Random) -> Self {
+        Self([(); 3].map(|()| random.fraction()))
+    }
+
+    pub fn next(&mut self) -> [f64; 3] {
+        const G: f64 = 1.220_744_084_605_759_5;
+        let steps = [1.0 / G, 1.0 / (G * G), 1.0 / (G * G * G)];
+        self.0 = std::array::from_fn(|k| (self.0[k] + steps[k]).fract());
+        self.0
+    }
+}
+
 impl Effort {
-    /// The mean `N_v` over runs that draw from the sequence of `seed`.
-    pub fn mean_visits(&self, seed: u64, mut run: impl FnMut(&mut Random) -> Visits) -> Mean {
+    /// The mean `N_v` over runs, each of which gets random numbers and a point of a [`Spread`], by `seed`. The error is that
+    /// of independent points, and so too large.
+    pub fn mean_visits(&self, seed: u64, mut run: impl FnMut(&mut Random, [f64; 3]) -> Visits) -> Mean {
         let mut random = Random::new(seed);
+        let mut spread = Spread::new(&mut random);
         let (mut runs, mut tests, mut sum, mut squares) = (0, 0, 0.0, 0.0);
         while runs < self.least || (runs < self.most && tests < self.tests) {
-            let visits = run(&mut random);
+            let visits = run(&mut random, spread.next());
             let total = visits.total() as f64;
             runs += 1;
             tests += visits.bv_tests;
@@ -59,20 +79,25 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// One run: new trees, new placement; the offset of the roots comes with the visits.
-    pub fn run(&self, random: &mut Random) -> (Visits, [f64; 3]) {
+    /// The offset of the roots at a point of the unit cube: along x as delta says, else uniform where the roots meet.
+    pub fn offset(&self, point: [f64; 3]) -> [f64; 3] {
+        let uniform = point.map(|u| 2.0 * u - 1.0);
+        [self.delta.map_or(uniform[0], |delta| 1.0 - delta), uniform[1], uniform[2]]
+    }
+
+    /// What two new trees visit at an offset.
+    pub fn visits(&self, random: &mut Random, offset: [f64; 3]) -> Visits {
         let mut tree = || {
             let corners = if self.rule == Rule::Fixed { Corners::Fixed } else { Corners::Random(random.bits()) };
             ArtificialTree { alpha: self.alpha, depth: self.depth, corners }
         };
         let [a, b] = [tree(), tree()];
-        let delta = self.delta.unwrap_or_else(|| random.between(0.0, 2.0));
-        let offset = offset_at_delta(delta, random);
-        (a.visits(&b, offset), offset)
+        a.visits(&b, offset)
     }
 
+    /// The mean over trees and placements.
     pub fn mean(&self, effort: &Effort, seed: u64) -> Mean {
-        effort.mean_visits(seed, |random| self.run(random).0)
+        effort.mean_visits(seed, |random, point| self.visits(random, self.offset(point)))
     }
 }
 
@@ -115,6 +140,19 @@ mod tests {
     }
 
     #[test]
+    fn spread_points_fill_the_cube_evenly() {
+        let mut spread = Spread([0.3; 3]);
+        let n = 4096;
+        let mut octants = [0; 8];
+        for _ in 0..n {
+            let octant = spread.next().iter().fold(0, |octant, &u| 2 * octant + usize::from(u >= 0.5));
+            octants[octant] += 1;
+        }
+        // Independent points would be off by 21 on average.
+        assert!(octants.iter().all(|&count: &i32| (count - n / 8).abs() < 12), "{octants:?}");
+    }
+
+    #[test]
     fn quantiles_by_hand() {
         let mut values = [3.0, 1.0, 2.0, 5.0, 4.0];
         assert_eq!([0.0, 0.5, 0.75, 1.0].map(|p| quantile(&mut values, p)), [1.0, 3.0, 4.0, 5.0]);
@@ -126,7 +164,7 @@ mod tests {
         let effort = Effort { tests: 100, least: 3, most: 20 };
         let runs_of = |bv_tests: u64| {
             let mut runs = 0;
-            effort.mean_visits(1, |_| {
+            effort.mean_visits(1, |_, _| {
                 runs += 1;
                 Visits { overlapping: vec![7], bv_tests, leaf_pairs: 0 }
             });

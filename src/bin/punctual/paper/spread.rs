@@ -5,7 +5,7 @@ use punctual::model::paper;
 
 use super::Lab;
 use super::figure5::exact_visits;
-use super::sample::{Rule, Setting, quantile};
+use super::sample::{Rule, Setting, Spread, quantile};
 use crate::report::{Axis, Chart, Failure, Section, Series, Shape, Verdict, short};
 
 const ALPHA: [f64; 3] = [0.8; 3];
@@ -15,7 +15,12 @@ fn single_queries(lab: &Lab, depth: u32, deltas: &[f64]) -> Vec<Vec<f64>> {
     lab.all(deltas, |&delta| {
         let setting = Setting { alpha: ALPHA, depth, rule: Rule::Random, delta: Some(delta) };
         let mut random = Random::new(9);
-        (0..lab.choose(1000, 100)).map(|_| setting.run(&mut random).0.total() as f64).collect()
+        let mut points = Spread::new(&mut random);
+        let mut single = |_| {
+            let offset = setting.offset(points.next());
+            setting.visits(&mut random, offset).total() as f64
+        };
+        (0..lab.choose(1000, 100)).map(&mut single).collect()
     })
 }
 

@@ -57,7 +57,7 @@ impl Axis {
         if low > high { 0.0..1.0 } else { low - room..high + room }
     }
 
-    /// The places of about five round values, or of powers of ten.
+    /// The places of about six round values, or of powers of ten.
     pub(super) fn ticks(&self, span: &Range<f64>) -> Vec<f64> {
         let length = span.end - span.start;
         if self.scale == Scale::Log && length < 2.5 {
@@ -66,7 +66,7 @@ impl Axis {
             let values = decades.flat_map(|d| steps.iter().map(move |s| self.place(s * 10f64.powi(d))));
             return values.filter(|place| span.contains(place)).collect();
         }
-        let rough = length / 5.0;
+        let rough = length / 6.0;
         let decade = 10f64.powf(rough.log10().floor());
         let least = if self.scale == Scale::Log { 1.0 } else { 0.0 };
         let nice = [1.0, 2.0, 5.0, 10.0].map(|s| s * decade);

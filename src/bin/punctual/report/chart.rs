@@ -202,7 +202,7 @@ impl Draw for Chart {
         frame::title(canvas, &self.title)?;
         for (series, x, row) in self.legend() {
             let y = 48.0 + ROW * row as f64;
-            series.draw_key(canvas, x, y)?;
+            series.draw_key(canvas, x, y - 1.5)?;
             frame::text(canvas, &series.name, x + 30.0, y)?;
         }
         let corners: Vec<[f64; 2]> = self.series.iter().flat_map(Series::corners).collect();
