@@ -54,7 +54,7 @@ impl Lab<'_> {
         if self.quick {
             Effort { tests: 400_000, least: 8, most: 400 }
         } else {
-            Effort { tests: 30_000_000, least: 24, most: 4000 }
+            Effort { tests: 30_000_000, least: 32, most: 4000 }
         }
     }
 

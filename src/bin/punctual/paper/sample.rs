@@ -80,8 +80,10 @@ pub struct Setting {
 
 impl Setting {
     /// The offset of the roots at a point of the unit cube: along x as delta says, else uniform where the roots meet.
+    ///
+    /// Trees with random corners cannot tell an axis from its reverse, so that positive offsets are enough for them.
     pub fn offset(&self, point: [f64; 3]) -> [f64; 3] {
-        let uniform = point.map(|u| 2.0 * u - 1.0);
+        let uniform = if self.rule == Rule::Fixed { point.map(|u| 2.0 * u - 1.0) } else { point };
         [self.delta.map_or(uniform[0], |delta| 1.0 - delta), uniform[1], uniform[2]]
     }
 
