@@ -45,10 +45,8 @@ fn chart(title: &str, cases: &[Case]) -> Chart {
     let series = MODELS.iter().enumerate().map(|(model, name)| {
         let mut sizes: Vec<f64> =
             cases.iter().map(|case| (case.predicted[model] / case.counted).log2().abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let n = sizes.len() as f64;
-        let points = sizes.iter().enumerate().map(|(i, &size)| [size, (i + 1) as f64 / n]).collect();
-        Series::new(*name, model, Shape::Line(points))
+        let shares = (0..=100).map(|i| f64::from(i) / 100.0);
+        Series::new(*name, model, Shape::Line(shares.map(|share| [quantile(&mut sizes, share), share]).collect()))
     });
     Chart {
         title: title.to_owned(),
