@@ -181,7 +181,7 @@ mod tests {
             verdict: Verdict::DoesNotHold,
             blocks: vec![
                 Block::Picture("<?xml?><svg></svg>".into()),
-                Block::Table(Table { header: vec!["n".into()], rows: vec![vec!["<1>".into()]] }),
+                Block::Table(Table::new(["n"], vec![vec!["<1>".into()]])),
                 Block::Text("words".into()),
             ],
         };

@@ -31,8 +31,8 @@ pub enum Block {
 }
 
 pub struct Table {
-    pub header: Vec<String>,
-    pub rows: Vec<Vec<String>>,
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
 }
 
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -140,6 +140,10 @@ impl Section {
 }
 
 impl Table {
+    pub fn new<H: Into<String>>(header: impl IntoIterator<Item = H>, rows: Vec<Vec<String>>) -> Self {
+        Self { header: header.into_iter().map(Into::into).collect(), rows }
+    }
+
     fn html(&self) -> String {
         let row = |cells: &[String], tag: &str| {
             let cells = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell)));
