@@ -79,7 +79,7 @@ a { color: #00629b; }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; font-size: .9rem; }
 th, td { text-align: right; padding: .2rem .6rem; border-bottom: 1px solid #e5e5e5; white-space: nowrap; font-variant-numeric: tabular-nums; }
 th:first-child, td:first-child { text-align: left; }
-figure { margin: 1rem 0; overflow-x: auto; } svg { display: block; width: 100%; min-width: 28rem; max-width: 42rem; height: auto; }
+figure { margin: 1rem 0; overflow-x: auto; } svg { display: block; width: 100%; min-width: 28rem; max-width: 42rem; height: auto; } rect { shape-rendering: crispEdges; }
 .contents td { white-space: normal; }
 ";
 
