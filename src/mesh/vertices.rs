@@ -23,7 +23,7 @@ impl Vertices {
     #[inline]
     pub fn get(&self, i: usize) -> DVec3 {
         match self {
-            Self::F32(v) => DVec3::from_array(v[i].map(f64::from)),
+            Self::F32(v) => glam::Vec3::from_array(v[i]).as_dvec3(),
             Self::F64(v) => DVec3::from_array(v[i]),
         }
     }
@@ -127,12 +127,12 @@ mod tests {
     #[test]
     fn new_vertices_are_those_of_a_new_mesh() {
         let moved = CORNERS.map(|v| v.map(|x| 2.0 * x - 1.0));
-        for triangles in [vec![[0, 1, 2]], vec![[0, 1, 2], [1, 2, 3]]] {
-            let mut mesh = Mesh::new(CORNERS, triangles.clone()).unwrap();
+        for triangles in [&[[0, 1, 2]][..], &[[0, 1, 2], [1, 2, 3]]] {
+            let mut mesh = Mesh::new(CORNERS, triangles.iter().copied()).unwrap();
             mesh.set_vertices(&moved).unwrap();
-            assert_eq!(mesh, Mesh::new(moved, triangles.clone()).unwrap());
+            assert_eq!(mesh, Mesh::new(moved, triangles.iter().copied()).unwrap());
             mesh.set_vertices_f64(&CORNERS.map(|v| v.map(f64::from))).unwrap();
-            assert_eq!(mesh, Mesh::new(CORNERS, triangles).unwrap());
+            assert_eq!(mesh, Mesh::new(CORNERS, triangles.iter().copied()).unwrap());
         }
     }
 

@@ -72,8 +72,8 @@ impl Moments {
         let [xz, yz, n0, n1] = sums([c[4], c[5], n[0], n[1]]);
         let normals = sums([n[2], n[3], n[4], n[5]]);
         put(&mut self.area, lane, area);
-        for k in 0..3 {
-            put(&mut self.mean[k], lane, mean[k]);
+        for (k, x) in mean.into_iter().enumerate() {
+            put(&mut self.mean[k], lane, x);
         }
         for (k, x) in [xx, yy, zz, xy, xz, yz].into_iter().enumerate() {
             put(&mut self.covariance[k], lane, x * scale);
@@ -247,9 +247,9 @@ fn eigenvectors(m: Symmetric) -> ([V; 3], V) {
             diagonal[q] += shift;
             other[r] = o;
             (other[q], other[p]) = (c * other[q] - s * other[p], s * other[q] + c * other[p]);
-            for k in 0..3 {
-                (axes[p][k], axes[q][k]) = (c * axes[p][k] - s * axes[q][k], s * axes[p][k] + c * axes[q][k]);
-            }
+            let (a, b) = (axes[p], axes[q]);
+            axes[p] = each(|k| c * a[k] - s * b[k]);
+            axes[q] = each(|k| s * a[k] + c * b[k]);
         }
     }
     let [x, y, z] = diagonal;

@@ -95,7 +95,8 @@ impl Bounds {
 /// Builds over the triangles' boxes in the given frame.
 pub(super) fn build(mesh: &Mesh, unit: &Unit, frame: &Frame, effort: Effort, pieces: Pieces) -> BinaryTree {
     let to_frame = frame.rotation.transpose();
-    let corners = |id: usize| mesh.triangle(id).map(|x| to_frame * unit.of_point(x).as_vec3a());
+    let of_point = unit.of_points();
+    let corners = |id: usize| mesh.triangle(id).map(|x| to_frame * of_point(x).as_vec3a());
     let mut items: Vec<Item> = (0..mesh.len()).map(|id| Item::new(id, corners(id))).collect();
     let mut nodes = Vec::with_capacity(items.len() / 2 + 1);
     if !items.is_empty() {

@@ -31,15 +31,24 @@ impl Columns {
         let [px, py, pz, ex] = part(0);
         let [ey, ez, fx, fy] = part(1);
         let [fz, ..] = part(2);
-        Self { first: [px, py, pz], edges: [[ex, ey, ez], [fx, fy, fz]], present: present(count) }
+        Self { first: [px, py, pz], edges: [[ex, ey, ez], [fx, fy, fz]], present: F::new(PRESENT[count]) }
     }
 }
 
-/// 1 in the first `count` lanes, else 0.
-pub(super) fn present(count: usize) -> F {
-    const LANES: F = F::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-    LANES.simd_lt(F::splat(count as f32)) & F::ONE
-}
+/// For each count: 1 in as many lanes, then 0.
+pub(super) const PRESENT: [[f32; WIDTH]; WIDTH + 1] = {
+    let mut present = [[0.0; WIDTH]; WIDTH + 1];
+    let mut count = 0;
+    while count <= WIDTH {
+        let mut i = 0;
+        while i < count {
+            present[count][i] = 1.0;
+            i += 1;
+        }
+        count += 1;
+    }
+    present
+};
 
 fn join(low: f32x4, high: f32x4) -> F {
     let ([a, b, c, d], [e, f, g, h]) = (low.to_array(), high.to_array());

@@ -2,9 +2,11 @@
 //!
 //! Built once, immutable while queries run, shared freely between threads. A binned-SAH binary tree over the triangles
 //! ([`binary`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with a frame of its own
-//! ([`frame`], [`axes`]) and exact boxes in it ([`fit`]), and every subtree is measured: alpha per axis, and a profile level
-//! by level ([`profile`]). When vertices move, boxes and measures are computed again ([`refit`]).
+//! ([`assign`], [`frame`], [`axes`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes ([`fit`]), its
+//! alpha per axis and its profile level by level ([`profile`]); when vertices move, the same pass is all it takes
+//! ([`refit`]).
 
+mod assign;
 mod axes;
 mod binary;
 mod collapse;

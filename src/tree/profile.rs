@@ -3,10 +3,12 @@
 //! All are measured in the frame of the subtree's root: a box with half extents `e` and frame `Q` counts as `|Q| e`.
 //! Levels are merged bottom-up from those of the children, `O(nodes * height)`.
 
+use super::columns::PRESENT;
 use super::fit::halves;
-use super::wide::{Node, WIDTH, xyz};
+use super::wide::{Node, xyz};
 use crate::math::lanes::{F8, Lanes, per_axis};
 use alloc::boxed::Box;
+use core::f32::consts::LN_2;
 use glam::{Mat3A, Vec3, Vec3A};
 use wide::{f32x4, i32x4};
 
@@ -135,21 +137,6 @@ impl Profiles {
     }
 }
 
-/// For each count of boxes: 1 where there is one, else 0.
-pub(super) const PRESENT: [[f32; WIDTH]; WIDTH + 1] = {
-    let mut present = [[0.0; WIDTH]; WIDTH + 1];
-    let mut count = 0;
-    while count <= WIDTH {
-        let mut i = 0;
-        while i < count {
-            present[count][i] = 1.0;
-            i += 1;
-        }
-        count += 1;
-    }
-    present
-};
-
 /// The sum over the lanes of each of four vectors.
 #[inline(always)]
 fn sums<L: Lanes>(a: F8<L>, b: F8<L>, c: F8<L>, d: F8<L>) -> [f32; 4] {
@@ -219,14 +206,14 @@ fn log2(x: f32x4) -> f32x4 {
     // ln m = 2 artanh t
     let t = (m - f32x4::ONE) / (m + f32x4::ONE);
     let tt = t * t;
-    e.round_float() + t * polynomial(tt, [2.885_390, 0.961_796_7, 0.577_078, 0.412_198_6])
+    e.round_float() + t * polynomial(tt, [2.0 / LN_2, 2.0 / 3.0 / LN_2, 2.0 / 5.0 / LN_2, 2.0 / 7.0 / LN_2])
 }
 
 /// 2^x for x within -126..=0, off by less than 10^-6 of it.
 #[inline(always)]
 fn exp2(x: f32x4) -> f32x4 {
     let whole = (x - f32x4::HALF).fast_trunc_int();
-    let y = (x - whole.round_float()) * f32x4::splat(core::f32::consts::LN_2);
+    let y = (x - whole.round_float()) * f32x4::splat(LN_2);
     let power = polynomial(y, [1.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0]);
     let exponent: i32x4 = (whole + i32x4::splat(127)) << 23_i32;
     let [a, b, c, d] = exponent.to_array();

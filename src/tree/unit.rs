@@ -45,14 +45,20 @@ impl Unit {
         power_of_two(self.exponent)
     }
 
-    pub(super) fn of_point(&self, x: DVec3) -> DVec3 {
-        (x - self.origin) * power_of_two(-self.exponent)
+    /// The map of points into unit coordinates.
+    #[inline(always)]
+    pub(super) fn of_points(self) -> impl Fn(DVec3) -> DVec3 + Copy {
+        let scale = power_of_two(-self.exponent);
+        move |x| (x - self.origin) * scale
     }
 
     /// The triangles of `mesh` in the given order.
-    pub fn triangles<'m>(&'m self, mesh: &'m Mesh, order: &'m [u32]) -> impl Iterator<Item = Triangle> + 'm {
-        order.iter().map(|&id| {
-            let [a, b, c] = mesh.triangle(id as usize).map(|x| self.of_point(x));
+    #[inline(always)]
+    pub fn triangles<'m>(self, mesh: &'m Mesh, order: &'m [u32]) -> impl ExactSizeIterator<Item = Triangle> + 'm {
+        let of_point = self.of_points();
+        order.iter().map(move |&id| {
+            let [a, b, c] = mesh.triangle(id as usize);
+            let (a, b, c) = (of_point(a), of_point(b), of_point(c));
             let (p, e, f) = (a.as_vec3(), (b - a).as_vec3(), (c - a).as_vec3());
             let rest = (a - p.as_dvec3()).as_vec3();
             Triangle([[p.x, p.y, p.z, e.x], [e.y, e.z, f.x, f.y], [f.z, rest.x, rest.y, rest.z]])

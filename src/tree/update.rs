@@ -1,7 +1,8 @@
 //! Boxes, profiles and alphas of all nodes, bottom-up in one pass: the end of a build and the whole of a refit.
 
+use super::columns::PRESENT;
 use super::fit::{Eight, Extent};
-use super::profile::{PRESENT, Profiles};
+use super::profile::Profiles;
 use super::unit::Triangle;
 use super::wide::Node;
 use crate::math::lanes::{F8, Instructions, Kernel, Lanes};

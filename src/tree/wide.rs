@@ -2,7 +2,7 @@
 
 use super::frame::Frame;
 use core::ops::Range;
-use glam::{Mat3, Mat3A, Vec3, Vec3A, Vec4};
+use glam::{Mat3, Mat3A, Vec3, Vec3A};
 use wide::f32x4;
 
 /// Children of a node.
@@ -52,6 +52,12 @@ const _: () = assert!(size_of::<Node>() == 320);
 pub(crate) fn xyz(v: f32x4) -> [f32; 3] {
     let [x, y, z, _] = v.to_array();
     [x, y, z]
+}
+
+/// The first three lanes.
+#[inline(always)]
+fn vec3a(v: f32x4) -> Vec3A {
+    Vec3A::from_array(xyz(v))
 }
 
 impl Node {
@@ -105,8 +111,7 @@ impl Node {
     #[inline(always)]
     pub(super) fn axes(&self) -> Mat3A {
         let [x, y, z] = self.rotation;
-        let axis = |v: f32x4| Vec3A::from_vec4(Vec4::from_array(v.to_array()));
-        Mat3A::from_cols(axis(x), axis(y), axis(z))
+        Mat3A::from_cols(vec3a(x), vec3a(y), vec3a(z))
     }
 
     pub(super) fn frame(&self) -> Frame {
