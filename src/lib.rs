@@ -15,6 +15,7 @@ extern crate alloc;
 mod math;
 mod mesh;
 mod query;
+mod scene;
 mod tree;
 mod triangle;
 
@@ -27,6 +28,9 @@ pub use query::{
     Budget, Certificate, Clock, LEVELS, MAX_STEP_WORK, ManualClock, Mode, Order, Outcome, PairMemory, Query,
     ResumeError, Stats, StopReason, Verdict, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
     Workspace,
+};
+pub use scene::{
+    Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError,
 };
 pub use tree::{BuildOptions, LevelProfile, Subtree, Tree, TreeFault, TreeStats};
 pub use triangle::triangles_intersect;

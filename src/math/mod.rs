@@ -6,4 +6,5 @@ pub(crate) mod pose;
 pub(crate) mod tolerance;
 
 pub use aabb::Aabb;
+pub(crate) use pose::rotation_deviation;
 pub use pose::{Pose, PoseError};

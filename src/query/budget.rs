@@ -48,6 +48,19 @@ impl Budget {
     pub const fn work(limit: u64) -> Self {
         Self { time: None, work: Some(limit) }
     }
+
+    /// This budget, and at most `limit` of work.
+    pub(crate) const fn and_work(self, limit: u64) -> Self {
+        Self { work: Some(limit), ..self }
+    }
+
+    pub(crate) const fn time_limit(self) -> Option<Duration> {
+        self.time
+    }
+
+    pub(crate) const fn work_limit(self) -> Option<u64> {
+        self.work
+    }
 }
 
 /// Tells the time. The engine never asks the operating system itself.

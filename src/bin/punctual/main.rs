@@ -9,6 +9,7 @@ mod info;
 mod load;
 mod pair;
 mod poses;
+mod scene;
 mod text;
 mod triangles;
 
@@ -31,6 +32,7 @@ enum Command {
     Pair(pair::Args),
     Triangles(triangles::Args),
     Info(info::Args),
+    Scene(scene::Args),
 }
 
 /// Whether every line of the input had an answer.
@@ -51,6 +53,7 @@ fn main() -> ExitCode {
         Command::Pair(args) => pair::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
+        Command::Scene(args) => scene::run(args, &mut out),
     };
     let flushed = out.flush();
     match result.and_then(|completion| Ok(flushed.map(|()| completion)?)) {
