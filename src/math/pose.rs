@@ -150,12 +150,15 @@ impl Pose {
     /// # Errors
     /// As [`new`](Self::new): deviations add up, and translations too.
     pub fn compose(&self, inner: &Self) -> Result<Self, PoseError> {
-        Self::from_axes(
-            self.rotate(inner.rotation.x_axis),
-            self.rotate(inner.rotation.y_axis),
-            self.rotate(inner.rotation.z_axis),
-            self.transform_point(inner.translation),
-        )
+        let Self { rotation, translation } = self.compose_unchecked(inner);
+        Self::new(rotation, translation)
+    }
+
+    /// [`compose`](Self::compose) for poses that are known to have a product.
+    pub(crate) fn compose_unchecked(&self, inner: &Self) -> Self {
+        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = inner.rotation;
+        let rotation = DMat3::from_cols(self.rotate(x), self.rotate(y), self.rotate(z));
+        Self { rotation, translation: self.transform_point(inner.translation) }
     }
 
     /// The inverse map, rounded: `b_in_a.inverse()` is `a_in_b`.

@@ -131,9 +131,9 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    /// The pose of another body in the frame of this one. There always is one: the poses were checked for it.
-    pub fn relative(&self, other: &Self) -> Option<Pose> {
-        self.inverse.compose(&other.body.pose).ok()
+    /// The pose of another body in the frame of this one. There always is one: [`checked_inverse`].
+    pub fn relative(&self, other: &Self) -> Pose {
+        self.inverse.compose_unchecked(&other.body.pose)
     }
 }
 

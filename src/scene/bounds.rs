@@ -1,9 +1,10 @@
 //! The box of a body in the scene.
 
-use crate::math::tolerance::FRAME_ROUNDING;
+use crate::math::tolerance::{FRAME_ROUNDING, ROUNDING};
 use crate::math::{Aabb, Pose};
-use crate::tree::{Tree, xyz};
-use glam::{DMat3, DVec3, Vec3};
+use crate::tree::{Tree, WIDTH};
+use glam::{DMat3, DVec3};
+use wide::f32x8;
 
 /// Rounding that the box of a body allows for, relative to its distance and size.
 ///
@@ -11,67 +12,106 @@ use glam::{DMat3, DVec3, Vec3};
 /// entry a sum of at most four products: less than 40 roundings of 2^-53, of magnitudes up to three times those used here.
 const MARGIN: f64 = 128.0 * f64::EPSILON;
 
-/// A box turned anyhow: its centre, and the three half edges as columns.
-#[derive(Clone, Copy, Debug)]
-struct Turned {
-    center: DVec3,
-    edges: DMat3,
-}
+/// Rounding of the boxes of a tree and of their way into the scene, in units of the tree: a coordinate is a sum of three
+/// products, of a column of length 1 and a vector of length sqrt 3 at most, so off by 4 sqrt 3 roundings, twice, and the sum
+/// of both by 2 sqrt 3 more; all this is less than 18.
+const UNIT_MARGIN: f64 = FRAME_ROUNDING as f64 + 32.0 * ROUNDING as f64;
 
-impl Turned {
-    fn at(&self, pose: &Pose) -> Aabb {
-        let center = pose.transform_point(self.center);
-        let edges = *pose.rotation() * self.edges;
-        let half = edges.x_axis.abs() + edges.y_axis.abs() + edges.z_axis.abs();
-        let reach = (self.center.abs() + pose.translation().abs()).max_element() + half.max_element();
-        let half = half + DVec3::splat(MARGIN * reach);
-        Aabb { min: center - half, max: center + half }
-    }
-}
-
-/// Two boxes around a mesh, in its frame: one along its axes, one along those of the tree's root.
+/// The boxes that a body is made of: those of the children of its tree's root, which fit more closely than the root's own
+/// when they are turned.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
-    boxes: Option<[Turned; 2]>,
+    /// Lanes without a child repeat the first.
+    center: [f32x8; 3],
+    half: [f32x8; 3],
+    /// The frame of the boxes in the mesh's.
+    frame: DMat3,
+    /// The origin of the boxes in the mesh's frame, and the length of their unit there; 0 for an empty mesh.
+    origin: DVec3,
+    unit: f64,
+    /// The middle of the mesh's box, and its half diagonal.
+    middle: DVec3,
+    radius: f64,
 }
 
 impl Extent {
     pub fn of(tree: &Tree) -> Self {
-        let boxes = tree.nodes().first().map(|root| {
-            let bounds = tree.mesh().aabb();
-            let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
-            let along_axes = Turned { center: min + max, edges: DMat3::from_diagonal(max - min) };
-            let (unit, rotation) = (tree.unit(), root.rotation().as_dmat3());
-            let center = unit.origin + rotation * Vec3::from(xyz(root.own_center)).as_dvec3() * unit.length();
-            let half = (root.extent().as_dvec3() + DVec3::splat(f64::from(FRAME_ROUNDING))) * unit.length();
-            [along_axes, Turned { center, edges: rotation * DMat3::from_diagonal(half) }]
-        });
-        Self { boxes }
+        let Some(root) = tree.nodes().first() else { return Self::NOTHING };
+        let lanes = |numbers: &[f32; WIDTH]| {
+            let child = |lane: usize| numbers[if lane < usize::from(root.children) { lane } else { 0 }];
+            f32x8::new(core::array::from_fn(child))
+        };
+        let bounds = tree.mesh().aabb();
+        let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
+        Self {
+            center: core::array::from_fn(|axis| lanes(&root.center[axis])),
+            half: core::array::from_fn(|axis| lanes(&root.half[axis])),
+            frame: root.rotation().as_dmat3(),
+            origin: tree.unit().origin,
+            unit: tree.unit().length(),
+            middle: min + max,
+            radius: (max - min).length(),
+        }
     }
+
+    const NOTHING: Self = Self {
+        center: [f32x8::ZERO; 3],
+        half: [f32x8::ZERO; 3],
+        frame: DMat3::IDENTITY,
+        origin: DVec3::ZERO,
+        unit: 0.0,
+        middle: DVec3::ZERO,
+        radius: 0.0,
+    };
 
     /// A box, along the axes of the scene, around the mesh at `pose`; empty if the mesh is.
     pub fn at(&self, pose: &Pose) -> Aabb {
-        let Some([along_axes, along_root]) = &self.boxes else { return Aabb::EMPTY };
-        let (x, y) = (along_axes.at(pose), along_root.at(pose));
-        Aabb { min: x.min.max(y.min), max: x.max.min(y.max) }
+        if self.unit == 0.0 {
+            return Aabb::EMPTY;
+        }
+        let rows = (*pose.rotation() * self.frame).transpose();
+        let [x, y, z] = [self.along(rows.x_axis), self.along(rows.y_axis), self.along(rows.z_axis)];
+        let origin = pose.transform_point(self.origin);
+        let magnitude = self.origin.abs().max_element() + pose.translation().abs().max_element() + 4.0 * self.unit;
+        let margin = DVec3::splat(MARGIN * magnitude);
+        Aabb {
+            min: origin + DVec3::new(x[0], y[0], z[0]) * self.unit - margin,
+            max: origin + DVec3::new(x[1], y[1], z[1]) * self.unit + margin,
+        }
+    }
+
+    /// Least and largest coordinate of all boxes along a direction of their frame.
+    #[inline]
+    fn along(&self, direction: DVec3) -> [f64; 2] {
+        let [x, y, z] = [direction.x, direction.y, direction.z].map(|component| f32x8::splat(component as f32));
+        let center = self.center[0] * x + self.center[1] * y + self.center[2] * z;
+        let half = self.half[0] * x.abs() + self.half[1] * y.abs() + self.half[2] * z.abs();
+        let (low, high) = ((center - half).to_array(), (center + half).to_array());
+        let less = |x: f32, y: f32| if x < y { x } else { y };
+        let more = |x: f32, y: f32| if x > y { x } else { y };
+        [f64::from(across(low, less)) - UNIT_MARGIN, f64::from(across(high, more)) + UNIT_MARGIN]
     }
 
     /// A box around all of the mesh's way from `from` to `to`, if it turns about the middle of its box while that goes
     /// straight.
     pub fn swept(&self, from: &Pose, to: &Pose) -> Aabb {
-        let Some([along_axes, _]) = &self.boxes else { return Aabb::EMPTY };
         let ends = self.at(from).union(&self.at(to));
-        if from.rotation() == to.rotation() {
+        if self.unit == 0.0 || from.rotation() == to.rotation() {
             return ends;
         }
-        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = along_axes.edges;
-        let radius = DVec3::splat(SPHERE * (x + y + z).length());
-        let way = [from, to].map(|pose| pose.transform_point(along_axes.center));
+        let radius = DVec3::splat(SPHERE * self.radius);
+        let way = [from, to].map(|pose| pose.transform_point(self.middle));
         let around = Aabb::from_points(way.into_iter().flat_map(|center| [center - radius, center + radius]));
         around.union(&ends)
     }
 }
 
-/// Radius of the sphere around a mesh over that of its box: what poses that are not quite rotations may stretch it by, and
-/// rounding.
+/// All lanes taken together, by halves.
+#[inline(always)]
+fn across([a, b, c, d, e, f, g, h]: [f32; 8], both: impl Fn(f32, f32) -> f32) -> f32 {
+    both(both(both(a, e), both(b, f)), both(both(c, g), both(d, h)))
+}
+
+/// Radius of the sphere around a mesh over the half diagonal of its box: what poses that are not quite rotations may stretch
+/// it by, and rounding.
 const SPHERE: f64 = 1.001;

@@ -131,8 +131,7 @@ impl Item {
     ) -> Ended {
         let [a, b] = self::bodies(self.key).map(|body| bodies.at(body));
         let (Some(a), Some(b)) = (a, b) else { return Ended::NotBegun };
-        let Some(b_in_a) = a.relative(b) else { return Ended::NotBegun };
-        let query = Query::new(&a.body.tree, &b.body.tree, b_in_a).mode(run.round.mode).order(run.order);
+        let query = Query::new(&a.body.tree, &b.body.tree, a.relative(b)).mode(run.round.mode).order(run.order);
         let clock = guard.clock();
         let mut ended = Ended::NotBegun;
         loop {

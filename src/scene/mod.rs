@@ -276,11 +276,9 @@ impl Scene {
         }
         let [index_a, index_b] = [a, b].map(|body| body.index() as u32);
         let key = pairs::key(index_a, index_b);
-        let held = placed_a.relative(placed_b).and_then(|b_in_a| {
-            let query = Query::new(&placed_a.body.tree, &placed_b.body.tree, b_in_a).mode(self.mode);
-            self.schedule.certificate(key, &query)
-        });
-        if let Some(held) = held {
+        let b_in_a = placed_a.relative(placed_b);
+        let query = Query::new(&placed_a.body.tree, &placed_b.body.tree, b_in_a).mode(self.mode);
+        if let Some(held) = self.schedule.certificate(key, &query) {
             return Ok(held);
         }
         let (of_a, of_b) = (self.broad.bounds(index_a), self.broad.bounds(index_b));

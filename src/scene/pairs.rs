@@ -1,7 +1,7 @@
 //! The pairs of bodies: candidates whose wide boxes overlap, and what is kept about those whose boxes do.
 
 use super::body::Bodies;
-use super::broad::{Broad, News};
+use super::broad::{Broad, News, overlap};
 use crate::query::{Outcome, PairMemory, Stats, StopReason, Verdict};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -128,7 +128,7 @@ impl Pairs {
         self.overlaps.clear();
         for Candidate { key, slot } in &mut self.candidates {
             let [a, b] = self::bodies(*key);
-            if broad.bounds(a).intersects(broad.bounds(b)) {
+            if overlap(broad.bounds(a), broad.bounds(b)) {
                 if *slot == NONE {
                     *slot = new_track(&mut self.tracks, &mut self.free, frame);
                 }

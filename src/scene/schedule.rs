@@ -346,7 +346,6 @@ impl Task {
     fn rank(&self) -> u64 {
         let bits = self.importance.to_bits();
         let ascending = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
-        let gain = self.forecast.information / self.forecast.median as f32;
-        u64::from(!ascending) << 32 | u64::from(!gain.to_bits())
+        u64::from(!ascending) << 32 | u64::from(!self.forecast.gain().to_bits())
     }
 }
