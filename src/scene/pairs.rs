@@ -28,10 +28,6 @@ pub(super) struct Track {
     pub completed: u64,
     /// The last frame that decided it; before, the one before the first.
     pub decided: u64,
-    /// The frame of its last turn: decided, or had its guaranteed share in vain. It waits since then.
-    pub turn: u64,
-    /// The frame in which it used up its guaranteed share.
-    pub overspent: u64,
     /// Work of the last run to the end; 0 if there was none.
     pub cost: u64,
     /// The same, or more if that is known, where no remembered witness spared the search.
@@ -43,15 +39,12 @@ pub(super) struct Track {
 impl Track {
     /// A pair that is first looked at in `frame`.
     fn new(frame: u64) -> Self {
-        let before = frame - 1;
         Self {
             memory: PairMemory::new(),
             verdict: Verdict::Undecided,
             found: 0,
             completed: 0,
-            decided: before,
-            turn: before,
-            overspent: 0,
+            decided: frame - 1,
             cost: 0,
             search: 0,
             pending: [0; 2],
@@ -72,8 +65,7 @@ impl Track {
             self.pending = [work, bv_tests];
         }
         if outcome.verdict != Verdict::Undecided {
-            (self.decided, self.turn) = (frame, frame);
-            (self.verdict, self.found) = (outcome.verdict, outcome.found);
+            (self.decided, self.verdict, self.found) = (frame, outcome.verdict, outcome.found);
         }
         done
     }

@@ -40,6 +40,9 @@ const GUARANTEED: u64 = 8;
 /// The usual share of the rota is this part of what is left.
 const ROTA: u64 = 4;
 
+/// Work that planning another round takes, for each pair.
+const PLANNING: u64 = 40;
+
 /// Most rounds of a frame. Leftovers are small after two or three.
 const ROUNDS: usize = 8;
 
@@ -52,7 +55,6 @@ struct Task {
     /// Where its track is.
     slot: u32,
     forecast: Forecast,
-    turn: u64,
     importance: f32,
     /// Whether it has witnesses that are likely to decide it.
     witnessed: bool,
@@ -87,14 +89,17 @@ pub(super) struct Schedule {
     tasks: Vec<Task>,
     /// Sort keys and indices of tasks.
     order: Vec<(u64, u32)>,
-    /// Time of a unit of work, as measured in earlier frames.
+    /// The pair that the rota begins with, and whether it has used up a guaranteed share.
+    cursor: Key,
+    overspent: bool,
+    /// Time of a unit of work on one thread, as measured in earlier frames.
     nanos_per_work: f64,
 }
 
 impl Schedule {
     pub fn new() -> Self {
         let chains = (0..CHAINS).map(|_| Chain::default()).collect();
-        Self { chains, tasks: Vec::new(), order: Vec::new(), nanos_per_work: 0.5 }
+        Self { chains, tasks: Vec::new(), order: Vec::new(), cursor: 0, overspent: false, nanos_per_work: 0.4 }
     }
 
     /// What the stopped run of a pair left open, if it is kept.
@@ -119,14 +124,6 @@ impl Schedule {
     ) {
         self.gather(frame, pairs, report);
         let deadline = frame.deadline();
-        let began = deadline.map(|_| frame.clock.now());
-        let speed = frame.threads as f64 / self.nanos_per_work;
-        let left = |spent: u64| {
-            let left = deadline.map(|deadline| deadline.saturating_sub(frame.clock.now()));
-            let in_time = left.map_or(u64::MAX, |left| (left.as_nanos() as f64 * speed) as u64);
-            in_time.min(frame.budget.work_limit().map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
-        };
-        let total = left(0);
         let mut round = Round {
             frame: frame.number,
             mode: frame.mode,
@@ -134,14 +131,15 @@ impl Schedule {
             witnesses_only: false,
             deadline,
         };
-        for number in 0..ROUNDS {
-            let left = left(report.work);
-            if self.tasks.is_empty() || left < LEAST {
+        let total = self.left(frame, 0);
+        for number in 0..ROUNDS as u64 {
+            let left = self.left(frame, report.work);
+            if self.tasks.is_empty() || left < LEAST + number * PLANNING * self.tasks.len() as u64 {
                 break;
             }
             let reserve = if left == u64::MAX { 0 } else { left.min(total / GUARANTEED) };
             self.find_homes();
-            self.bring_home_the_oldest();
+            self.bring_home_the_first();
             if self.fits(left - reserve) {
                 (round.order, round.witnesses_only) = (Order::DepthFirst, false);
                 self.deal_all(left, reserve, deadline.is_some(), pairs);
@@ -152,18 +150,28 @@ impl Schedule {
                     self.deal_shares(left, reserve, deadline.map(|_| frame.threads), pairs);
                 }
             }
+            let began = deadline.map(|_| frame.clock.now());
             execute(&mut self.chains, &round);
-            if self.collect(frame.number, total / GUARANTEED, pairs, report) == 0 {
+            let took = began.map(|began| frame.clock.now().saturating_sub(began));
+            let spent = self.collect(&round, total / GUARANTEED, pairs, report);
+            if spent == 0 {
                 break;
+            }
+            if let Some(took) = took {
+                let measured = took.as_nanos() as f64 * frame.threads as f64 / spent as f64;
+                self.nanos_per_work += 0.1 * (measured.clamp(0.05, 5.0) - self.nanos_per_work);
             }
         }
         let open = self.tasks.iter().map(|task| report.pairs[task.place as usize].age);
         report.worst_age = open.max().unwrap_or(0);
-        if let Some(began) = began.filter(|_| report.work > 0) {
-            let nanos = frame.clock.now().saturating_sub(began).as_nanos() as f64;
-            let measured = nanos * frame.threads as f64 / report.work as f64;
-            self.nanos_per_work += 0.2 * (measured.clamp(0.05, 5.0) - self.nanos_per_work);
-        }
+    }
+
+    /// Work that is left, `spent` being done; `u64::MAX` without a budget.
+    fn left<C: Clock>(&self, frame: &Frame<C>, spent: u64) -> u64 {
+        let time = frame.deadline().map(|deadline| deadline.saturating_sub(frame.clock.now()));
+        let speed = frame.threads as f64 / self.nanos_per_work;
+        let in_time = time.map_or(u64::MAX, |time| (time.as_nanos() as f64 * speed) as u64);
+        in_time.min(frame.budget.work_limit().map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
     }
 
     /// Begins the report; what is known already is in it, the other pairs become tasks.
@@ -178,20 +186,19 @@ impl Schedule {
                 continue;
             };
             let changed = x.changed.max(y.changed);
-            if track.overspent > 0 && changed > track.overspent {
-                // It had its turn in vain, and would have to begin again.
-                track.turn = track.turn.max(track.overspent);
-                track.overspent = 0;
+            if self.overspent && key == self.cursor {
+                // It had its turn in vain, and if it moved it would have to begin again.
+                self.cursor += u64::from(changed == frame.number);
+                self.overspent = false;
             }
             if track.completed >= changed {
-                (track.decided, track.turn) = (frame.number, frame.number);
+                track.decided = frame.number;
             } else {
                 self.tasks.push(Task {
                     key,
                     place: report.pairs.len() as u32,
                     slot,
                     forecast: Forecast::new(track, &x.body.tree, &y.body.tree, frame.number - track.decided),
-                    turn: track.turn,
                     importance: x.body.importance.max(y.body.importance),
                     witnessed: frame.mode == Mode::Any && matches!(track.verdict, Verdict::Intersecting { .. }),
                     home: None,
@@ -229,7 +236,7 @@ impl Schedule {
 
     /// All tasks, those that wait longest first, in blocks of equal expected cost.
     fn deal_all(&mut self, left: u64, reserve: u64, timed: bool, pairs: &mut Pairs) {
-        self.sort_by(|task| task.turn);
+        self.order_rota(|_| true);
         let free = timed || left == u64::MAX;
         let chains = if free { CHAINS as u64 } else { (left / CHAIN_WORK).clamp(1, CHAINS as u64) };
         let sum: u64 = self.tasks.iter().map(|task| task.forecast.median).sum();
@@ -246,8 +253,7 @@ impl Schedule {
     /// Tasks that a remembered witness may decide, as many as `work` allows, those that wait longest first. Whether there
     /// are any.
     fn deal_witnesses(&mut self, work: u64, pairs: &mut Pairs) -> bool {
-        self.sort_by(|task| task.turn);
-        self.order.retain(|&(_, task)| self.tasks[task as usize].witnessed);
+        self.order_rota(|task| task.witnessed);
         self.order.truncate((work / LEAST) as usize);
         let block = self.order.len().div_ceil(CHAINS);
         self.deal_until(u64::MAX, |dealt, _| dealt / block, pairs);
@@ -260,17 +266,17 @@ impl Schedule {
     /// The rota, and the others by importance and information per cost.
     fn deal_shares(&mut self, left: u64, reserve: u64, timed: Option<usize>, pairs: &mut Pairs) {
         let rota = reserve.max(left / ROTA);
-        self.sort_by(|task| task.turn);
+        self.order_rota(|_| true);
         self.deal_until(rota, |_, _| 0, pairs);
         self.chains[0].budget = rota;
 
-        self.sort_by(|task| task.rank());
+        // Expectations may be too high: twice of what fits is kept ready.
+        let ready = 2 * (left - rota);
+        self.order_by_rank(ready);
         let chains = match timed {
             Some(threads) => threads.clamp(1, CHAINS - 1),
             None => (left / CHAIN_WORK).clamp(1, CHAINS as u64 - 1) as usize,
         };
-        // Expectations may be too high: twice of what fits is kept ready.
-        let ready = if timed.is_some() { u64::MAX } else { 2 * (left - rota) };
         self.deal_until(ready, |dealt, _| 1 + dealt % chains, pairs);
         let busy = self.chains[1..].iter().filter(|chain| !chain.items.is_empty()).count().max(1) as u64;
         for chain in &mut self.chains[1..] {
@@ -278,11 +284,26 @@ impl Schedule {
         }
     }
 
-    /// Sorts those tasks that are in no chain.
-    fn sort_by(&mut self, sort_key: impl Fn(&Task) -> u64) {
+    /// Orders tasks by their turns: by key, from the cursor on and around.
+    fn order_rota(&mut self, which: impl Fn(&Task) -> bool) {
+        let first = self.tasks.partition_point(|task| task.key < self.cursor);
+        let around = (first..self.tasks.len()).chain(0..first).filter(|&at| which(&self.tasks[at]));
+        self.order.clear();
+        self.order.extend(around.map(|at| (0, at as u32)));
+    }
+
+    /// Orders those tasks that are in no chain by rank, as far as `work` may go.
+    fn order_by_rank(&mut self, work: u64) {
         self.order.clear();
         let free = self.tasks.iter().zip(0..).filter(|(task, _)| !task.dealt);
-        self.order.extend(free.map(|(task, index)| (sort_key(task), index)));
+        self.order.extend(free.map(|(task, index)| (task.rank(), index)));
+        let expected: u64 = self.tasks.iter().filter(|task| !task.dealt).map(|task| task.forecast.median).sum();
+        let mean = expected / self.order.len().max(1) as u64;
+        let enough = usize::try_from(2 * work / mean.max(1)).unwrap_or(usize::MAX);
+        if enough < self.order.len() {
+            self.order.select_nth_unstable(enough);
+            self.order.truncate(enough);
+        }
         self.order.sort_unstable();
     }
 
@@ -305,10 +326,11 @@ impl Schedule {
         }
     }
 
-    /// Gives the run that the oldest task left behind to the rota, whose first it is.
-    fn bring_home_the_oldest(&mut self) {
-        let oldest = self.tasks.iter_mut().min_by_key(|task| (task.turn, task.place));
-        if let Some(task) = oldest
+    /// Gives the stopped run of the pair that is first in the rota to the chain of the rota.
+    fn bring_home_the_first(&mut self) {
+        let first = self.tasks.partition_point(|task| task.key < self.cursor);
+        let first = if first < self.tasks.len() { first } else { 0 };
+        if let Some(task) = self.tasks.get_mut(first)
             && let Some(home) = task.home.filter(|&home| home > 0)
         {
             let (rota, others) = self.chains.split_at_mut(1);
@@ -318,19 +340,18 @@ impl Schedule {
     }
 
     /// Takes back what the chains did; the work that it took.
-    fn collect(&mut self, frame: u64, guaranteed: u64, pairs: &mut Pairs, report: &mut Report) -> u64 {
+    fn collect(&mut self, round: &Round, guaranteed: u64, pairs: &mut Pairs, report: &mut Report) -> u64 {
+        if !round.witnesses_only {
+            self.advance(round.frame, guaranteed);
+        }
         let mut spent = 0;
-        for (chain, rank) in self.chains.iter_mut().zip(0..) {
-            for (Item { place, slot, mut track, spent: [work, bv_tests], .. }, at) in chain.items.drain(..).zip(0..) {
-                let complete = track.completed == frame;
-                if [rank, at] == [0, 0] && !complete && work + 2 * LEAST >= guaranteed {
-                    track.overspent = frame;
-                }
-                report.note(place as usize, &track, frame, complete);
-                spent += work;
-                report.bv_tests += bv_tests;
-                pairs.put_back(slot, track);
-            }
+        for Item { place, slot, track, spent: [work, bv_tests], .. } in
+            self.chains.iter_mut().flat_map(|chain| chain.items.drain(..))
+        {
+            report.note(place as usize, &track, round.frame, track.completed == round.frame);
+            spent += work;
+            report.bv_tests += bv_tests;
+            pairs.put_back(slot, track);
         }
         report.work += spent;
         self.tasks.retain_mut(|task| {
@@ -339,6 +360,15 @@ impl Schedule {
         });
         spent
     }
+
+    /// Moves the cursor past the turns that have ended.
+    fn advance(&mut self, frame: u64, guaranteed: u64) {
+        let turns = &self.chains[0].items;
+        let Some(last) = turns.last() else { return };
+        let waiting = turns.iter().position(|item| item.track.completed != frame);
+        self.cursor = waiting.map_or(last.key + 1, |at| turns[at].key);
+        self.overspent = waiting == Some(0) && turns[0].spent[0] + 2 * LEAST >= guaranteed;
+    }
 }
 
 impl Task {
@@ -346,6 +376,6 @@ impl Task {
     fn rank(&self) -> u64 {
         let bits = self.importance.to_bits();
         let ascending = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
-        u64::from(!ascending) << 32 | u64::from(!self.forecast.gain().to_bits())
+        u64::from(!ascending) << 32 | u64::from(!(self.forecast.information / self.forecast.median as f32).to_bits())
     }
 }

@@ -6,9 +6,9 @@ use std::time::Duration;
 use super::play::FrameRow;
 
 impl FrameRow {
-    /// CPU time beyond a budget.
+    /// CPU time of the detection beyond a budget.
     pub fn overrun(&self, budget: Option<Duration>) -> Duration {
-        budget.map_or(Duration::ZERO, |limit| self.cpu.saturating_sub(limit))
+        budget.map_or(Duration::ZERO, |limit| self.detect_cpu.saturating_sub(limit))
     }
 }
 
