@@ -49,11 +49,6 @@ impl Budget {
         Self { time: None, work: Some(limit) }
     }
 
-    /// This budget, and at most `limit` of work.
-    pub(crate) const fn and_work(self, limit: u64) -> Self {
-        Self { work: Some(limit), ..self }
-    }
-
     pub(crate) const fn time_limit(self) -> Option<Duration> {
         self.time
     }

@@ -214,7 +214,7 @@ pub(super) fn checked_inverse(body: BodyId, pose: &Pose) -> Result<Pose, SceneEr
     if let Some(axis) = too_far(pose) {
         return Err(SceneError::TooFar { body, axis });
     }
-    pose.inverse().map_err(|_| SceneError::NotARotation { body, deviation })
+    Ok(pose.inverse_unchecked())
 }
 
 pub(super) fn checked_importance(body: BodyId, importance: f32) -> Result<f32, SceneError> {

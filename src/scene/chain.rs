@@ -6,7 +6,7 @@
 use super::body::Bodies;
 use super::guard::Guard;
 use super::pairs::{Key, Track, bodies};
-use crate::query::{Clock, MAX_STEP_WORK, Mode, Order, Query, StopReason, Workspace};
+use crate::query::{Budget, Clock, MAX_STEP_WORK, Mode, Order, Query, StopReason, Workspace};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::mem;
@@ -14,6 +14,9 @@ use core::time::Duration;
 
 /// Work that counts for setting up the query of a pair, about what it takes.
 pub(super) const WORK_PER_PAIR: u64 = 250;
+
+/// Work that counts for testing the last witness of a pair, set-up included.
+pub(super) const WORK_PER_WITNESS: u64 = 300;
 
 /// The least that is of use: the set-up of a pair and one step.
 pub(super) const LEAST: u64 = WORK_PER_PAIR + MAX_STEP_WORK;
@@ -32,7 +35,7 @@ pub(super) struct Round {
     pub frame: u64,
     pub mode: Mode,
     pub order: Order,
-    /// Whether pairs get one step of work only, which is the test of their witnesses.
+    /// Whether pairs get no more than the test of their last witness.
     pub witnesses_only: bool,
     pub deadline: Option<Duration>,
 }
@@ -44,8 +47,12 @@ pub(super) struct Item {
     /// Its place in the report, and that of its track.
     pub place: u32,
     pub slot: u32,
+    /// Its number among the tasks.
+    pub task: u32,
     /// Work that it will take, as far as is known.
     pub expected: u64,
+    /// Whether its last witness is likely to decide it, and has not been tested yet.
+    pub witnessed: bool,
     pub track: Box<Track>,
     /// Work and BV tests of this round.
     pub spent: [u64; 2],
@@ -79,7 +86,8 @@ impl Chain {
         let mut guard = Guard::new(clock, round.deadline);
         let mut left = self.budget;
         for (item, at) in self.items.iter_mut().zip(0..) {
-            if left < LEAST || guard.is_over() {
+            let least = if round.witnesses_only { WORK_PER_WITNESS } else { LEAST };
+            if left < least || guard.is_over() {
                 break;
             }
             if at > 0 && item.expected > left {
@@ -94,7 +102,7 @@ impl Chain {
             left = left.saturating_sub(item.spent[0]);
             match ended {
                 Ended::Complete if held.is_some() => self.held = None,
-                Ended::Stopped if held.is_none() && !round.witnesses_only => {
+                Ended::Stopped if held.is_none() => {
                     self.held = Some((item.key, order));
                     mem::swap(self.workspace.get_or_insert_with(workspace), scratch);
                 }
@@ -131,13 +139,30 @@ impl Item {
     ) -> Ended {
         let [a, b] = self::bodies(self.key).map(|body| bodies.at(body));
         let (Some(a), Some(b)) = (a, b) else { return Ended::NotBegun };
-        let query = Query::new(&a.body.tree, &b.body.tree, a.relative(b)).mode(run.round.mode).order(run.order);
+        let b_in_a = a.relative(b);
+        let (a, b, round) = (&a.body.tree, &b.body.tree, run.round);
+        if self.witnessed && !run.resumes {
+            if guard.allow(WORK_PER_WITNESS).is_none() {
+                return Ended::NotBegun;
+            }
+            self.witnessed = false;
+            self.spent[0] += WORK_PER_WITNESS;
+            guard.spend(WORK_PER_WITNESS);
+            if let Some(witness) = self.track.memory.recheck(a, b, &b_in_a) {
+                self.track.meets(witness, round.frame);
+                return Ended::Complete;
+            }
+        }
+        if round.witnesses_only {
+            return Ended::NotBegun;
+        }
+        let query = Query::new(a, b, b_in_a).mode(round.mode).order(run.order);
         let clock = guard.clock();
         let mut ended = Ended::NotBegun;
         loop {
             let left = run.left.saturating_sub(self.spent[0]);
-            let room = if run.round.witnesses_only { 1 } else { left.saturating_sub(LEAST) + 1 };
-            let Some(budget) = guard.budget(room).filter(|_| left >= LEAST) else { return ended };
+            let Some(allowed) = guard.allow(left).filter(|&work| work >= LEAST) else { return ended };
+            let budget = Budget::work(allowed - LEAST + 1);
             let memory = &mut self.track.memory;
             let mut resume = || query.resume_with(workspace, Some(&mut *memory), budget, clock).ok();
             let resumed = if run.resumes { resume() } else { None };
@@ -151,14 +176,12 @@ impl Item {
             self.spent[0] += work;
             self.spent[1] += outcome.stats.bv_tests - before[1];
             guard.spend(work);
-            if self.track.note(&outcome, run.round.frame) {
+            if self.track.note(&outcome, round.frame) {
                 return Ended::Complete;
             }
             ended = Ended::Stopped;
             if outcome.stop == StopReason::PairsFull {
                 workspace.drain_pairs().for_each(drop);
-            } else if run.round.witnesses_only {
-                return ended;
             }
         }
     }

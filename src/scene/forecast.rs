@@ -9,14 +9,16 @@ use crate::tree::Tree;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Forecast {
     /// Work that it takes to run it to its end: as likely more as less.
-    pub median: u64,
+    pub median: u32,
     /// More than this in one case of ten.
-    pub high: u64,
+    pub high: u32,
     /// Expected information on the verdict, in bits, once the remembered witnesses have been tested.
     pub information: f32,
 }
 
 impl Forecast {
+    pub const NONE: Self = Self { median: 0, high: 0, information: 0.0 };
+
     /// From what is remembered, or else from the size of the trees. `age`: frames since it was decided.
     pub fn new(track: &Track, a: &Tree, b: &Tree, age: u64) -> Self {
         let (median, high) = expected_cost(track, a, b);
@@ -24,7 +26,8 @@ impl Forecast {
             Verdict::Intersecting { .. } | Verdict::Undecided => 1.0,
             Verdict::Separated => NEW_CONTACT[(age as usize).min(NEW_CONTACT.len() - 1)],
         };
-        Self { median: median + WORK_PER_PAIR, high: high + WORK_PER_PAIR, information }
+        let capped = |work: u64| (work + WORK_PER_PAIR).min(u64::from(u32::MAX)) as u32;
+        Self { median: capped(median), high: capped(high), information }
     }
 }
 

@@ -1,17 +1,11 @@
 //! The deadline of a frame, as work that cannot pass it.
 
-use crate::query::{Budget, Clock};
+use super::chain::LEAST;
+use crate::query::Clock;
 use core::time::Duration;
 
-/// Further from the deadline than this, budgets are work and the clock is asked once for many pairs; nearer, each query
-/// watches the clock itself.
-const NEAR: u64 = 20_000;
-
-/// Too near to begin anything: a pair's set-up and one step of its query.
-const LAST: u64 = 700;
-
-/// Hands out budgets that end before a deadline. One unit of work takes less than a nanosecond (three times what was
-/// measured), as the query's own meter assumes.
+/// Allows work that ends before a deadline: one unit takes less than a nanosecond (three times what was measured), as the
+/// query's own meter assumes. So the clock is asked once for many pairs, and more often the nearer the deadline.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guard<'c, C> {
     clock: &'c C,
@@ -23,38 +17,30 @@ pub(super) struct Guard<'c, C> {
 
 impl<'c, C: Clock> Guard<'c, C> {
     pub fn new(clock: &'c C, deadline: Option<Duration>) -> Self {
-        Self { clock, deadline, safe: 0, over: false }
+        Self { clock, deadline, safe: if deadline.is_some() { 0 } else { u64::MAX }, over: false }
     }
 
-    /// A budget of at most `work`; `None` if there is no time for anything.
-    pub fn budget(&mut self, work: u64) -> Option<Budget> {
-        let Some(deadline) = self.deadline else { return Some(Budget::work(work)) };
-        if self.safe < NEAR {
+    /// How much of `work` may be done before it has to be asked again; at least [`LEAST`], or nothing if the time is up.
+    pub fn allow(&mut self, work: u64) -> Option<u64> {
+        if let Some(deadline) = self.deadline.filter(|_| self.safe < LEAST) {
             let left = deadline.saturating_sub(self.clock.now());
-            // Nearest the deadline, what cannot be done in time is not begun.
             self.safe = left.as_nanos().min(u128::from(u64::MAX)) as u64;
-            if self.safe < LAST {
-                self.over = true;
-                return None;
-            }
-            if self.safe < NEAR {
-                return Some(Budget::time(left - Duration::from_nanos(LAST / 2)).and_work(work));
-            }
+            self.over = self.safe < LEAST;
         }
-        Some(Budget::work(work.min(self.safe)))
-    }
-
-    pub fn clock(&self) -> &'c C {
-        self.clock
-    }
-
-    /// Whether there was no time for something.
-    pub fn is_over(&self) -> bool {
-        self.over
+        (!self.over).then_some(work.min(self.safe))
     }
 
     /// Takes note of work done.
     pub fn spend(&mut self, work: u64) {
         self.safe = self.safe.saturating_sub(work);
+    }
+
+    /// Whether the time is up.
+    pub fn is_over(&self) -> bool {
+        self.over
+    }
+
+    pub fn clock(&self) -> &'c C {
+        self.clock
     }
 }

@@ -2,6 +2,7 @@
 
 use super::body::Bodies;
 use super::broad::{Broad, News, overlap};
+use super::chain::WORK_PER_WITNESS;
 use crate::query::{Outcome, PairMemory, Stats, StopReason, Verdict};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -49,6 +50,12 @@ impl Track {
             search: 0,
             pending: [0; 2],
         }
+    }
+
+    /// Takes note of a witness that still meets in `frame`.
+    pub fn meets(&mut self, witness: [u32; 2], frame: u64) {
+        (self.decided, self.completed, self.cost, self.pending) = (frame, frame, WORK_PER_WITNESS, [0; 2]);
+        (self.verdict, self.found) = (Verdict::Intersecting { witness }, 1);
     }
 
     /// Takes note of a call in `frame`; whether the run is at its end.

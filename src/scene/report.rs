@@ -39,6 +39,8 @@ pub struct Report {
     pub decided: usize,
     /// How many of them intersect.
     pub intersecting: usize,
+    /// How many of them are complete.
+    pub complete: usize,
     /// The largest age of a pair.
     pub worst_age: u64,
     /// Work done: that of the queries ([`crate::Budget::work`]) and 250 for each that was begun. Not the broad phase.
@@ -50,17 +52,40 @@ pub struct Report {
 }
 
 impl Report {
-    /// Takes note of what is known about a pair.
-    pub(super) fn note(&mut self, place: usize, track: &Track, frame: u64, complete: bool) {
-        let pair = &mut self.pairs[place];
-        pair.age = frame - track.decided;
-        pair.complete = complete;
-        if pair.age == 0 && pair.verdict == Verdict::Undecided {
-            self.decided += 1;
-            self.intersecting += usize::from(track.verdict != Verdict::Separated);
+    pub(super) fn begin(&mut self) {
+        self.pairs.clear();
+        (self.decided, self.intersecting, self.complete) = (0, 0, 0);
+        (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
+    }
+
+    /// Adds a pair, with what is known about it when the frame begins.
+    pub(super) fn push(&mut self, a: BodyId, b: BodyId, track: &Track, frame: u64, complete: bool) {
+        let (verdict, age) = (Verdict::Undecided, frame - track.decided);
+        self.pairs.push(PairReport { a, b, verdict, found: 0, complete: false, age });
+        if complete {
+            self.note(self.pairs.len() - 1, track, [0; 2], true);
         }
-        if pair.age == 0 {
-            (pair.verdict, pair.found) = (track.verdict, track.found);
+    }
+
+    /// Takes note of what became of a pair, and of the work and BV tests for it.
+    pub(super) fn note(&mut self, place: usize, track: &Track, [work, bv_tests]: [u64; 2], complete: bool) {
+        self.work += work;
+        self.bv_tests += bv_tests;
+        let pair = &mut self.pairs[place];
+        if track.decided == self.frame {
+            if pair.verdict == Verdict::Undecided {
+                self.decided += 1;
+                self.intersecting += usize::from(track.verdict != Verdict::Separated);
+            }
+            (pair.verdict, pair.found, pair.age) = (track.verdict, track.found, 0);
+        }
+        self.complete += usize::from(complete);
+        pair.complete = complete;
+    }
+
+    pub(super) fn finish(&mut self) {
+        if self.decided < self.pairs.len() {
+            self.worst_age = self.pairs.iter().map(|pair| pair.age).max().unwrap_or(0);
         }
     }
 

@@ -4,7 +4,7 @@
 //! ([`super::forecast`]), and the frame goes in rounds:
 //!
 //! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends, those that wait longest first.
-//! - Otherwise each pair that intersected when it was last decided first gets the test of its witnesses, which is one step.
+//! - Otherwise each pair that intersected when it was last decided first gets the test of its last witness.
 //!   Of what is left, a quarter goes to those that wait longest, one after the other (the *rota*); the rest by importance,
 //!   then by expected information per cost.
 //! - What is left over goes into the next round.
@@ -20,10 +20,10 @@
 //! - Under a budget of work, all of this is the same on any number of threads.
 
 use super::body::Bodies;
-use super::chain::{Chain, Item, LEAST, Round};
+use super::chain::{Chain, Item, LEAST, Round, WORK_PER_WITNESS};
 use super::forecast::Forecast;
 use super::pairs::{Key, Overlap, Pairs, bodies};
-use super::report::{PairCertificate, PairReport, Report};
+use super::report::{PairCertificate, Report};
 use crate::query::{Budget, Clock, Mode, Order, Query, Verdict};
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -41,27 +41,37 @@ const GUARANTEED: u64 = 8;
 const ROTA: u64 = 4;
 
 /// Work that planning another round takes, for each pair.
-const PLANNING: u64 = 40;
+const PLANNING: u64 = 15;
 
 /// Most rounds of a frame. Leftovers are small after two or three.
 const ROUNDS: usize = 8;
 
-/// A pair that is not at its end.
+/// A pair that was not at its end when the frame began.
 #[derive(Clone, Copy, Debug)]
 struct Task {
     key: Key,
-    /// Its place among the overlaps of the frame.
+    /// Its place in the report, and that of its track.
     place: u32,
-    /// Where its track is.
     slot: u32,
-    forecast: Forecast,
-    importance: f32,
-    /// Whether it has witnesses that are likely to decide it.
-    witnessed: bool,
+    /// Expected work.
+    median: u32,
+    high: u32,
+    /// Sorts by importance, then by expected information per cost, both descending.
+    rank: u64,
     /// The chain that holds its stopped run.
     home: Option<u8>,
-    /// Whether it is in a chain.
-    dealt: bool,
+    /// Whether it has witnesses that are likely to decide it.
+    witnessed: bool,
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    Open,
+    /// In a chain.
+    Dealt,
+    /// At its end.
+    Done,
 }
 
 /// What a frame asks of the schedule.
@@ -134,36 +144,37 @@ impl Schedule {
         let total = self.left(frame, 0);
         for number in 0..ROUNDS as u64 {
             let left = self.left(frame, report.work);
-            if self.tasks.is_empty() || left < LEAST + number * PLANNING * self.tasks.len() as u64 {
+            let open = report.pairs.len() - report.complete;
+            if open == 0 || left < LEAST + number * PLANNING * open as u64 {
                 break;
             }
             let reserve = if left == u64::MAX { 0 } else { left.min(total / GUARANTEED) };
             self.find_homes();
-            self.bring_home_the_first();
-            if self.fits(left - reserve) {
+            let [expected, high] = self.expected();
+            if high <= left - reserve {
                 (round.order, round.witnesses_only) = (Order::DepthFirst, false);
-                self.deal_all(left, reserve, deadline.is_some(), pairs);
+                self.deal_all(left, reserve, expected, deadline.is_some(), pairs);
             } else {
                 round.order = Order::Penetration;
-                round.witnesses_only = number == 0 && self.deal_witnesses((left - reserve) / 2, pairs);
+                round.witnesses_only = number == 0 && self.deal_witnesses(left - 2 * reserve, pairs);
                 if !round.witnesses_only {
                     self.deal_shares(left, reserve, deadline.map(|_| frame.threads), pairs);
                 }
             }
             let began = deadline.map(|_| frame.clock.now());
             execute(&mut self.chains, &round);
-            let took = began.map(|began| frame.clock.now().saturating_sub(began));
+            let ended = deadline.map(|_| frame.clock.now());
             let spent = self.collect(&round, total / GUARANTEED, pairs, report);
             if spent == 0 {
                 break;
             }
-            if let Some(took) = took {
-                let measured = took.as_nanos() as f64 * frame.threads as f64 / spent as f64;
-                self.nanos_per_work += 0.1 * (measured.clamp(0.05, 5.0) - self.nanos_per_work);
+            if let Some((began, ended)) = began.zip(ended) {
+                let nanos = ended.saturating_sub(began).as_nanos() as f64 * frame.threads as f64;
+                let measured = (nanos / spent as f64).clamp(0.05, 5.0);
+                self.nanos_per_work += 0.1 * (measured - self.nanos_per_work);
             }
         }
-        let open = self.tasks.iter().map(|task| report.pairs[task.place as usize].age);
-        report.worst_age = open.max().unwrap_or(0);
+        report.finish();
     }
 
     /// Work that is left, `spent` being done; `u64::MAX` without a budget.
@@ -177,8 +188,9 @@ impl Schedule {
     /// Begins the report; what is known already is in it, the other pairs become tasks.
     fn gather<C>(&mut self, frame: &Frame<C>, pairs: &mut Pairs, report: &mut Report) {
         self.tasks.clear();
-        report.pairs.clear();
-        (report.decided, report.intersecting, report.work, report.bv_tests) = (0, 0, 0, 0);
+        report.begin();
+        // Without a budget, on one thread, nothing depends on what is expected.
+        let forecasts = frame.threads > 1 || frame.budget != Budget::unlimited();
         for place in 0..pairs.overlaps.len() {
             let Overlap { key, slot } = pairs.overlaps[place];
             let [a, b] = bodies(key);
@@ -191,113 +203,106 @@ impl Schedule {
                 self.cursor += u64::from(changed == frame.number);
                 self.overspent = false;
             }
-            if track.completed >= changed {
+            let complete = track.completed >= changed;
+            if complete {
                 track.decided = frame.number;
             } else {
+                let age = frame.number - track.decided;
+                let forecast =
+                    if forecasts { Forecast::new(track, &x.body.tree, &y.body.tree, age) } else { Forecast::NONE };
                 self.tasks.push(Task {
                     key,
                     place: report.pairs.len() as u32,
                     slot,
-                    forecast: Forecast::new(track, &x.body.tree, &y.body.tree, frame.number - track.decided),
-                    importance: x.body.importance.max(y.body.importance),
-                    witnessed: frame.mode == Mode::Any && matches!(track.verdict, Verdict::Intersecting { .. }),
+                    median: forecast.median,
+                    high: forecast.high,
+                    rank: rank(x.body.importance.max(y.body.importance), &forecast),
                     home: None,
-                    dealt: false,
+                    witnessed: frame.mode == Mode::Any && matches!(track.verdict, Verdict::Intersecting { .. }),
+                    state: State::Open,
                 });
             }
-            let (a, b) = (frame.bodies.id(a), frame.bodies.id(b));
-            let undecided = Verdict::Undecided;
-            report.pairs.push(PairReport { a, b, verdict: undecided, found: 0, complete: false, age: 0 });
-            let complete = track.completed >= changed;
-            report.note(place, track, frame.number, complete);
+            report.push(frame.bodies.id(a), frame.bodies.id(b), track, frame.number, complete);
         }
     }
 
-    /// Finds the tasks that have a stopped run somewhere.
-    fn find_homes(&mut self) {
-        for (chain, home) in self.chains.iter().zip(0..) {
-            let Some((key, _)) = chain.held else { continue };
-            if let Ok(at) = self.tasks.binary_search_by_key(&key, |task| task.key) {
-                self.tasks[at].home = Some(home);
-            }
-        }
-    }
-
-    /// Whether the 90 % quantile of the cost of all tasks is within `work`: the sum of the medians, and the deviations of
-    /// the quantiles from them added as those of independent variables.
-    fn fits(&self, work: u64) -> bool {
+    /// Median and 90 % quantile of the cost of all open tasks: the sum of the medians, and to it the deviations of the
+    /// quantiles from them added as those of independent variables.
+    fn expected(&self) -> [u64; 2] {
         let (mut sum, mut squares) = (0, 0.0);
-        for Task { forecast: Forecast { median, high, .. }, .. } in &self.tasks {
-            sum += median;
-            squares += ((high - median) as f64).powi(2);
+        for task in self.tasks.iter().filter(|task| task.state == State::Open) {
+            sum += u64::from(task.median);
+            squares += f64::from(task.high - task.median) * f64::from(task.high - task.median);
         }
-        work == u64::MAX || sum as f64 + libm::sqrt(squares) <= work as f64
+        [sum, sum + libm::sqrt(squares) as u64]
     }
 
-    /// All tasks, those that wait longest first, in blocks of equal expected cost.
-    fn deal_all(&mut self, left: u64, reserve: u64, timed: bool, pairs: &mut Pairs) {
-        self.order_rota(|_| true);
+    /// All tasks in the order of their turns, in blocks of equal expected cost.
+    fn deal_all(&mut self, left: u64, reserve: u64, expected: u64, timed: bool, pairs: &mut Pairs) {
         let free = timed || left == u64::MAX;
         let chains = if free { CHAINS as u64 } else { (left / CHAIN_WORK).clamp(1, CHAINS as u64) };
-        let sum: u64 = self.tasks.iter().map(|task| task.forecast.median).sum();
-        let block = sum / chains + 1;
-        self.deal_until(u64::MAX, |_, before| (before / block) as usize, pairs);
+        let block = expected / chains + 1;
+        self.deal_turns(u64::MAX, |before| (before / block) as usize, pairs);
         for (chain, index) in self.chains.iter_mut().zip(0..) {
-            let expected: u64 = chain.items.iter().map(|item| item.expected).sum();
-            let share = u128::from(left - reserve) * u128::from(expected) / u128::from(sum.max(1));
+            let own: u64 = chain.items.iter().map(|item| item.expected).sum();
+            let share = u128::from(left - reserve) * u128::from(own) / u128::from(expected.max(1));
             let share = share as u64 + if index == 0 { reserve } else { 0 };
             chain.budget = if free { u64::MAX } else { share };
         }
     }
 
-    /// Tasks that a remembered witness may decide, as many as `work` allows, those that wait longest first. Whether there
-    /// are any.
+    /// Tasks that a remembered witness may decide, as many as `work` allows. Whether there are any.
     fn deal_witnesses(&mut self, work: u64, pairs: &mut Pairs) -> bool {
-        self.order_rota(|task| task.witnessed);
-        self.order.truncate((work / LEAST) as usize);
-        let block = self.order.len().div_ceil(CHAINS);
-        self.deal_until(u64::MAX, |dealt, _| dealt / block, pairs);
-        for chain in &mut self.chains {
-            chain.budget = chain.items.len() as u64 * LEAST;
+        let witnessed = self.tasks.iter().filter(|task| task.witnessed).count() as u64;
+        let block = (witnessed.min(work / WORK_PER_WITNESS) as usize).div_ceil(CHAINS).max(1);
+        let (mut dealt, first) = (0, self.first_turn());
+        for at in (first..self.tasks.len()).chain(0..first) {
+            if self.tasks[at].witnessed && dealt < block * CHAINS {
+                self.deal(at, dealt / block, pairs);
+                dealt += 1;
+            }
         }
-        !self.order.is_empty()
+        for chain in &mut self.chains {
+            chain.budget = chain.items.len() as u64 * WORK_PER_WITNESS;
+        }
+        witnessed > 0
     }
 
     /// The rota, and the others by importance and information per cost.
     fn deal_shares(&mut self, left: u64, reserve: u64, timed: Option<usize>, pairs: &mut Pairs) {
         let rota = reserve.max(left / ROTA);
-        self.order_rota(|_| true);
-        self.deal_until(rota, |_, _| 0, pairs);
+        self.deal_turns(rota, |_| 0, pairs);
         self.chains[0].budget = rota;
 
-        // Expectations may be too high: twice of what fits is kept ready.
-        let ready = 2 * (left - rota);
-        self.order_by_rank(ready);
         let chains = match timed {
             Some(threads) => threads.clamp(1, CHAINS - 1),
             None => (left / CHAIN_WORK).clamp(1, CHAINS as u64 - 1) as usize,
         };
-        self.deal_until(ready, |dealt, _| 1 + dealt % chains, pairs);
+        // Expectations may be too high: twice of what fits is kept ready.
+        let ready = 2 * (left - rota);
+        self.order_by_rank(ready);
+        let mut before = 0;
+        for dealt in 0..self.order.len() {
+            let task = self.order[dealt].1 as usize;
+            before += self.deal(task, 1 + dealt % chains, pairs);
+            if before >= ready {
+                break;
+            }
+        }
         let busy = self.chains[1..].iter().filter(|chain| !chain.items.is_empty()).count().max(1) as u64;
         for chain in &mut self.chains[1..] {
             chain.budget = if timed.is_some() { u64::MAX } else { (left - rota) / busy };
         }
     }
 
-    /// Orders tasks by their turns: by key, from the cursor on and around.
-    fn order_rota(&mut self, which: impl Fn(&Task) -> bool) {
-        let first = self.tasks.partition_point(|task| task.key < self.cursor);
-        let around = (first..self.tasks.len()).chain(0..first).filter(|&at| which(&self.tasks[at]));
-        self.order.clear();
-        self.order.extend(around.map(|at| (0, at as u32)));
-    }
-
-    /// Orders those tasks that are in no chain by rank, as far as `work` may go.
+    /// Orders the open tasks by rank, as far as `work` may go.
     fn order_by_rank(&mut self, work: u64) {
         self.order.clear();
-        let free = self.tasks.iter().zip(0..).filter(|(task, _)| !task.dealt);
-        self.order.extend(free.map(|(task, index)| (task.rank(), index)));
-        let expected: u64 = self.tasks.iter().filter(|task| !task.dealt).map(|task| task.forecast.median).sum();
+        let mut expected = 0;
+        for (task, index) in self.tasks.iter().zip(0..).filter(|(task, _)| task.state == State::Open) {
+            expected += u64::from(task.median);
+            self.order.push((task.rank, index));
+        }
         let mean = expected / self.order.len().max(1) as u64;
         let enough = usize::try_from(2 * work / mean.max(1)).unwrap_or(usize::MAX);
         if enough < self.order.len() {
@@ -307,35 +312,50 @@ impl Schedule {
         self.order.sort_unstable();
     }
 
-    /// Deals tasks in order until `work` is expected to be spent; each to the chain that holds its stopped run, or else to
-    /// the one that `chain` says, by the number of tasks and the work dealt before.
-    fn deal_until(&mut self, work: u64, chain: impl Fn(usize, u64) -> usize, pairs: &mut Pairs) {
-        let mut before = 0;
-        for (dealt, &(_, index)) in self.order.iter().enumerate() {
+    /// Deals open tasks in the order of their turns, by key from the cursor on and around, until `work` is expected to be
+    /// spent. `chain` says where to, by the work before.
+    fn deal_turns(&mut self, work: u64, chain: impl Fn(u64) -> usize, pairs: &mut Pairs) {
+        let (mut before, first) = (0, self.first_turn());
+        for at in (first..self.tasks.len()).chain(0..first) {
             if before >= work {
                 break;
             }
-            let task = &mut self.tasks[index as usize];
-            let Some(track) = pairs.take(task.slot) else { continue };
-            let expected = task.forecast.median;
-            let chain = task.home.map_or_else(|| chain(dealt, before), usize::from);
-            let Task { key, place, slot, .. } = *task;
-            self.chains[chain].items.push(Item { key, place, slot, expected, track, spent: [0; 2] });
-            task.dealt = true;
-            before += expected;
+            if self.tasks[at].state == State::Open {
+                before += self.deal(at, chain(before), pairs);
+            }
         }
     }
 
-    /// Gives the stopped run of the pair that is first in the rota to the chain of the rota.
-    fn bring_home_the_first(&mut self) {
-        let first = self.tasks.partition_point(|task| task.key < self.cursor);
-        let first = if first < self.tasks.len() { first } else { 0 };
-        if let Some(task) = self.tasks.get_mut(first)
-            && let Some(home) = task.home.filter(|&home| home > 0)
+    /// Puts a task into the chain that holds its stopped run, or else into the one given. The work that is expected.
+    fn deal(&mut self, at: usize, chain: usize, pairs: &mut Pairs) -> u64 {
+        let task = &mut self.tasks[at];
+        let Some(track) = pairs.take(task.slot) else { return 0 };
+        let Task { key, place, slot, witnessed, .. } = *task;
+        let expected = u64::from(task.median);
+        let chain = task.home.take().map_or(chain, usize::from);
+        let item = Item { key, place, slot, task: at as u32, expected, witnessed, track, spent: [0; 2] };
+        self.chains[chain].items.push(item);
+        task.state = State::Dealt;
+        expected
+    }
+
+    fn first_turn(&self) -> usize {
+        self.tasks.partition_point(|task| task.key < self.cursor)
+    }
+
+    /// Finds the tasks that have a stopped run somewhere. The one whose turn it is gets it into the chain of the rota.
+    fn find_homes(&mut self) {
+        if let Some(first) = self.tasks.get(self.first_turn())
+            && let [rota, others @ ..] = &mut self.chains[..]
+            && let Some(home) = others.iter_mut().find(|chain| chain.held(first.key).is_some())
         {
-            let (rota, others) = self.chains.split_at_mut(1);
-            rota[0].swap_held(&mut others[usize::from(home) - 1]);
-            task.home = Some(0);
+            rota.swap_held(home);
+        }
+        for (chain, home) in self.chains.iter().zip(0..) {
+            let at = chain.held.map(|(key, _)| self.tasks.binary_search_by_key(&key, |task| task.key));
+            if let Some(Ok(at)) = at {
+                self.tasks[at].home = Some(home);
+            }
         }
     }
 
@@ -344,21 +364,18 @@ impl Schedule {
         if !round.witnesses_only {
             self.advance(round.frame, guaranteed);
         }
-        let mut spent = 0;
-        for Item { place, slot, track, spent: [work, bv_tests], .. } in
+        let before = report.work;
+        for Item { place, slot, task, witnessed, track, spent, .. } in
             self.chains.iter_mut().flat_map(|chain| chain.items.drain(..))
         {
-            report.note(place as usize, &track, round.frame, track.completed == round.frame);
-            spent += work;
-            report.bv_tests += bv_tests;
+            let complete = track.completed == round.frame;
+            let task = &mut self.tasks[task as usize];
+            task.state = if complete { State::Done } else { State::Open };
+            task.witnessed = witnessed;
+            report.note(place as usize, &track, spent, complete);
             pairs.put_back(slot, track);
         }
-        report.work += spent;
-        self.tasks.retain_mut(|task| {
-            (task.dealt, task.home) = (false, None);
-            !report.pairs[task.place as usize].complete
-        });
-        spent
+        report.work - before
     }
 
     /// Moves the cursor past the turns that have ended.
@@ -371,11 +388,10 @@ impl Schedule {
     }
 }
 
-impl Task {
-    /// Sorts by importance, then by expected information per cost, both descending.
-    fn rank(&self) -> u64 {
-        let bits = self.importance.to_bits();
-        let ascending = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
-        u64::from(!ascending) << 32 | u64::from(!(self.forecast.information / self.forecast.median as f32).to_bits())
-    }
+/// See [`Task`].
+fn rank(importance: f32, forecast: &Forecast) -> u64 {
+    let bits = importance.to_bits();
+    let ascending = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
+    let gain = forecast.information / (forecast.median as f32 + 1.0);
+    u64::from(!ascending) << 32 | u64::from(!gain.to_bits())
 }
