@@ -147,8 +147,9 @@ impl<'t> Query<'t> {
             workspace.run.random = seed;
         }
         if let Some(memory) = &mut memory {
+            let apart = memory.last_verdict() == Some(false);
             let witnesses = memory.witnesses(self.a, self.b);
-            if self.options.mode == Mode::Any {
+            if self.options.mode == Mode::Any && !apart {
                 // They are tested before anything else, as any other waiting pairs.
                 workspace.waiting.extend_from_slice(witnesses);
                 workspace.testing = !witnesses.is_empty();
@@ -159,6 +160,12 @@ impl<'t> Query<'t> {
                 workspace.front.queue([0, 0], 0, true);
             } else {
                 workspace.front.push([0, 0], true);
+            }
+            // Where triangles met last, others near them are likely to meet now: they are visited first.
+            if let Some(&[x, y]) = workspace.waiting.first() {
+                let (x, y) = (self.a.nodes_above(x), self.b.nodes_above(y));
+                workspace.front.push([x[0], y[0]], true);
+                workspace.front.push([x[1], y[1]], true);
             }
         }
         self.proceed(workspace, memory, budget, clock)
