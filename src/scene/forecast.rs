@@ -12,12 +12,12 @@ pub(super) struct Forecast {
     pub median: u32,
     /// More than this in one case of ten.
     pub high: u32,
-    /// Expected information on the verdict, in bits, once the remembered witnesses have been tested.
-    pub information: f32,
+    /// Probability that it intersects if its last witnesses do not meet any more.
+    pub chance: f32,
 }
 
 impl Forecast {
-    pub const NONE: Self = Self { median: 0, high: 0, information: 0.0 };
+    pub const NONE: Self = Self { median: 0, high: 0, chance: 0.0 };
 
     /// From what is remembered, or else from the size of the trees. `age`: frames since it was decided.
     pub fn new(track: &Track, a: &Tree, b: &Tree, age: u64) -> Self {
@@ -25,10 +25,10 @@ impl Forecast {
         let chance = match track.verdict {
             Verdict::Intersecting { .. } => LOST_WITNESS,
             Verdict::Undecided => NEVER_DECIDED,
-            Verdict::Separated => (NEW_CONTACT * track.search as f32 * age as f32).min(0.5),
+            Verdict::Separated => (NEW_CONTACT * track.search as f32 * age as f32).min(NEVER_DECIDED),
         };
         let capped = |work: u64| (work + WORK_PER_PAIR).min(u64::from(u32::MAX)) as u32;
-        Self { median: capped(median), high: capped(high), information: entropy(chance) }
+        Self { median: capped(median), high: capped(high), chance }
     }
 }
 
@@ -37,11 +37,6 @@ impl Forecast {
 const LOST_WITNESS: f32 = 0.93;
 const NEVER_DECIDED: f32 = 0.3;
 const NEW_CONTACT: f32 = 3e-5;
-
-/// In bits, of a chance `p` and its complement; `4 p (1 - p)` is within .15 of it.
-fn entropy(p: f32) -> f32 {
-    4.0 * p * (1.0 - p)
-}
 
 /// Work of a query, median and 90 % quantile.
 fn expected_cost(track: &Track, a: &Tree, b: &Tree) -> (u64, u64) {

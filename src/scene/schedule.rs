@@ -87,8 +87,10 @@ pub(super) struct Frame<'f, C> {
 }
 
 impl<C: Clock> Frame<'_, C> {
-    fn deadline(&self) -> Option<Duration> {
-        self.started.zip(self.budget.time_limit()).map(|(start, limit)| start.saturating_add(limit))
+    /// When the last chain has to end, so that the rest of the frame, as long as `rest`, ends within the budget.
+    fn deadline(&self, rest: Duration) -> Option<Duration> {
+        let end = self.started.zip(self.budget.time_limit()).map(|(start, limit)| start.saturating_add(limit));
+        end.map(|end| end.saturating_sub(rest))
     }
 }
 
@@ -104,12 +106,14 @@ pub(super) struct Schedule {
     overspent: bool,
     /// Time of a unit of work on one thread, as measured in earlier frames.
     nanos_per_work: f64,
+    /// Time from the end of the last chain to that of the frame, as measured in earlier frames.
+    rest: Duration,
 }
 
 impl Schedule {
     pub fn new() -> Self {
         let chains = (0..CHAINS).map(|_| Chain::default()).collect();
-        Self { chains, tasks: Vec::new(), order: Vec::new(), cursor: 0, overspent: false, nanos_per_work: 0.4 }
+        Self { chains, tasks: Vec::new(), order: Vec::new(), cursor: 0, overspent: false, nanos_per_work: 0.4, rest: Duration::ZERO }
     }
 
     /// What the stopped run of a pair left open, if it is kept.
@@ -133,7 +137,7 @@ impl Schedule {
         mut execute: impl FnMut(&mut [Chain], &Round),
     ) {
         self.gather(frame, pairs, report);
-        let deadline = frame.deadline();
+        let deadline = frame.deadline(self.rest);
         let mut round = Round {
             frame: frame.number,
             mode: frame.mode,
@@ -141,9 +145,10 @@ impl Schedule {
             witnesses_only: false,
             deadline,
         };
-        let total = self.left(frame, 0);
+        let mut last = None;
+        let total = self.left(frame, deadline, 0);
         for number in 0..ROUNDS as u64 {
-            let left = self.left(frame, report.work);
+            let left = self.left(frame, deadline, report.work);
             let open = report.pairs.len() - report.complete;
             if open == 0 || left < LEAST + number * PLANNING * open as u64 {
                 break;
@@ -165,6 +170,7 @@ impl Schedule {
             execute(&mut self.chains, &round);
             let ended = deadline.map(|_| frame.clock.now());
             let spent = self.collect(&round, total / GUARANTEED, pairs, report);
+            last = ended;
             if spent == 0 {
                 break;
             }
@@ -175,11 +181,17 @@ impl Schedule {
             }
         }
         report.finish();
+        if let Some(ended) = last {
+            // What another program took in between does not count.
+            let most = Duration::from_nanos(2_000 + 20 * report.pairs.len() as u64);
+            let rest = frame.clock.now().saturating_sub(ended).min(most);
+            self.rest = (7 * self.rest + 2 * rest) / 8;
+        }
     }
 
     /// Work that is left, `spent` being done; `u64::MAX` without a budget.
-    fn left<C: Clock>(&self, frame: &Frame<C>, spent: u64) -> u64 {
-        let time = frame.deadline().map(|deadline| deadline.saturating_sub(frame.clock.now()));
+    fn left<C: Clock>(&self, frame: &Frame<C>, deadline: Option<Duration>, spent: u64) -> u64 {
+        let time = deadline.map(|deadline| deadline.saturating_sub(frame.clock.now()));
         let speed = frame.threads as f64 / self.nanos_per_work;
         let in_time = time.map_or(u64::MAX, |time| (time.as_nanos() as f64 * speed) as u64);
         in_time.min(frame.budget.work_limit().map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
@@ -392,6 +404,6 @@ impl Schedule {
 fn rank(importance: f32, forecast: &Forecast) -> u64 {
     let bits = importance.to_bits();
     let ascending = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
-    let gain = forecast.information / (forecast.median as f32 + 1.0);
+    let gain = forecast.chance / (forecast.median as f32 + 1.0);
     u64::from(!ascending) << 32 | u64::from(!gain.to_bits())
 }
