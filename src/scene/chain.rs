@@ -16,7 +16,7 @@ use core::time::Duration;
 pub(super) const WORK_PER_PAIR: u64 = 250;
 
 /// Work that counts for testing the last witness of a pair, set-up included.
-pub(super) const WORK_PER_WITNESS: u64 = 300;
+pub(super) const WORK_PER_WITNESS: u64 = 120;
 
 /// The least that is of use: the set-up of a pair and one step.
 pub(super) const LEAST: u64 = WORK_PER_PAIR + MAX_STEP_WORK;

@@ -94,6 +94,27 @@ impl<C: Clock> Frame<'_, C> {
     }
 }
 
+/// How fast a thread works, as measured: sums that fade.
+#[derive(Clone, Copy, Debug)]
+struct Speed {
+    work: f64,
+    nanos: f64,
+}
+
+impl Speed {
+    const GUESS: Self = Self { work: 1e5, nanos: 4e4 };
+
+    fn learn(&mut self, work: f64, nanos: f64) {
+        // Other programs may have had the processor, for any time: most that counts is 1 ns a unit.
+        self.work = 0.9 * self.work + work;
+        self.nanos = 0.9 * self.nanos + nanos.min(work);
+    }
+
+    fn work_per_nano(&self) -> f64 {
+        self.work / self.nanos
+    }
+}
+
 #[derive(Debug)]
 pub(super) struct Schedule {
     chains: Vec<Chain>,
@@ -104,8 +125,7 @@ pub(super) struct Schedule {
     /// The pair that the rota begins with, and whether it has used up a guaranteed share.
     cursor: Key,
     overspent: bool,
-    /// Time of a unit of work on one thread, as measured in earlier frames.
-    nanos_per_work: f64,
+    speed: Speed,
     /// Time from the end of the last chain to that of the frame, as measured in earlier frames.
     rest: Duration,
 }
@@ -113,7 +133,7 @@ pub(super) struct Schedule {
 impl Schedule {
     pub fn new() -> Self {
         let chains = (0..CHAINS).map(|_| Chain::default()).collect();
-        Self { chains, tasks: Vec::new(), order: Vec::new(), cursor: 0, overspent: false, nanos_per_work: 0.4, rest: Duration::ZERO }
+        Self { chains, tasks: Vec::new(), order: Vec::new(), cursor: 0, overspent: false, speed: Speed::GUESS, rest: Duration::ZERO }
     }
 
     /// What the stopped run of a pair left open, if it is kept.
@@ -176,8 +196,7 @@ impl Schedule {
             }
             if let Some((began, ended)) = began.zip(ended) {
                 let nanos = ended.saturating_sub(began).as_nanos() as f64 * frame.threads as f64;
-                let measured = (nanos / spent as f64).clamp(0.05, 5.0);
-                self.nanos_per_work += 0.1 * (measured - self.nanos_per_work);
+                self.speed.learn(spent as f64, nanos);
             }
         }
         report.finish();
@@ -192,8 +211,8 @@ impl Schedule {
     /// Work that is left, `spent` being done; `u64::MAX` without a budget.
     fn left<C: Clock>(&self, frame: &Frame<C>, deadline: Option<Duration>, spent: u64) -> u64 {
         let time = deadline.map(|deadline| deadline.saturating_sub(frame.clock.now()));
-        let speed = frame.threads as f64 / self.nanos_per_work;
-        let in_time = time.map_or(u64::MAX, |time| (time.as_nanos() as f64 * speed) as u64);
+        let work = |time: Duration| (time.as_nanos() as f64 * frame.threads as f64 * self.speed.work_per_nano()) as u64;
+        let in_time = time.map_or(u64::MAX, work);
         in_time.min(frame.budget.work_limit().map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
     }
 
