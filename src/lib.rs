@@ -29,8 +29,6 @@ pub use query::{
     ResumeError, Stats, StopReason, Verdict, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
     Workspace,
 };
-pub use scene::{
-    Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError,
-};
+pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
 pub use tree::{BuildOptions, LevelProfile, Subtree, Tree, TreeFault, TreeStats};
 pub use triangle::triangles_intersect;

@@ -91,8 +91,8 @@ impl Chain {
                 break;
             }
             if at > 0 && item.expected > left {
-                // The next round has room for it.
-                continue;
+                // The next round has room for it, and those after it do not go first.
+                break;
             }
             let held = self.held.filter(|&(key, _)| key == item.key);
             let order = held.map_or(round.order, |(_, order)| order);

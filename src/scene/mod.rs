@@ -31,8 +31,8 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use body::{Bodies, Placed, checked_importance, checked_inverse};
 use bounds::Extent;
-use chain::{Chain, Round};
 use broad::{Broad, News};
+use chain::{Chain, Round};
 use pairs::Pairs;
 use schedule::{Frame, Schedule};
 

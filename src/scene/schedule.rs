@@ -133,7 +133,15 @@ pub(super) struct Schedule {
 impl Schedule {
     pub fn new() -> Self {
         let chains = (0..CHAINS).map(|_| Chain::default()).collect();
-        Self { chains, tasks: Vec::new(), order: Vec::new(), cursor: 0, overspent: false, speed: Speed::GUESS, rest: Duration::ZERO }
+        Self {
+            chains,
+            tasks: Vec::new(),
+            order: Vec::new(),
+            cursor: 0,
+            overspent: false,
+            speed: Speed::GUESS,
+            rest: Duration::ZERO,
+        }
     }
 
     /// What the stopped run of a pair left open, if it is kept.
@@ -158,13 +166,8 @@ impl Schedule {
     ) {
         self.gather(frame, pairs, report);
         let deadline = frame.deadline(self.rest);
-        let mut round = Round {
-            frame: frame.number,
-            mode: frame.mode,
-            order: Order::DepthFirst,
-            witnesses_only: false,
-            deadline,
-        };
+        let mut round =
+            Round { frame: frame.number, mode: frame.mode, order: Order::DepthFirst, witnesses_only: false, deadline };
         let mut last = None;
         let total = self.left(frame, deadline, 0);
         for number in 0..ROUNDS as u64 {

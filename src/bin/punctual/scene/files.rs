@@ -96,7 +96,8 @@ fn table<const N: usize>(file: &Path) -> Result<Vec<(usize, [f64; N])>, FileErro
         let mut columns = line.split(',');
         for slot in &mut numbers {
             let column = columns.next().ok_or_else(|| format!("fewer than {N} columns"));
-            *slot = column.and_then(|column| number(column.trim())).map_err(|what| FileError::at_line(file, at, what))?;
+            *slot =
+                column.and_then(|column| number(column.trim())).map_err(|what| FileError::at_line(file, at, what))?;
         }
         Ok((at, numbers))
     };
@@ -118,7 +119,10 @@ fn frames(file: &Path, bodies: usize) -> Result<Vec<Vec<Pose>>, FileError> {
             _ => (frames.len(), 0),
         };
         if (frame, body) != (expected.0 as f64, expected.1 as f64) {
-            return Err(fault(format!("frame {frame}, body {body}: must be frame {}, body {}", expected.0, expected.1)));
+            return Err(fault(format!(
+                "frame {frame}, body {body}: must be frame {}, body {}",
+                expected.0, expected.1
+            )));
         }
         let pose = Pose::from_quat(DQuat::from_xyzw(qx, qy, qz, qw), DVec3::new(px, py, pz));
         let pose = pose.map_err(|error| fault(error.to_string()))?;
