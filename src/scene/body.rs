@@ -113,11 +113,6 @@ impl Body {
     pub fn importance(&self) -> f32 {
         self.importance
     }
-
-    pub(super) fn may_meet(&self, other: &Self) -> bool {
-        let fixed = self.kind == BodyKind::Fixed && other.kind == BodyKind::Fixed;
-        !fixed && self.filter.groups & other.filter.mask != 0 && other.filter.groups & self.filter.mask != 0
-    }
 }
 
 /// A body in a scene.
@@ -126,8 +121,8 @@ pub(super) struct Placed {
     pub body: Body,
     /// Of the pose.
     pub inverse: Pose,
-    /// The frame in which pose or tree were last new.
-    pub changed: u64,
+    /// The pose of the last frame.
+    pub last: Pose,
 }
 
 impl Placed {
@@ -137,16 +132,36 @@ impl Placed {
     }
 }
 
+/// What is asked of a body for each of its pairs: few bytes, so that those of a large scene stay in the caches.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Facts {
+    /// The frame in which pose or tree were last new.
+    pub changed: u64,
+    pub generation: u32,
+    pub importance: f32,
+    pub triangles: u32,
+    pub filter: Filter,
+}
+
+impl Facts {
+    pub fn may_meet(&self, other: &Self) -> bool {
+        let (a, b) = (self.filter, other.filter);
+        a.groups & b.mask != 0 && b.groups & a.mask != 0
+    }
+}
+
 /// The bodies of a scene, in slots that are used again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bodies {
-    slots: Vec<(u32, Option<Placed>)>,
+    slots: Vec<Option<Placed>>,
+    facts: Vec<Facts>,
     free: Vec<u32>,
+    len: usize,
 }
 
 impl Bodies {
     pub fn len(&self) -> usize {
-        self.slots.len() - self.free.len()
+        self.len
     }
 
     /// The id that the next body gets.
@@ -155,52 +170,82 @@ impl Bodies {
             Some(&index) => index,
             None => u32::try_from(self.slots.len()).ok().filter(|&index| index < u32::MAX)?,
         };
-        let generation = self.slots.get(index as usize).map_or(0, |slot| slot.0);
-        Some(BodyId { index, generation })
+        Some(self.id(index))
     }
 
     /// Puts a body where [`Bodies::next_id`] said.
-    pub fn insert(&mut self, placed: Placed) {
-        match self.free.pop() {
-            Some(index) => self.slots[index as usize].1 = Some(placed),
-            None => self.slots.push((0, Some(placed))),
+    pub fn insert(&mut self, placed: Placed, frame: u64) {
+        let index = self.free.pop().map_or(self.slots.len(), |index| index as usize);
+        if index == self.slots.len() {
+            self.slots.push(None);
+            self.facts.push(Facts::default());
         }
+        self.slots[index] = Some(placed);
+        self.len += 1;
+        self.note(index, frame);
     }
 
-    pub fn remove(&mut self, id: BodyId) -> Result<Placed, SceneError> {
-        let slot = self.slots.get_mut(id.index()).filter(|slot| slot.0 == id.generation);
-        let slot = slot.ok_or(SceneError::NoSuchBody { body: id })?;
-        let placed = slot.1.take().ok_or(SceneError::NoSuchBody { body: id })?;
+    pub fn remove(&mut self, id: BodyId) -> Result<Body, SceneError> {
+        self.get(id)?;
+        let placed = self.slots[id.index()].take().ok_or(SceneError::NoSuchBody { body: id })?;
+        self.len -= 1;
         // A slot whose generations are used up is given up.
-        if let Some(next) = slot.0.checked_add(1) {
-            slot.0 = next;
+        if let Some(next) = id.generation.checked_add(1) {
+            self.facts[id.index()].generation = next;
             self.free.push(id.index);
         }
-        Ok(placed)
+        Ok(placed.body)
+    }
+
+    /// Changes a body in `frame`. Whether it is the first change of that kind in this frame.
+    pub fn change(&mut self, id: BodyId, frame: u64, change: impl FnOnce(&mut Placed)) -> Result<bool, SceneError> {
+        self.get(id)?;
+        if let Some(placed) = &mut self.slots[id.index()] {
+            change(placed);
+        }
+        Ok(self.note(id.index(), frame))
+    }
+
+    /// Copies the facts of a body.
+    fn note(&mut self, index: usize, frame: u64) -> bool {
+        let facts = &mut self.facts[index];
+        if let Some(Placed { body, .. }) = &self.slots[index] {
+            (facts.importance, facts.filter) = (body.importance, body.filter);
+            facts.triangles = body.tree.mesh().len() as u32;
+        }
+        core::mem::replace(&mut facts.changed, frame) != frame
     }
 
     pub fn get(&self, id: BodyId) -> Result<&Placed, SceneError> {
-        let slot = self.slots.get(id.index()).filter(|slot| slot.0 == id.generation);
-        slot.and_then(|slot| slot.1.as_ref()).ok_or(SceneError::NoSuchBody { body: id })
+        let placed = self.at(id.index).filter(|_| self.facts[id.index()].generation == id.generation);
+        placed.ok_or(SceneError::NoSuchBody { body: id })
     }
 
-    pub fn get_mut(&mut self, id: BodyId) -> Result<&mut Placed, SceneError> {
-        let slot = self.slots.get_mut(id.index()).filter(|slot| slot.0 == id.generation);
-        slot.and_then(|slot| slot.1.as_mut()).ok_or(SceneError::NoSuchBody { body: id })
+    pub fn facts_of(&self, id: BodyId) -> Result<&Facts, SceneError> {
+        self.get(id).map(|_| self.facts(id.index))
     }
 
     pub fn at(&self, index: u32) -> Option<&Placed> {
-        self.slots.get(index as usize).and_then(|slot| slot.1.as_ref())
+        self.slots.get(index as usize)?.as_ref()
+    }
+
+    pub fn at_mut(&mut self, index: u32) -> Option<&mut Placed> {
+        self.slots.get_mut(index as usize)?.as_mut()
+    }
+
+    /// The facts of a slot that is or was in use.
+    pub fn facts(&self, index: u32) -> &Facts {
+        &self.facts[index as usize]
     }
 
     /// The id of the body in a slot.
     pub fn id(&self, index: u32) -> BodyId {
-        BodyId { index, generation: self.slots.get(index as usize).map_or(0, |slot| slot.0) }
+        BodyId { index, generation: self.facts.get(index as usize).map_or(0, |facts| facts.generation) }
     }
 
     pub fn iter(&self) -> impl Iterator<Item = (BodyId, &Body)> {
         let ids = (0..).map(|index| self.id(index));
-        self.slots.iter().zip(ids).filter_map(|(slot, id)| slot.1.as_ref().map(|placed| (id, &placed.body)))
+        self.slots.iter().zip(ids).filter_map(|(slot, id)| slot.as_ref().map(|placed| (id, &placed.body)))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::math::tolerance::{FRAME_ROUNDING, ROUNDING};
 use crate::math::{Aabb, Pose};
-use crate::tree::{Tree, WIDTH};
+use crate::tree::Tree;
 use glam::{DMat3, DVec3};
 use wide::f32x8;
 
@@ -18,10 +18,9 @@ const MARGIN: f64 = 128.0 * f64::EPSILON;
 const UNIT_MARGIN: f64 = FRAME_ROUNDING as f64 + 32.0 * ROUNDING as f64;
 
 /// The boxes that a body is made of: those of the children of its tree's root, which fit more closely than the root's own
-/// when they are turned.
+/// when they are turned. Lanes without a child hold the middle of the mesh's box.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
-    /// Lanes without a child repeat the first.
     center: [f32x8; 3],
     half: [f32x8; 3],
     /// The frame of the boxes in the mesh's.
@@ -37,15 +36,11 @@ pub(super) struct Extent {
 impl Extent {
     pub fn of(tree: &Tree) -> Self {
         let Some(root) = tree.nodes().first() else { return Self::NOTHING };
-        let lanes = |numbers: &[f32; WIDTH]| {
-            let child = |lane: usize| numbers[if lane < usize::from(root.children) { lane } else { 0 }];
-            f32x8::new(core::array::from_fn(child))
-        };
         let bounds = tree.mesh().aabb();
         let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
         Self {
-            center: core::array::from_fn(|axis| lanes(&root.center[axis])),
-            half: core::array::from_fn(|axis| lanes(&root.half[axis])),
+            center: [f32x8::new(root.center[0]), f32x8::new(root.center[1]), f32x8::new(root.center[2])],
+            half: [f32x8::new(root.half[0]), f32x8::new(root.half[1]), f32x8::new(root.half[2])],
             frame: root.rotation().as_dmat3(),
             origin: tree.unit().origin,
             unit: tree.unit().length(),

@@ -57,7 +57,6 @@ const _: () = assert!(size_of::<Node>() == 64);
 struct Place {
     wide: Aabb,
     leaf: u32,
-    news: News,
     moving: bool,
 }
 
@@ -66,8 +65,9 @@ pub(super) struct Broad {
     /// The boxes of all bodies, empty for those that are not there.
     boxes: Vec<Aabb>,
     places: Vec<Place>,
-    /// Bodies with news.
-    news: Vec<u32>,
+    /// What is new about each body, and those of whom something is.
+    news: Vec<News>,
+    newcomers: Vec<u32>,
     nodes: Vec<Node>,
     /// The root of the tree, then the leaves of bodies that came or were carried off since it was built.
     roots: Vec<u32>,
@@ -87,7 +87,7 @@ impl Broad {
 
     /// Whether a body has another wide box than before the last [`Broad::update`].
     pub fn news(&self, body: u32) -> News {
-        self.places[body as usize].news
+        self.news[body as usize]
     }
 
     /// Gives a body its box; an empty box takes it away.
@@ -95,7 +95,8 @@ impl Broad {
         let at = body as usize;
         if at >= self.boxes.len() {
             self.boxes.resize(at + 1, Aabb::EMPTY);
-            self.places.resize(at + 1, Place { wide: Aabb::EMPTY, leaf: NONE, news: News::None, moving });
+            self.places.resize(at + 1, Place { wide: Aabb::EMPTY, leaf: NONE, moving });
+            self.news.resize(at + 1, News::None);
         }
         self.boxes[at] = bounds;
         let place = &mut self.places[at];
@@ -106,14 +107,14 @@ impl Broad {
         }
         let slack = DVec3::splat(if moving { SLACK * bounds.extents().max_element() } else { 0.0 });
         place.wide = Aabb { min: bounds.min - slack, max: bounds.max + slack };
-        if place.news == News::None {
-            self.news.push(body);
+        if self.news[at] == News::None {
+            self.newcomers.push(body);
         }
-        place.news = place.news.max(news).max(News::Place);
+        self.news[at] = self.news[at].max(news).max(News::Place);
     }
 
     pub fn has_news(&self) -> bool {
-        !self.news.is_empty()
+        !self.newcomers.is_empty()
     }
 
     /// All pairs of wide boxes that overlap and have a new one among them, ascending, as of the last update.
@@ -124,12 +125,12 @@ impl Broad {
     /// Brings the tree up to date. The news stay until [`Broad::forget_news`].
     pub fn update(&mut self) {
         self.found.clear();
-        if self.news.is_empty() {
+        if self.newcomers.is_empty() {
             return;
         }
-        self.moves += self.news.len();
-        for i in 0..self.news.len() {
-            self.renew(self.news[i]);
+        self.moves += self.newcomers.len();
+        for i in 0..self.newcomers.len() {
+            self.renew(self.newcomers[i]);
         }
         let bodies = self.nodes.len() / 2;
         if self.roots.len().pow(2) > bodies + 64 || self.moves > MOVES_BEFORE_REBUILD * bodies + 64 {
@@ -147,8 +148,8 @@ impl Broad {
 
     /// Ends the frame of an update.
     pub fn forget_news(&mut self) {
-        for body in self.news.drain(..) {
-            self.places[body as usize].news = News::None;
+        for body in self.newcomers.drain(..) {
+            self.news[body as usize] = News::None;
         }
         for mut at in self.marked.drain(..) {
             while let Some(node) = self.nodes.get_mut(at as usize).filter(|node| node.new) {
@@ -203,21 +204,21 @@ impl Broad {
             }
         }
         if !self.order.is_empty() {
-            self.roots.push(build(&mut self.nodes, &mut self.places, &mut self.order, NONE));
+            self.roots.push(build(&mut self.nodes, &mut self.places, &self.news, &mut self.order, NONE));
         }
         self.marked.clear();
-        let leaves = self.news.iter().map(|&body| self.places[body as usize].leaf);
+        let leaves = self.newcomers.iter().map(|&body| self.places[body as usize].leaf);
         self.marked.extend(leaves.filter(|&leaf| leaf != NONE));
     }
 }
 
 /// Builds the subtree of `order`, which is not empty, by halves along the longest axis: balanced, so recursion is short.
-fn build(nodes: &mut Vec<Node>, places: &mut [Place], order: &mut [u32], parent: u32) -> u32 {
+fn build(nodes: &mut Vec<Node>, places: &mut [Place], news: &[News], order: &mut [u32], parent: u32) -> u32 {
     let at = nodes.len() as u32;
     if let [body] = *order {
         let place = &mut places[body as usize];
         place.leaf = at;
-        let new = place.news != News::None;
+        let new = news[body as usize] != News::None;
         nodes.push(Node { bounds: place.wide, second: NONE, parent, body, new, moving: place.moving });
         return at;
     }
@@ -228,8 +229,8 @@ fn build(nodes: &mut Vec<Node>, places: &mut [Place], order: &mut [u32], parent:
     let empty = Node { bounds: Aabb::EMPTY, second: NONE, parent, body: NONE, new: false, moving: false };
     nodes.push(empty);
     let (left, right) = order.split_at_mut(half);
-    let first = build(nodes, places, left, at);
-    let second = build(nodes, places, right, at);
+    let first = build(nodes, places, news, left, at);
+    let second = build(nodes, places, news, right, at);
     let (first, other) = (nodes[first as usize], nodes[second as usize]);
     let node = &mut nodes[at as usize];
     node.bounds = first.bounds.union(&other.bounds);

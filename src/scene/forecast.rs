@@ -3,7 +3,6 @@
 use super::chain::WORK_PER_PAIR;
 use super::pairs::Track;
 use crate::query::{MAX_STEP_WORK, Verdict};
-use crate::tree::Tree;
 
 /// Expectations of a pair.
 #[derive(Clone, Copy, Debug)]
@@ -19,9 +18,9 @@ pub(super) struct Forecast {
 impl Forecast {
     pub const NONE: Self = Self { median: 0, high: 0, chance: 0.0 };
 
-    /// From what is remembered, or else from the size of the trees. `age`: frames since it was decided.
-    pub fn new(track: &Track, a: &Tree, b: &Tree, age: u64) -> Self {
-        let (median, high) = expected_cost(track, a, b);
+    /// From what is remembered, or else from the number of triangles of both meshes. `age`: frames since it was decided.
+    pub fn new(track: &Track, triangles: [u32; 2], age: u64) -> Self {
+        let (median, high) = expected_cost(track, triangles);
         let chance = match track.verdict {
             Verdict::Intersecting { .. } => LOST_WITNESS,
             Verdict::Undecided => NEVER_DECIDED,
@@ -39,12 +38,12 @@ const NEVER_DECIDED: f32 = 0.3;
 const NEW_CONTACT: f32 = 3e-5;
 
 /// Work of a query, median and 90 % quantile.
-fn expected_cost(track: &Track, a: &Tree, b: &Tree) -> (u64, u64) {
+fn expected_cost(track: &Track, [a, b]: [u32; 2]) -> (u64, u64) {
     let (search, spread) = if track.search > 0 {
         (track.search, track.search / 2)
     } else {
         // Near contact, work grows about like the fourth root of the product of the triangle counts.
-        let triangles = (a.mesh().len() as f32) * (b.mesh().len() as f32);
+        let triangles = a as f32 * b as f32;
         let guess = 150 * libm::sqrtf(libm::sqrtf(triangles)) as u64;
         (guess, 2 * guess)
     };

@@ -74,8 +74,6 @@ pub struct Scene {
     mode: Mode,
     reach: Reach,
     bodies: Arc<Bodies>,
-    /// Extent and, where the boxes are around ways, the pose of the last frame; by index.
-    extents: Vec<(Extent, Pose)>,
     /// Bodies that need a new box, and whether they are another body than before.
     moved: Vec<(u32, News)>,
     broad: Broad,
@@ -95,7 +93,6 @@ impl Scene {
             mode: Mode::Any,
             reach: Reach::Here,
             bodies: Arc::default(),
-            extents: Vec::new(),
             moved: Vec::new(),
             broad: Broad::default(),
             pairs: Pairs::default(),
@@ -139,14 +136,9 @@ impl Scene {
         let id = self.bodies.next_id().ok_or(SceneError::Full)?;
         let inverse = checked_inverse(id, &body.pose)?;
         let importance = checked_importance(id, body.importance)?;
-        let extent = (Extent::of(&body.tree), body.pose);
-        match self.extents.get_mut(id.index()) {
-            Some(slot) => *slot = extent,
-            None => self.extents.push(extent),
-        }
-        let body = body.with_importance(importance);
-        let changed = self.report.frame + 1;
-        self.bodies_mut().insert(Placed { body, inverse, changed });
+        let frame = self.next_frame();
+        let last = body.pose;
+        self.bodies_mut().insert(Placed { body: body.with_importance(importance), inverse, last }, frame);
         self.moved.push((id.index() as u32, News::Body));
         Ok(id)
     }
@@ -156,7 +148,7 @@ impl Scene {
     /// # Errors
     /// If it is not in it.
     pub fn remove(&mut self, id: BodyId) -> Result<Body, SceneError> {
-        let body = self.bodies_mut().remove(id)?.body;
+        let body = self.bodies_mut().remove(id)?;
         self.moved.push((id.index() as u32, News::Body));
         Ok(body)
     }
@@ -191,8 +183,7 @@ impl Scene {
     pub fn set_pose(&mut self, id: BodyId, pose: Pose) -> Result<(), SceneError> {
         if self.bodies.get(id)?.body.pose != pose {
             let inverse = checked_inverse(id, &pose)?;
-            let placed = self.change(id)?;
-            (placed.body.pose, placed.inverse) = (pose, inverse);
+            self.change(id, |placed| (placed.body.pose, placed.inverse) = (pose, inverse))?;
         }
         Ok(())
     }
@@ -202,10 +193,7 @@ impl Scene {
     /// # Errors
     /// If the body is not in the scene.
     pub fn set_tree(&mut self, id: BodyId, tree: Arc<Tree>) -> Result<(), SceneError> {
-        let extent = Extent::of(&tree);
-        self.change(id)?.body.tree = tree;
-        self.extents[id.index()].0 = extent;
-        Ok(())
+        self.change(id, |placed| placed.body.tree = tree)
     }
 
     /// Says whom a body may meet.
@@ -213,7 +201,7 @@ impl Scene {
     /// # Errors
     /// If the body is not in the scene.
     pub fn set_filter(&mut self, id: BodyId, filter: Filter) -> Result<(), SceneError> {
-        self.bodies_mut().get_mut(id)?.body.filter = filter;
+        self.change(id, |placed| placed.body.filter = filter)?;
         self.moved.push((id.index() as u32, News::Place));
         Ok(())
     }
@@ -223,9 +211,9 @@ impl Scene {
     /// # Errors
     /// If the body is not in the scene, or the importance is NaN.
     pub fn set_importance(&mut self, id: BodyId, importance: f32) -> Result<(), SceneError> {
-        let placed = self.bodies_mut().get_mut(id)?;
-        placed.body.importance = checked_importance(id, importance)?;
-        Ok(())
+        let importance = checked_importance(id, importance)?;
+        let changed = self.bodies.facts_of(id)?.changed;
+        self.bodies_mut().change(id, changed, |placed| placed.body.importance = importance).map(drop)
     }
 
     /// Finds out which bodies meet, within a budget for the whole frame.
@@ -292,14 +280,18 @@ impl Scene {
         Arc::make_mut(&mut self.bodies)
     }
 
-    /// A body whose pose or tree changes.
-    fn change(&mut self, id: BodyId) -> Result<&mut Placed, SceneError> {
-        let next = self.report.frame + 1;
-        let placed = Arc::make_mut(&mut self.bodies).get_mut(id)?;
-        if core::mem::replace(&mut placed.changed, next) != next {
+    /// The frame in which a change takes effect.
+    fn next_frame(&self) -> u64 {
+        self.report.frame + 1
+    }
+
+    /// Changes a body in a way that may change its box or its verdicts.
+    fn change(&mut self, id: BodyId, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
+        let frame = self.next_frame();
+        if self.bodies_mut().change(id, frame, change)? {
             self.moved.push((id.index() as u32, News::None));
         }
-        Ok(placed)
+        Ok(())
     }
 
     fn frame<C: Clock>(
@@ -327,26 +319,26 @@ impl Scene {
             self.moved.sort_unstable_by(|x, y| y.cmp(x));
             self.moved.dedup_by_key(|&mut (index, _)| index);
         }
+        let bodies = Arc::make_mut(&mut self.bodies);
         for at in (0..self.moved.len()).rev() {
             let (index, news) = self.moved[at];
-            let (extent, last) = &mut self.extents[index as usize];
-            let Some(Placed { body, .. }) = self.bodies.at(index) else {
-                self.broad.place(index, Aabb::EMPTY, false, news);
-                self.moved.swap_remove(at);
-                continue;
-            };
-            let bounds = match self.reach {
-                Reach::Here => extent.at(&body.pose),
-                Reach::Way => extent.swept(last, &body.pose),
-            };
-            self.broad.place(index, bounds, body.kind == BodyKind::Moving, news);
-            let moved = *last != body.pose;
-            *last = body.pose;
-            if self.reach == Reach::Here || !moved {
-                self.moved.swap_remove(at);
-            } else {
+            let mut goes_on = false;
+            if let Some(Placed { body, last, .. }) = bodies.at_mut(index) {
+                let extent = Extent::of(&body.tree);
+                let bounds = match self.reach {
+                    Reach::Here => extent.at(&body.pose),
+                    Reach::Way => extent.swept(last, &body.pose),
+                };
+                self.broad.place(index, bounds, body.kind == BodyKind::Moving, news);
                 // In the next frame it has come from here.
+                goes_on = self.reach == Reach::Way && core::mem::replace(last, body.pose) != body.pose;
+            } else {
+                self.broad.place(index, Aabb::EMPTY, false, news);
+            }
+            if goes_on {
                 self.moved[at].1 = News::None;
+            } else {
+                self.moved.swap_remove(at);
             }
         }
     }

@@ -147,7 +147,7 @@ impl Pairs {
         }
         let may_meet = |key: Key| {
             let [a, b] = self::bodies(key);
-            bodies.at(a).zip(bodies.at(b)).is_some_and(|(a, b)| a.body.may_meet(&b.body))
+            bodies.facts(a).may_meet(bodies.facts(b))
         };
         let mut found = broad.found().iter().copied().filter(|&key| may_meet(key)).peekable();
         self.merged.clear();

@@ -228,9 +228,8 @@ impl Schedule {
         for place in 0..pairs.overlaps.len() {
             let Overlap { key, slot } = pairs.overlaps[place];
             let [a, b] = bodies(key);
-            let (Some(x), Some(y), Some(track)) = (frame.bodies.at(a), frame.bodies.at(b), pairs.track(slot)) else {
-                continue;
-            };
+            let (x, y) = (frame.bodies.facts(a), frame.bodies.facts(b));
+            let Some(track) = pairs.track(slot) else { continue };
             let changed = x.changed.max(y.changed);
             if self.overspent && key == self.cursor {
                 // It had its turn in vain, and if it moved it would have to begin again.
@@ -243,14 +242,14 @@ impl Schedule {
             } else {
                 let age = frame.number - track.decided;
                 let forecast =
-                    if forecasts { Forecast::new(track, &x.body.tree, &y.body.tree, age) } else { Forecast::NONE };
+                    if forecasts { Forecast::new(track, [x.triangles, y.triangles], age) } else { Forecast::NONE };
                 self.tasks.push(Task {
                     key,
                     place: report.pairs.len() as u32,
                     slot,
                     median: forecast.median,
                     high: forecast.high,
-                    rank: rank(x.body.importance.max(y.body.importance), &forecast),
+                    rank: rank(x.importance.max(y.importance), &forecast),
                     home: None,
                     witnessed: frame.mode == Mode::Any && matches!(track.verdict, Verdict::Intersecting { .. }),
                     state: State::Open,
