@@ -9,7 +9,7 @@ pub mod shapes;
 use alloc::boxed::Box;
 use core::fmt;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::math::{Aabb, tolerance::COORDINATE_LIMIT};
 
@@ -194,10 +194,16 @@ impl Mesh {
     /// If `i` is not below [`len`](Self::len).
     #[inline]
     pub fn triangle(&self, i: usize) -> [DVec3; 3] {
-        let corners = self.triangles[i];
+        let [p, q, r] = self.triangles[i];
         match &self.vertices {
-            Vertices::F32(v) => corners.map(|c| DVec3::from_array(v[c as usize].map(f64::from))),
-            Vertices::F64(v) => corners.map(|c| DVec3::from_array(v[c as usize])),
+            Vertices::F32(v) => {
+                let at = |c: u32| Vec3::from_array(v[c as usize]).as_dvec3();
+                [at(p), at(q), at(r)]
+            }
+            Vertices::F64(v) => {
+                let at = |c: u32| DVec3::from_array(v[c as usize]);
+                [at(p), at(q), at(r)]
+            }
         }
     }
 

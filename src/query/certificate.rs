@@ -1,10 +1,10 @@
 //! What an unfinished query can still say: how many intersections it may have missed, and where.
 
-use super::queue::TRIANGLE;
+use super::queue::Pair;
 use super::workspace::Workspace;
 use crate::math::tolerance::FRAME_ROUNDING;
 use crate::math::{Aabb, Pose};
-use crate::tree::{Node, Tree, xyz};
+use crate::tree::{Tree, xyz};
 use glam::{DMat3, DVec3, Vec3};
 
 /// Bounds on what the last run of a query left open. Looks at the workspace when asked, in time linear in the open pairs.
@@ -30,18 +30,34 @@ impl<'w> Certificate<'w> {
     /// No more triangle pairs than this intersect: those found, and for each open pair the product of its triangles.
     #[must_use]
     pub fn upper_bound(&self) -> u64 {
-        let count = |tree: &Tree, index: u32| node(tree, index).map_or(1, |node| u64::from(node.triangles));
-        let open: u64 = self.open().map(|[a, b]| count(self.a, a) * count(self.b, b)).sum();
+        let count = |tree: &Tree, node: u32, alive: u8| {
+            let node = &tree.nodes()[node as usize];
+            if node.is_cluster {
+                u64::from((u32::from(alive) & node.valid()).count_ones())
+            } else {
+                node.triangles.into()
+            }
+        };
+        let open = self.open().map(|open| match open {
+            Open::Nodes(Pair { nodes: [a, b], alive }) => count(self.a, a, alive[0]) * count(self.b, b, alive[1]),
+            Open::Triangles(_) => 1,
+        });
         let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
-        (self.workspace.run.found + open).min(all)
+        (self.workspace.run.found + open.sum::<u64>()).min(all)
     }
 
     /// Boxes in A's frame, one for each open pair: every missed intersection has all its points in one of them.
     pub fn boxes(&self) -> impl Iterator<Item = Aabb> + 'w {
-        let certificate = *self;
-        self.open().map(move |[a, b]| {
-            let a = bounds(certificate.a, a, &Pose::IDENTITY);
-            let b = bounds(certificate.b, b, certificate.b_in_a);
+        let Self { a, b, b_in_a, .. } = *self;
+        self.open().map(move |open| {
+            let [a, b] = match open {
+                Open::Nodes(Pair { nodes, .. }) => {
+                    [node_bounds(a, nodes[0], &Pose::IDENTITY), node_bounds(b, nodes[1], b_in_a)]
+                }
+                Open::Triangles(pair) => {
+                    [triangle_bounds(a, pair[0], &Pose::IDENTITY), triangle_bounds(b, pair[1], b_in_a)]
+                }
+            };
             let margin = DVec3::splat(rounding(&a) + rounding(&b));
             Aabb { min: a.min.max(b.min) - margin, max: a.max.min(b.max) + margin }
         })
@@ -53,24 +69,29 @@ impl<'w> Certificate<'w> {
         self.boxes().map(|open| (open.max - open.min).max_element()).fold(0.0, f64::max)
     }
 
-    fn open(&self) -> impl Iterator<Item = [u32; 2]> + 'w {
+    fn open(&self) -> impl Iterator<Item = Open> + 'w {
         let workspace = self.workspace;
-        let triangles = workspace.waiting.iter().chain(&workspace.doubtful).map(|pair| pair.map(|t| t | TRIANGLE));
-        workspace.front.iter().chain(triangles)
+        let triangles = workspace.waiting.as_slice().iter().chain(&workspace.doubtful).copied().map(Open::Triangles);
+        workspace.front.iter().map(Open::Nodes).chain(triangles)
     }
 }
 
-/// The node of one side of an open pair; `None` for a triangle.
-fn node(tree: &Tree, index: u32) -> Option<&Node> {
-    (index & TRIANGLE == 0).then(|| &tree.nodes()[index as usize])
+/// A pair that was not finished.
+enum Open {
+    Nodes(Pair),
+    /// In tree order.
+    Triangles([u32; 2]),
 }
 
-/// The box, in A's frame, of a node or triangle whose mesh lies at `pose`.
-fn bounds(tree: &Tree, index: u32, pose: &Pose) -> Aabb {
-    let Some(node) = node(tree, index) else {
-        let id = tree.ids()[(index & !TRIANGLE) as usize];
-        return Aabb::from_points(tree.mesh().triangle(id as usize).map(|v| pose.transform_point(v)));
-    };
+/// The box, in A's frame, of a triangle whose mesh lies at `pose`.
+fn triangle_bounds(tree: &Tree, triangle: u32, pose: &Pose) -> Aabb {
+    let id = tree.ids()[triangle as usize];
+    Aabb::from_points(tree.mesh().triangle(id as usize).map(|v| pose.transform_point(v)))
+}
+
+/// The same for a node.
+fn node_bounds(tree: &Tree, node: u32, pose: &Pose) -> Aabb {
+    let node = &tree.nodes()[node as usize];
     let (unit, rotation) = (tree.unit(), node.rotation().as_dmat3());
     let center = unit.origin + rotation * Vec3::from(xyz(node.own_center)).as_dvec3() * unit.length();
     let center = pose.transform_point(center);

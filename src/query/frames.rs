@@ -12,18 +12,15 @@ use wide::f32x4;
 /// Three columns of a matrix; the fourth lane is 0.
 type Columns = [f32x4; 3];
 
-const AXES: Columns =
-    [f32x4::new([1.0, 0.0, 0.0, 0.0]), f32x4::new([0.0, 1.0, 0.0, 0.0]), f32x4::new([0.0, 0.0, 1.0, 0.0])];
-
-/// B's place in A, in the unit coordinates of both, with bounds on all rounding.
+/// B's place in A, in the unit coordinates of both, with bounds on all rounding. Boxes of both are compared in A's units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relation {
     rotation: Columns,
     /// Length of B's unit in A's: a power of two.
     pub scale: f32,
     translation: f32x4,
-    /// What a box test of two nodes must allow for, in A's units and in B's.
-    margin: [f32; 2],
+    /// What a test of two boxes must allow for in the frame of A's node, and in that of B's.
+    margin: [f32x4; 2],
     /// The same for a direction, of either side, relative to its length.
     pub skew: f32,
     pub triangles: Placement,
@@ -49,8 +46,8 @@ impl Relation {
         let distance = translation.length();
         let u = f64::from(ROUNDING);
         let margin_a = u * (32.0 + 192.0 * scale + 32.0 * distance) + slop;
-        let margin_b = (u * (192.0 + 32.0 * scale + 32.0 * distance) + slop) / scale + 8.0 * deviation;
-        if exponent.abs() > LARGEST_SCALE || !(margin_a < 1e6 && margin_b < 1e6) {
+        let margin_b = u * (192.0 + 32.0 * scale + 32.0 * distance) + slop + 8.0 * deviation * scale;
+        if exponent.abs() > LARGEST_SCALE || !(margin_a < 1e6 && margin_b < 1e6 * scale) {
             return Self::BLIND;
         }
         let columns = b_in_a.rotation().to_cols_array_2d();
@@ -60,7 +57,7 @@ impl Relation {
             rotation: columns.map(rounded),
             scale: scale as f32,
             translation: rounded(translation.to_array()),
-            margin: [margin_a as f32, margin_b as f32],
+            margin: [f32x4::splat(margin_a as f32), f32x4::splat(margin_b as f32)],
             skew: 224.0 * ROUNDING + 16.0 * deviation as f32,
             triangles: Placement {
                 linear,
@@ -76,7 +73,7 @@ impl Relation {
         rotation: [f32x4::ZERO; 3],
         scale: 1.0,
         translation: f32x4::ZERO,
-        margin: [1e6; 2],
+        margin: [f32x4::splat(1e6); 2],
         skew: 1.0,
         triangles: Placement { linear: [[0.0; 3]; 3], translation: [0.0; 3], slop: 1e6, edge_slop: 1e6 },
     };
@@ -86,45 +83,31 @@ fn rounded([x, y, z]: [f64; 3]) -> f32x4 {
     f32x4::new([x as f32, y as f32, z as f32, 0.0])
 }
 
-/// One side seen from the frame of the other: `columns x + offset`, boxes widened by `margin`.
+/// What is of one side, seen from the frame of a node of the other: a box with centre `c` and half extents `h`, A's units,
+/// lies within `columns c + origin ± (|columns| h + margin)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
     pub columns: Columns,
-    /// The columns' absolute values, for half extents.
-    pub absolute: Columns,
-    pub offset: f32x4,
-    pub margin: f32,
+    pub origin: f32x4,
+    pub margin: f32x4,
 }
 
 impl View {
-    const NONE: Self = Self { columns: [f32x4::ZERO; 3], absolute: [f32x4::ZERO; 3], offset: f32x4::ZERO, margin: 0.0 };
-
-    #[inline(always)]
-    fn new(columns: Columns, offset: f32x4, margin: f32) -> Self {
-        Self { columns, absolute: per_axis!(k => columns[k].abs()), offset, margin }
-    }
-
     /// A point seen from the other side.
     #[inline(always)]
-    pub fn point(&self, x: &f32x4) -> f32x4 {
-        times(&self.columns, x) + self.offset
-    }
-
-    /// A direction seen from the other side.
-    #[inline(always)]
-    pub fn direction(&self, x: &f32x4) -> f32x4 {
-        times(&self.columns, x)
+    pub fn point(&self, x: f32x4) -> f32x4 {
+        times(&self.columns, x) + self.origin
     }
 
     /// The half extents of a box seen from the other side, widened by the margin.
     #[inline(always)]
-    pub fn half(&self, h: &f32x4) -> f32x4 {
-        times(&self.absolute, h) + f32x4::splat(self.margin)
+    pub fn half(&self, h: f32x4) -> f32x4 {
+        times(&per_axis!(k => self.columns[k].abs()), h) + self.margin
     }
 }
 
 #[inline(always)]
-fn times(columns: &Columns, x: &f32x4) -> f32x4 {
+fn times(columns: &Columns, x: f32x4) -> f32x4 {
     let [x, y, z] = per_axis!(k => columns[k] * f32x4::splat(x.as_array()[k]));
     x + y + z
 }
@@ -138,42 +121,38 @@ fn transposed([x, y, z]: Columns) -> Columns {
 /// The map between the frames of a node of A and one of B, in both directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frames {
-    ids: [u32; 2],
-    /// What is of B, seen from A's frame.
-    pub of_b: View,
     /// What is of A, seen from B's frame.
     pub of_a: View,
+    /// What is of B, seen from A's frame.
+    pub of_b: View,
 }
 
 impl Frames {
-    /// No frames yet: the first call of [`Frames::update`] computes them.
-    pub const UNKNOWN: Self = Self { ids: [u32::MAX; 2], of_b: View::NONE, of_a: View::NONE };
-
-    /// Makes these the frames of `a` and `b`; `None` stands for the mesh's own.
     #[inline(always)]
-    pub fn update(&mut self, a: Option<&Node>, b: Option<&Node>, relation: &Relation) {
-        let ids = [a.map_or(0, |node| node.frame), b.map_or(0, |node| node.frame)];
-        if ids[0] != self.ids[0] || ids[1] != self.ids[1] {
-            *self = Self::between(a, b, relation, ids);
-            // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
-            core::hint::black_box(&mut *self);
+    pub fn new(a: &Node, b: &Node, relation: &Relation) -> Self {
+        let to_a = transposed(a.rotation);
+        let columns = per_axis!(k => times(&to_a, times(&relation.rotation, b.rotation[k])));
+        let origin = times(&to_a, relation.translation);
+        let inverse = transposed(columns);
+        let [margin_a, margin_b] = relation.margin;
+        Self {
+            of_b: View { columns, origin, margin: margin_a },
+            of_a: View { columns: inverse, origin: f32x4::ZERO - times(&inverse, origin), margin: margin_b },
         }
     }
 
+    /// Triangles of A's mesh, seen from the frame of `b`.
     #[inline(always)]
-    fn between(a: Option<&Node>, b: Option<&Node>, relation: &Relation, ids: [u32; 2]) -> Self {
-        let a = a.map_or(&AXES, |node| &node.rotation);
-        let b = b.map_or(&AXES, |node| &node.rotation);
-        let to_a = transposed(*a);
-        let columns = per_axis!(k => times(&to_a, &times(&relation.rotation, &b[k])));
-        let offset = times(&to_a, &relation.translation);
-        let inverse = transposed(columns);
-        let (scale, shrink) = (f32x4::splat(relation.scale), f32x4::splat(1.0 / relation.scale));
-        let inverse = per_axis!(k => inverse[k] * shrink);
-        Self {
-            ids,
-            of_b: View::new(per_axis!(k => columns[k] * scale), offset, relation.margin[0]),
-            of_a: View::new(inverse, f32x4::ZERO - times(&inverse, &offset), relation.margin[1]),
-        }
+    pub fn triangles_of_a(&self, b: &Node, relation: &Relation) -> View {
+        let axes = per_axis!(k => times(&relation.rotation, b.rotation[k]));
+        View { columns: transposed(axes), ..self.of_a }
+    }
+
+    /// Triangles of B's mesh, in B's units, seen from the frame of `a`.
+    #[inline(always)]
+    pub fn triangles_of_b(&self, a: &Node, relation: &Relation) -> View {
+        let scale = f32x4::splat(relation.scale);
+        let to_a = transposed(a.rotation);
+        View { columns: per_axis!(k => times(&to_a, relation.rotation[k]) * scale), ..self.of_b }
     }
 }

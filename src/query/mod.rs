@@ -6,12 +6,14 @@
 mod boxes;
 mod budget;
 mod certificate;
+mod corners;
 mod frames;
 mod memory;
 mod order;
 mod outcome;
 mod queue;
 mod traversal;
+mod waiting;
 mod workspace;
 
 #[cfg(feature = "std")]
@@ -26,11 +28,13 @@ pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
 pub use workspace::{ResumeError, Workspace};
 
 use crate::math::Pose;
-use crate::tree::Tree;
+use crate::tree::{Tree, WIDTH};
 use budget::Meter;
+use corners::Corners;
 use frames::Relation;
+use queue::Pair;
 use traversal::Traversal;
-use workspace::{Key, WAITING};
+use workspace::Key;
 
 /// Everything about a query that is a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,15 +155,15 @@ impl<'t> Query<'t> {
             let witnesses = memory.witnesses(self.a, self.b);
             if self.options.mode == Mode::Any && !apart {
                 // They are tested before anything else, as any other waiting pairs.
-                workspace.waiting.extend_from_slice(witnesses);
+                workspace.waiting.extend(witnesses);
                 workspace.testing = !witnesses.is_empty();
             }
         }
         if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
             if self.queues(budget) {
-                workspace.front.queue([0, 0], 0, true);
+                workspace.front.queue(Pair::new(0, 0), 0, true);
             } else {
-                workspace.front.push([0, 0], true);
+                workspace.front.push(Pair::new(0, 0));
             }
             // Where triangles met last, others near them are likely to meet now: they are visited first.
             if let Some(&[x, y]) = workspace.waiting.first() {
@@ -226,6 +230,7 @@ impl<'t> Query<'t> {
         // Waiting pairs are work: with a deadline, or when the first hit ends the query, they wait only for a full batch.
         let patient = self.options.mode == Mode::All && budget.time.is_none();
         let instructions = workspace.instructions;
+        workspace.corners.iter_mut().for_each(Corners::clear);
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
         let mut traversal = Traversal {
             a: self.a,
@@ -235,8 +240,9 @@ impl<'t> Query<'t> {
             relation: &relation,
             workspace,
             meter,
-            depths: [[0.0; 8]; 8],
-            batch: if patient { WAITING } else { 8 },
+            depths: [[0.0; WIDTH]; WIDTH],
+            greedy: self.options.mode == Mode::Any,
+            batch: if patient { waiting::PATIENCE } else { 8 },
         };
         let stop = instructions.run(&mut traversal);
         let elapsed = traversal.meter.elapsed();

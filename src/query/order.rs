@@ -48,11 +48,15 @@ type Seen = ([f32; 3], [f32; 3]);
 
 impl BoxPair {
     pub fn new(a: &Node, b: &Node, relation: &Relation) -> Self {
-        let mut frames = Frames::UNKNOWN;
-        frames.update(Some(a), Some(b), relation);
-        let own = |node: &Node| (xyz(node.own_center), xyz(node.own_half));
-        let seen = |node: &Node, view: &View| (xyz(view.point(&node.own_center)), xyz(view.half(&node.own_half)));
-        Self { a: own(a), b: own(b), a_in_b: seen(a, &frames.of_a), b_in_a: seen(b, &frames.of_b) }
+        let frames = Frames::new(a, b, relation);
+        let (a, b) = ((a.own_center, a.own_half), (b.own_center * relation.scale, b.own_half * relation.scale));
+        let seen = |(center, half), view: &View| (xyz(view.point(center)), xyz(view.half(half)));
+        Self {
+            a: (xyz(a.0), xyz(a.1)),
+            b: (xyz(b.0), xyz(b.1)),
+            a_in_b: seen(a, &frames.of_a),
+            b_in_a: seen(b, &frames.of_b),
+        }
     }
 
     /// Half extents of both and the distance of the centres, on the six face axes.

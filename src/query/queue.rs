@@ -4,13 +4,19 @@
 //! time, and a total order (bucket, then last in first out, or first in first out) that depends on nothing but the input.
 
 use alloc::boxed::Box;
-use alloc::vec::Vec;
 
-/// Two nodes, or a triangle and a node: indices, with [`TRIANGLE`] set for a triangle (in tree order).
-pub(super) type Pair = [u32; 2];
+/// Two nodes, and which children of each are still of interest, a bit each; for those of inner nodes all are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Pair {
+    pub nodes: [u32; 2],
+    pub alive: [u8; 2],
+}
 
-/// Marks the index of a triangle.
-pub(super) const TRIANGLE: u32 = 1 << 31;
+impl Pair {
+    pub const fn new(a: u32, b: u32) -> Self {
+        Self { nodes: [a, b], alive: [u8::MAX; 2] }
+    }
+}
 
 /// Number of buckets; 0 is visited first.
 pub(super) const BUCKETS: usize = 128;
@@ -26,7 +32,8 @@ struct Entry {
 /// Node pairs still to be visited.
 #[derive(Clone, Debug)]
 pub(super) struct Front {
-    stack: Vec<Pair>,
+    stack: Box<[Pair; STACK]>,
+    height: usize,
     arena: Box<[Entry]>,
     /// First and last entry of each bucket.
     lists: [(u32, u32); BUCKETS],
@@ -36,42 +43,61 @@ pub(super) struct Front {
     touched: u32,
     queued: u32,
     peak: u32,
+    jumps: u32,
 }
 
 impl Front {
     pub fn new(capacity: usize) -> Self {
         let capacity = capacity.min(NONE as usize - 1);
         Self {
-            stack: Vec::with_capacity(STACK),
-            arena: alloc::vec![Entry { pair: [0; 2], next: NONE }; capacity].into(),
+            stack: Box::new([Pair::new(0, 0); STACK]),
+            height: 0,
+            arena: alloc::vec![Entry { pair: Pair::new(0, 0), next: NONE }; capacity].into(),
             lists: [(NONE, NONE); BUCKETS],
             occupied: 0,
             free: NONE,
             touched: 0,
             queued: 0,
             peak: 0,
+            jumps: 0,
         }
     }
 
     pub fn clear(&mut self) {
-        self.stack.clear();
+        self.height = 0;
         self.occupied = 0;
         self.free = NONE;
         self.touched = 0;
         self.queued = 0;
         self.peak = 0;
+        self.jumps = 0;
     }
 
-    /// Puts a pair where it is finished depth-first, before any queued pair: on top of the stack, or below its top.
+    /// Puts a pair where it is finished depth-first, before any queued pair. Returns where.
     #[inline(always)]
-    pub fn push(&mut self, pair: Pair, on_top: bool) {
-        debug_assert!(
-            self.stack.len() < self.stack.capacity(),
-            "the stack holds 64 pairs for each level of both trees"
-        );
-        let top = if on_top { None } else { self.stack.last_mut() };
-        let pair = top.map_or(pair, |top| core::mem::replace(top, pair));
-        self.stack.push(pair);
+    pub fn push(&mut self, pair: Pair) -> usize {
+        debug_assert!(self.height < STACK, "the stack holds 64 pairs for each level of both trees");
+        let at = self.height;
+        // The remainder is for the compiler, which then needs no bounds check.
+        self.stack[at % STACK] = pair;
+        self.height = at + 1;
+        at
+    }
+
+    /// Brings a pair of the stack to its top.
+    #[inline(always)]
+    pub fn raise(&mut self, at: usize) {
+        self.stack.swap(at % STACK, (self.height - 1) % STACK);
+    }
+
+    /// Brings some other pair of the stack to the top, each time another one.
+    pub fn go_elsewhere(&mut self) {
+        let below = self.height.saturating_sub(1);
+        if below > 0 && below < SCATTERED {
+            self.jumps = self.jumps.wrapping_add(0x9e37_79b9);
+            let other = (self.jumps as u64 * below as u64) >> 32;
+            self.raise(other as usize);
+        }
     }
 
     /// Queues a pair in `bucket`, as its first or last; a pair that finds no room is finished depth-first.
@@ -85,7 +111,8 @@ impl Front {
             self.touched += 1;
             self.touched - 1
         } else {
-            return self.push(pair, true);
+            self.push(pair);
+            return;
         };
         let empty = self.occupied & 1 << bucket == 0;
         let (head, tail) = &mut self.lists[bucket];
@@ -107,8 +134,9 @@ impl Front {
     /// The next pair, and whether it comes from the queue.
     #[inline(always)]
     pub fn pop(&mut self) -> Option<(Pair, bool)> {
-        if let Some(pair) = self.stack.pop() {
-            return Some((pair, false));
+        if let Some(below) = self.height.checked_sub(1) {
+            self.height = below;
+            return Some((self.stack[below % STACK], false));
         }
         if self.occupied == 0 { None } else { Some((self.pop_queue(), true)) }
     }
@@ -127,7 +155,7 @@ impl Front {
     }
 
     pub fn is_empty(&self) -> bool {
-        self.stack.is_empty() && self.occupied == 0
+        self.height == 0 && self.occupied == 0
     }
 
     /// Most pairs that waited in the queue at once.
@@ -142,12 +170,17 @@ impl Front {
         let queued = lists.flat_map(move |head| {
             core::iter::successors(Some(head), move |slot| Some(entry(slot)).filter(|&next| next != NONE))
         });
-        self.stack.iter().copied().chain(queued.map(|slot| self.arena[slot as usize].pair))
+        self.stack[..self.height].iter().copied().chain(queued.map(|slot| self.arena[slot as usize].pair))
     }
 }
 
 /// Room for 63 siblings on each level of both trees, and the children of the pair that found the queue full.
-const STACK: usize = 64 * 2 * MAX_DEPTH;
+const STACK: usize = 1 << 14;
+
+const _: () = assert!(STACK >= 64 * 2 * MAX_DEPTH + SCATTERED);
+
+/// Most pairs on the stack with which the next one is still chosen freely.
+const SCATTERED: usize = 512;
 
 /// Levels of a tree, its triangles included: [`crate::tree`] keeps binary trees of 2^30 triangles to a depth of 70.
 const MAX_DEPTH: usize = 72;
@@ -155,19 +188,21 @@ const MAX_DEPTH: usize = 72;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::vec::Vec;
 
     fn drain(front: &mut Front) -> Vec<u32> {
-        core::iter::from_fn(|| front.pop()).map(|(pair, _)| pair[0]).collect()
+        core::iter::from_fn(|| front.pop()).map(|(pair, _)| pair.nodes[0]).collect()
     }
 
     #[test]
     fn the_stack_goes_first_then_the_buckets_in_turn() {
         let mut front = Front::new(8);
         for (i, bucket) in [(0, 5), (1, 0), (2, 127), (3, 0)] {
-            front.queue([i, 0], bucket, true);
+            front.queue(Pair::new(i, 0), bucket, true);
         }
-        front.push([9, 0], true);
-        front.push([8, 0], false);
+        front.push(Pair::new(9, 0));
+        front.push(Pair::new(8, 0));
+        front.raise(0);
         assert_eq!(front.iter().count(), 6);
         assert_eq!(drain(&mut front), [9, 8, 3, 1, 0, 2]);
         assert!(front.is_empty());
@@ -177,7 +212,7 @@ mod tests {
     fn last_means_first_in_first_out() {
         let mut front = Front::new(8);
         for i in 0..4 {
-            front.queue([i, 0], 1, false);
+            front.queue(Pair::new(i, 0), 1, false);
         }
         assert_eq!(drain(&mut front), [0, 1, 2, 3]);
     }
@@ -186,20 +221,20 @@ mod tests {
     fn a_full_queue_loses_nothing_and_uses_freed_room_again() {
         let mut front = Front::new(2);
         for i in 0..3 {
-            front.queue([i, 0], 0, true);
+            front.queue(Pair::new(i, 0), 0, true);
         }
         assert_eq!(front.peak(), 2);
-        assert_eq!(front.pop(), Some(([2, 0], false)));
-        assert_eq!(front.pop(), Some(([1, 0], true)));
-        front.queue([7, 0], 3, true);
+        assert_eq!(front.pop(), Some((Pair::new(2, 0), false)));
+        assert_eq!(front.pop(), Some((Pair::new(1, 0), true)));
+        front.queue(Pair::new(7, 0), 3, true);
         assert_eq!(drain(&mut front), [0, 7]);
     }
 
     #[test]
     fn without_room_it_is_a_stack() {
         let mut front = Front::new(0);
-        front.queue([1, 0], 0, true);
-        front.queue([2, 0], 9, true);
+        front.queue(Pair::new(1, 0), 0, true);
+        front.queue(Pair::new(2, 0), 9, true);
         assert_eq!(drain(&mut front), [2, 1]);
     }
 }

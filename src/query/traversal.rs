@@ -14,33 +14,21 @@ use super::budget::{Clock, Meter, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_
 use super::frames::{Frames, Relation};
 use super::order::{BoxPair, Mode};
 use super::outcome::{LEVELS, StopReason};
-use super::queue::{Pair, TRIANGLE};
+use super::queue::Pair;
 use super::workspace::Workspace;
 use crate::math::Pose;
 use crate::math::lanes::{Kernel, Lanes};
-use crate::tree::{Node, Tree};
+use crate::tree::{Node, Tree, WIDTH};
 use crate::triangle::batch::{self, Rows};
 use crate::triangle::triangles_intersect;
 
-/// One side of a node pair.
-#[derive(Clone, Copy)]
-enum Side<'t> {
-    Node(&'t Node),
-    Triangle(&'t Rows),
-}
-
-/// Which nodes of a pair are replaced by their children.
+/// What a pair of nodes is replaced by.
 enum Open {
     Both,
     A,
     B,
-}
-
-/// The side along which the hits of a test are counted.
-#[derive(Clone, Copy)]
-enum Along {
-    A,
-    B,
+    TrianglesOfA,
+    TrianglesOfB,
 }
 
 /// One call of a query.
@@ -53,6 +41,8 @@ pub(super) struct Traversal<'q, 'c, C> {
     pub workspace: &'q mut Workspace,
     pub meter: Meter<'c, C>,
     pub depths: Depths,
+    /// Whether the deepest of siblings goes on top of the stack.
+    pub greedy: bool,
     /// Triangle pairs that are let to wait before they are tested.
     pub batch: usize,
 }
@@ -62,7 +52,6 @@ impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> StopReason {
-        let mut frames = Frames::UNKNOWN;
         loop {
             if let Some(reason) = self.meter.stop(self.workspace.run.stats.work) {
                 return if self.workspace.is_done() { StopReason::Finished } else { reason };
@@ -76,9 +65,9 @@ impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
                     return StopReason::FirstHit;
                 }
             } else if let Some((pair, queued)) = self.workspace.front.pop() {
-                self.expand(lanes, pair, queued, &mut frames);
+                self.expand(lanes, pair, queued);
                 self.workspace.testing = self.workspace.waiting.len() >= self.batch;
-            } else if self.workspace.waiting.is_empty() {
+            } else if self.workspace.waiting.len() == 0 {
                 return StopReason::Finished;
             } else {
                 self.workspace.testing = true;
@@ -88,19 +77,29 @@ impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
 }
 
 impl<'q, C: Clock> Traversal<'q, '_, C> {
-    /// Tests the triangle pair in doubt, or a batch of those that wait.
+    /// Tests a triangle pair in doubt, or a batch of those that wait.
+    ///
+    /// Where copies of a surface run side by side all is in doubt, and whole regions never meet. So where the first hit is
+    /// all that counts, a batch with doubts that come to nothing sends the traversal elsewhere; what waits is tested later.
     #[inline(always)]
     fn test<L: Lanes>(&mut self, lanes: L) {
         if let Some(pair) = self.workspace.doubtful.pop() {
             self.test_exactly(pair);
         } else {
             self.test_batch(lanes);
+            self.workspace.elsewhere = self.options.mode == Mode::Any && !self.workspace.doubtful.is_empty();
         }
         let workspace = &mut *self.workspace;
-        let waiting = workspace.waiting.len();
+        let (waiting, last) = (workspace.waiting.len(), workspace.front.is_empty());
+        if !workspace.doubtful.is_empty() {
+            return;
+        }
+        if workspace.elsewhere {
+            workspace.front.go_elsewhere();
+        }
         // A last, partial batch is worth it only when nothing else is left.
         workspace.testing =
-            !workspace.doubtful.is_empty() || waiting >= 8 || (waiting > 0 && workspace.front.is_empty());
+            waiting >= WIDTH && !workspace.elsewhere || waiting > 0 && last || workspace.waiting.is_full();
     }
 
     #[inline(always)]
@@ -112,13 +111,10 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let room = self.pair_limit() - self.workspace.found.len();
-        let waiting = &mut self.workspace.waiting;
-        let count = waiting.len().min(room).min(8);
-        let Some(&last) = waiting.last() else { return };
-        let mut pairs = [last; 8];
-        pairs[..count].copy_from_slice(&waiting[waiting.len() - count..]);
-        waiting.truncate(waiting.len() - count);
-
+        let (pairs, count) = self.workspace.waiting.pop_batch(room);
+        if count == 0 {
+            return;
+        }
         let (a, b) = (self.a.triangles(), self.b.triangles());
         let [p, q, r, s, t, u, v, w] = pairs;
         let of_a = |pair: [u32; 2]| &a[pair[0] as usize].0;
@@ -143,15 +139,16 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
 
     #[cold]
     fn test_exactly(&mut self, pair: [u32; 2]) {
-        let id = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
-        let a = self.a.mesh().triangle(id[0] as usize);
-        let b = self.b.mesh().triangle(id[1] as usize).map(|v| self.b_in_a.transform_point(v));
+        let [of_a, of_b] = &mut self.workspace.corners;
+        let a = of_a.of(self.a, pair[0], |v| v);
+        let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
+        let meet = triangles_intersect(a, b);
         let stats = &mut self.workspace.run.stats;
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST;
         // The one step whose time differs a hundredfold.
         self.meter.look_next();
-        if triangles_intersect(&a, &b) {
+        if meet {
             self.report(pair);
         }
     }
@@ -170,145 +167,167 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
 
     /// Replaces a pair by the pairs of children that may meet.
     #[inline(always)]
-    fn expand<L: Lanes>(&mut self, lanes: L, [ia, ib]: Pair, queued: bool, frames: &mut Frames) {
-        let Relation { scale, skew, .. } = *self.relation;
-        match (side(self.a, ia), side(self.b, ib)) {
-            (Side::Node(a), Side::Node(b)) => {
-                frames.update(Some(a), Some(b), self.relation);
-                let level = usize::from(a.depth) + usize::from(b.depth);
-                if !boxes::own(a, b, frames) {
-                    return self.count(level, 1);
-                }
-                let (of_a, of_b) = (&frames.of_a, &frames.of_b);
-                match open(a, b, scale) {
-                    Open::Both => {
-                        self.count(level + 2, u64::from(a.children) * u64::from(b.children) + 1);
-                        let hits = boxes::both(lanes, a, b, frames, scale, &mut self.depths);
-                        self.place(hits, [first_child(a), first_child(b)], Along::B, queued);
-                    }
-                    Open::A => {
-                        self.count(level + 1, u64::from(a.children) + 1);
-                        let hits = boxes::children(lanes, a, b, [of_a, of_b], 1.0 / scale, &mut self.depths);
-                        self.place(hits, [first_child(a), ib], Along::A, queued);
-                    }
-                    Open::B => {
-                        self.count(level + 1, u64::from(b.children) + 1);
-                        let hits = boxes::children(lanes, b, a, [of_b, of_a], scale, &mut self.depths);
-                        self.place(hits, [ia, first_child(b)], Along::B, queued);
-                    }
+    fn expand<L: Lanes>(&mut self, lanes: L, Pair { nodes, alive }: Pair, queued: bool) {
+        let [ia, ib] = nodes;
+        let relation = self.relation;
+        let scale = relation.scale;
+        let (a, b) = (&self.a.nodes()[ia as usize], &self.b.nodes()[ib as usize]);
+        let level = usize::from(a.depth) + usize::from(b.depth);
+        let frames = Frames::new(a, b, relation);
+        if !boxes::own(a, b, &frames, scale) {
+            return self.count(level, 1);
+        }
+        // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
+        let frames = core::hint::black_box(&frames);
+        let valid = [u32::from(alive[0]) & a.valid(), u32::from(alive[1]) & b.valid()];
+        let first = [a.first_child, b.first_child];
+        match open(a, b, scale) {
+            Open::Both => {
+                self.count(level + 2, valid[0].count_ones() * valid[1].count_ones() + 1);
+                let hits = boxes::both(lanes, [a, b], valid, frames, scale, &mut self.depths);
+                if a.is_cluster {
+                    self.workspace.waiting.push_all(hits, first);
+                } else {
+                    self.push(hits, queued, |lane| Pair::new(first[0] + lane / 8, first[1] + lane % 8));
                 }
             }
-            (Side::Triangle(triangle), Side::Node(b)) => {
-                frames.update(None, Some(b), self.relation);
-                self.count(usize::from(b.depth) + usize::from(b.height), u64::from(b.children));
-                let view = &frames.of_a;
-                let hits = boxes::children_and_triangle(lanes, b, triangle, view, skew, &mut self.depths);
-                self.place(hits, [ia, first_child(b)], Along::B, false);
+            Open::A => {
+                self.count(level + 1, u32::from(a.children) + 1);
+                let of = [&frames.of_a, &frames.of_b];
+                let hits = boxes::children(lanes, [a, b], of, [1.0, scale], &mut self.depths[0]);
+                self.push(hits.into(), queued, |i| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive[1]] });
             }
-            (Side::Node(a), Side::Triangle(triangle)) => {
-                frames.update(Some(a), None, self.relation);
-                self.count(usize::from(a.depth) + usize::from(a.height), u64::from(a.children));
-                let view = &frames.of_b;
-                let hits = boxes::children_and_triangle(lanes, a, triangle, view, skew, &mut self.depths);
-                self.place(hits, [first_child(a), ib], Along::A, false);
+            Open::B => {
+                self.count(level + 1, u32::from(b.children) + 1);
+                let of = [&frames.of_b, &frames.of_a];
+                let hits = boxes::children(lanes, [b, a], of, [scale, 1.0], &mut self.depths[0]);
+                self.push(hits.into(), queued, |j| Pair { nodes: [ia, first[1] + j], alive: [alive[0], u8::MAX] });
             }
-            (Side::Triangle(_), Side::Triangle(_)) => debug_assert!(false, "these never come to the front"),
+            Open::TrianglesOfA => {
+                self.count(level + 2, valid[0].count_ones() * u32::from(b.children) + 1);
+                let view = frames.triangles_of_a(b, relation);
+                let hits = boxes::triangles(lanes, b, scale, rows(self.a, a), valid[0], &view, relation.skew);
+                self.push_held(transposed(hits), |j, alive| Pair {
+                    nodes: [ia, first[1] + j],
+                    alive: [alive, u8::MAX],
+                });
+            }
+            Open::TrianglesOfB => {
+                self.count(level + 2, valid[1].count_ones() * u32::from(a.children) + 1);
+                let view = frames.triangles_of_b(a, relation);
+                let hits = boxes::triangles(lanes, a, 1.0, rows(self.b, b), valid[1], &view, relation.skew);
+                self.push_held(transposed(hits), |i, alive| Pair {
+                    nodes: [first[0] + i, ib],
+                    alive: [u8::MAX, alive],
+                });
+            }
         }
     }
 
     #[inline(always)]
-    fn count(&mut self, level: usize, bv_tests: u64) {
+    fn count(&mut self, level: usize, bv_tests: u32) {
         let stats = &mut self.workspace.run.stats;
-        stats.bv_tests_per_level[level.min(LEVELS - 1)] += bv_tests;
-        stats.work += WORK_PER_EXPANSION + bv_tests;
+        stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
+        stats.work += WORK_PER_EXPANSION + u64::from(bv_tests);
     }
 
-    /// Puts the pairs of `hits` where they belong: triangle pairs to those that wait, node pairs into the queue if their
-    /// parent came from there, all else on the stack. Where the first hit is all that counts, the deepest goes on top.
-    ///
-    /// The low three bits of a hit count from `first` along one side, the others along the other.
+    /// Puts pairs of children into the queue if their parent came from there, else on the stack, where the deepest goes on top
+    /// if the first hit is all that counts. `child` makes the pair of a bit of `hits`.
     #[inline(always)]
-    fn place(&mut self, mut hits: u64, first: Pair, along: Along, queued: bool) {
-        let triangles = first[0] & first[1] & TRIANGLE != 0;
-        let greedy = self.options.mode == Mode::Any;
-        let mut deepest = f32::NEG_INFINITY;
+    fn push(&mut self, mut hits: u64, queued: bool, child: impl Fn(u32) -> Pair) {
+        let (mut deepest, mut at) = (f32::NEG_INFINITY, 0);
+        if queued {
+            return self.queue_all(hits, child);
+        }
+        if hits == 0 {
+            return;
+        }
         while hits != 0 {
             let lane = hits.trailing_zeros();
             hits &= hits - 1;
-            let (i, j) = match along {
-                Along::A => (lane % 8, lane / 8),
-                Along::B => (lane / 8, lane % 8),
-            };
-            let pair = [first[0] + i, first[1] + j];
-            if triangles {
-                self.workspace.waiting.push([pair[0] & !TRIANGLE, pair[1] & !TRIANGLE]);
-            } else if queued {
-                self.queue(pair);
-            } else {
-                let depth = self.depths.as_flattened()[lane as usize];
-                let on_top = !greedy || depth > deepest;
-                self.workspace.front.push(pair, on_top);
-                deepest = deepest.max(depth);
+            let place = self.workspace.front.push(child(lane));
+            let depth = self.depths.as_flattened()[lane as usize % 64];
+            if self.greedy && depth > deepest {
+                (deepest, at) = (depth, place);
             }
+        }
+        if self.greedy {
+            self.workspace.front.raise(at);
+        }
+    }
+
+    /// The triangles of a cluster, bit `8 i + j` for triangle `j` against child `i` of a node. Those of one child stay together:
+    /// they are the part of the cluster that is still alive.
+    #[inline(always)]
+    fn push_held(&mut self, hits: u64, child: impl Fn(u32, u8) -> Pair) {
+        for (i, alive) in (0..).zip(hits.to_le_bytes()) {
+            if alive != 0 {
+                self.workspace.front.push(child(i, alive));
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn queue_all(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
+        while hits != 0 {
+            self.queue(child(hits.trailing_zeros()));
+            hits &= hits - 1;
         }
     }
 
     /// Queues a pair, unless it is a grain.
-    #[inline(never)]
     fn queue(&mut self, pair: Pair) {
-        match (side(self.a, pair[0]), side(self.b, pair[1])) {
-            (Side::Node(a), Side::Node(b)) if libm::sqrtf(a.visits * b.visits) >= self.options.grain => {
-                let boxes = BoxPair::new(a, b, self.relation);
-                let random = &mut self.workspace.run.random;
-                let (bucket, first) = self.options.order.bucket(&boxes, a.alpha * b.alpha, random);
-                self.workspace.front.queue(pair, bucket, first);
-            }
-            _ => self.workspace.front.push(pair, true),
+        let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
+        if libm::sqrtf(a.visits * b.visits) >= self.options.grain {
+            let boxes = BoxPair::new(a, b, self.relation);
+            let random = &mut self.workspace.run.random;
+            let (bucket, first) = self.options.order.bucket(&boxes, a.alpha * b.alpha, random);
+            self.workspace.front.queue(pair, bucket, first);
+        } else {
+            self.workspace.front.push(pair);
         }
     }
 }
 
+/// Bit `8 i + j` goes to `8 j + i`: blocks of 1, 2 and 4 change places across the diagonal.
 #[inline(always)]
-fn side(tree: &Tree, index: u32) -> Side<'_> {
-    if index & TRIANGLE == 0 {
-        Side::Node(&tree.nodes()[index as usize])
-    } else {
-        Side::Triangle(&tree.triangles()[(index & !TRIANGLE) as usize].0)
+fn transposed(mut bits: u64) -> u64 {
+    for (shift, mask) in [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0)] {
+        let moved = (bits ^ (bits >> shift)) & mask;
+        bits ^= moved ^ (moved << shift);
     }
+    bits
 }
 
+/// The triangles of a cluster; the last one again where there are fewer than eight.
 #[inline(always)]
-fn first_child(node: &Node) -> u32 {
-    node.first_child | if node.is_cluster { TRIANGLE } else { 0 }
+fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
+    let triangles = &tree.triangles()[cluster.triangle_range()];
+    let last = triangles.len() - 1;
+    let mut rows = [&triangles[last].0; WIDTH];
+    let mut i = 0;
+    while i < last {
+        rows[i] = &triangles[i].0;
+        i += 1;
+    }
+    rows
 }
 
-/// The larger of two nodes of one kind is opened alone if it is this many times larger than the other.
+/// The larger of two inner nodes is opened alone if it is this many times larger than the other.
 const LARGER: f32 = 6.0;
-
-/// A cluster is opened before an inner node only if it is this many times larger.
-const LARGER_CLUSTER: f32 = 4.0;
 
 #[inline(always)]
 fn open(a: &Node, b: &Node, scale: f32) -> Open {
     let (size_a, size_b) = (a.size, b.size * scale);
     match (a.is_cluster, b.is_cluster) {
-        (true, false) => {
-            if size_a > LARGER_CLUSTER * size_b {
-                Open::A
-            } else {
-                Open::B
-            }
-        }
-        (false, true) => {
-            if size_b > LARGER_CLUSTER * size_a {
-                Open::B
-            } else {
-                Open::A
-            }
-        }
-        _ if size_a > LARGER * size_b => Open::A,
-        _ if size_b > LARGER * size_a => Open::B,
-        _ => Open::Both,
+        (true, true) => Open::Both,
+        (true, false) if size_a > size_b => Open::TrianglesOfA,
+        (true, false) => Open::B,
+        (false, true) if size_b > size_a => Open::TrianglesOfB,
+        (false, true) => Open::A,
+        (false, false) if size_a > LARGER * size_b => Open::A,
+        (false, false) if size_b > LARGER * size_a => Open::B,
+        (false, false) => Open::Both,
     }
 }
 
@@ -320,4 +339,19 @@ fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
         mask &= mask.wrapping_sub(1);
         (bit < 32).then_some(bit)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::transposed;
+
+    #[test]
+    fn transposing_moves_each_bit_across_the_diagonal() {
+        for i in 0..8 {
+            for j in 0..8 {
+                assert_eq!(transposed(1 << (8 * i + j)), 1 << (8 * j + i));
+            }
+        }
+        assert_eq!(transposed(transposed(0x0123_4567_89ab_cdef)), 0x0123_4567_89ab_cdef);
+    }
 }

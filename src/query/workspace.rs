@@ -1,18 +1,14 @@
 //! Every buffer that a query needs, owned by the caller.
 
+use super::corners::Corners;
 use super::outcome::Stats;
 use super::queue::Front;
+use super::waiting::Waiting;
 use crate::math::Pose;
 use crate::math::lanes::Instructions;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::fmt;
-
-/// Triangle pairs that one opened node pair can add to those that wait.
-const BLOCK: usize = 64;
-
-/// Most triangle pairs that wait for a batch before they are tested.
-pub(super) const WAITING: usize = 128;
 
 /// The buffers of a query. Allocated once; no query allocates.
 ///
@@ -23,10 +19,14 @@ pub struct Workspace {
     pub(super) instructions: Instructions,
     pub(super) front: Front,
     /// Triangle pairs (tree order) that wait for the filter, and those that are left in doubt by it.
-    pub(super) waiting: Vec<[u32; 2]>,
+    pub(super) waiting: Waiting,
     pub(super) doubtful: ArrayVec<[u32; 2], 8>,
+    /// Triangles of A and of B in the exact test.
+    pub(super) corners: [Corners; 2],
     /// Whether triangle pairs are being tested, until none is in doubt and less than a batch waits.
     pub(super) testing: bool,
+    /// Whether the last batch had pairs in doubt, so that the search goes on elsewhere.
+    pub(super) elsewhere: bool,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
 }
@@ -54,7 +54,7 @@ pub(super) struct Key {
 }
 
 impl Workspace {
-    /// Room for 4,096 queued node pairs and 65,536 found pairs, about 700 kB.
+    /// Room for 4,096 queued node pairs and 65,536 found pairs, about 830 kB.
     #[must_use]
     pub fn new() -> Self {
         Self::with_capacity(4096, 65536)
@@ -62,15 +62,17 @@ impl Workspace {
 
     /// Room for `queue` node pairs (a full queue goes depth-first and loses nothing) and `found` intersecting pairs (a
     /// full buffer stops the query with [`crate::StopReason::PairsFull`], to be drained and resumed).
-    /// `12 queue + 8 found` bytes and about 80 kB.
+    /// `16 queue + 8 found` bytes and about 240 kB.
     #[must_use]
     pub fn with_capacity(queue: usize, found: usize) -> Self {
         Self {
             instructions: Instructions::detect(),
             front: Front::new(queue),
-            waiting: Vec::with_capacity(WAITING + BLOCK),
+            waiting: Waiting::new(),
             doubtful: ArrayVec::new(),
+            corners: [Corners::EMPTY; 2],
             testing: false,
+            elsewhere: false,
             found: Vec::with_capacity(found.max(1)),
             run: Run::default(),
         }
@@ -94,7 +96,7 @@ impl Workspace {
 
     /// Whether nothing is left open.
     pub(super) fn is_done(&self) -> bool {
-        self.front.is_empty() && self.waiting.is_empty() && self.doubtful.is_empty()
+        self.front.is_empty() && self.waiting.len() == 0 && self.doubtful.is_empty()
     }
 
     pub(super) fn clear(&mut self) {
@@ -102,6 +104,7 @@ impl Workspace {
         self.waiting.clear();
         self.doubtful.clear();
         self.testing = false;
+        self.elsewhere = false;
         self.found.clear();
         self.run = Run::default();
     }

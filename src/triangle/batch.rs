@@ -53,25 +53,21 @@ pub(crate) fn test<L: Lanes>(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placement: 
     let (g1, g2) = (dot(normal_a, f1), dot(normal_a, f2));
     let (w1, w2) = (dot(normal_b, p1), dot(normal_b, p2));
     let (a0, b0) = (dot(normal_a, q), -dot(normal_b, q));
-    let of_b = signs([a0, a0 + g1, a0 + g2], bounds.plane_a);
-    let of_a = signs([b0, b0 + w1, b0 + w2], bounds.plane_b);
+    let (of_b, of_a) = ([a0, a0 + g1, a0 + g2], [b0, b0 + w1, b0 + w2]);
 
     // Products of edge lines: rows are the edges of A, columns those of B, both in turn 01, 12, 20.
     let (u11, u12, u21, u22) = (dot(p1, x1), dot(p1, x2), dot(p2, x1), dot(p2, x2));
     let (v1, v2) = (u12 - u11 + w1, u22 - u21 + w2);
-    let middle = v2 - v1 + (g2 - g1);
-    let mut rows = [
-        signs([u11, v1, -u12], bounds.line),
-        signs([u21 - u11 + g1, middle, u12 - u22 - g2], bounds.line),
-        signs([-u21, -v2, u22], bounds.line),
-    ];
-    rows[1][1] = Sign::of(middle, bounds.middle);
+    let middle = (v2 - v1 + (g2 - g1)) * F8::splat(lanes, MIDDLE);
+    let rows = [[u11, v1, -u12], [u21 - u11 + g1, middle, u12 - u22 - g2], [-u21, -v2, u22]];
 
-    let [x, y, z] = per_axis!(j => edge(of_b[j], of_b[(j + 1) % 3], [rows[0][j], rows[1][j], rows[2][j]]));
-    let [u, v, w] = per_axis!(i => edge(of_a[i], of_a[(i + 1) % 3], rows[i]));
+    let [x, y, z] = per_axis!(j => {
+        edge([of_b[j], of_b[(j + 1) % 3]], bounds.plane_a, [rows[0][j], rows[1][j], rows[2][j]], bounds.line)
+    });
+    let [u, v, w] = per_axis!(i => edge([of_a[i], of_a[(i + 1) % 3]], bounds.plane_b, rows[i], bounds.line));
     let hit = x.hit.or(y.hit).or(z.hit).or(u.hit).or(v.hit).or(w.hit);
     let miss = x.miss.and(y.miss).and(z.miss).and(u.miss).and(v.miss).and(w.miss);
-    let one_side = Sign::same(of_a).or(Sign::same(of_b));
+    let one_side = Range::of(of_b).same(bounds.plane_a).or(Range::of(of_a).same(bounds.plane_b));
     let (hit, miss) = (hit.mask(), miss.or(one_side).mask());
     Verdicts { hit, doubt: !(hit | miss) & 0xff }
 }
@@ -126,7 +122,6 @@ struct Bounds<L: Lanes> {
     plane_a: F8<L>,
     plane_b: F8<L>,
     line: F8<L>,
-    middle: F8<L>,
 }
 
 impl<L: Lanes> Bounds<L> {
@@ -138,12 +133,10 @@ impl<L: Lanes> Bounds<L> {
         let p = largest(p[0]).max(largest(p[1])) + F8::splat(lanes, EDGE_SLOP);
         let f = largest(f[0]).max(largest(f[1])) + F8::splat(lanes, placement.edge_slop);
         let underflow = F8::splat(lanes, 1e-36);
-        let line = p * f * (p + f + q) * F8::splat(lanes, 256.0 * ROUNDING) + underflow;
         Self {
             plane_a: p * p * (q + f) * F8::splat(lanes, 128.0 * ROUNDING) + underflow,
             plane_b: f * f * (q + p) * F8::splat(lanes, 192.0 * ROUNDING) + underflow,
-            line,
-            middle: line * F8::splat(lanes, 2.25),
+            line: p * f * (p + f + q) * F8::splat(lanes, 256.0 * ROUNDING) + underflow,
         }
     }
 }
@@ -151,35 +144,33 @@ impl<L: Lanes> Bounds<L> {
 /// 2^-52, the absolute error of an edge, over [`ROUNDING`].
 pub(crate) const EDGE_SLOP: f32 = ROUNDING / 16.0;
 
-/// Masks: certainly positive, certainly negative.
+/// The product of both middle edges has 2.25 times the error of the others: it is compared after scaling by less than 1 / 2.25.
+const MIDDLE: f32 = 0.4375;
+
+/// Least and largest of some values.
 #[derive(Clone, Copy)]
-struct Sign<L: Lanes> {
-    positive: F8<L>,
-    negative: F8<L>,
+struct Range<L: Lanes> {
+    low: F8<L>,
+    high: F8<L>,
 }
 
-impl<L: Lanes> Sign<L> {
+impl<L: Lanes> Range<L> {
     #[inline(always)]
-    fn of(value: F8<L>, bound: F8<L>) -> Self {
-        Self { positive: bound.less(value), negative: value.less(-bound) }
+    fn of([x, y, z]: V8<L>) -> Self {
+        Self { low: x.min(y).min(z), high: x.max(y).max(z) }
     }
 
-    /// All three certainly the same.
+    /// All certainly positive, or all certainly negative, for values off by less than `bound`.
     #[inline(always)]
-    fn same([x, y, z]: [Self; 3]) -> F8<L> {
-        x.positive.and(y.positive).and(z.positive).or(x.negative.and(y.negative).and(z.negative))
+    fn same(self, bound: F8<L>) -> F8<L> {
+        bound.less(self.low).or(self.high.less(-bound))
     }
 
-    /// Two certainly different.
+    /// One certainly positive, another certainly negative.
     #[inline(always)]
-    fn mixed([x, y, z]: [Self; 3]) -> F8<L> {
-        x.positive.or(y.positive).or(z.positive).and(x.negative.or(y.negative).or(z.negative))
+    fn mixed(self, bound: F8<L>) -> F8<L> {
+        bound.less(self.high).and(self.low.less(-bound))
     }
-}
-
-#[inline(always)]
-fn signs<L: Lanes>(values: V8<L>, bound: F8<L>) -> [Sign<L>; 3] {
-    per_axis!(k => Sign::of(values[k], bound))
 }
 
 /// What is certain of an edge against a triangle.
@@ -188,10 +179,10 @@ struct Edge<L: Lanes> {
     miss: F8<L>,
 }
 
-/// An edge whose ends have the given signs about the plane and whose line passes the three edges at the given sides.
+/// An edge whose ends have the given distances from the plane and whose line passes the three edges at the given sides.
 #[inline(always)]
-fn edge<L: Lanes>(start: Sign<L>, end: Sign<L>, sides: [Sign<L>; 3]) -> Edge<L> {
-    let crosses = start.positive.and(end.negative).or(start.negative.and(end.positive));
-    let stays = start.positive.and(end.positive).or(start.negative.and(end.negative));
-    Edge { hit: crosses.and(Sign::same(sides)), miss: stays.or(Sign::mixed(sides)) }
+fn edge<L: Lanes>([start, end]: [F8<L>; 2], plane: F8<L>, sides: V8<L>, line: F8<L>) -> Edge<L> {
+    let ends = Range { low: start.min(end), high: start.max(end) };
+    let sides = Range::of(sides);
+    Edge { hit: ends.mixed(plane).and(sides.same(line)), miss: ends.same(plane).or(sides.mixed(line)) }
 }

@@ -1,0 +1,81 @@
+//! Triangle pairs that wait for the fast filter.
+
+use alloc::boxed::Box;
+
+/// Most triangle pairs that wait before they are tested.
+pub(super) const PATIENCE: usize = 128;
+
+/// Room for a good many clusters where all is in doubt; a power of two.
+const CAPACITY: usize = 1 << 12;
+
+/// Triangle pairs that one opened node pair can add.
+const BLOCK: usize = 64;
+
+/// A stack of triangle pairs, in tree order.
+#[derive(Clone, Debug)]
+pub(super) struct Waiting {
+    pairs: Box<[[u32; 2]; CAPACITY]>,
+    len: usize,
+}
+
+impl Waiting {
+    pub fn new() -> Self {
+        Self { pairs: Box::new([[0; 2]; CAPACITY]), len: 0 }
+    }
+
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether one more opened node pair might not fit.
+    pub fn is_full(&self) -> bool {
+        self.len + BLOCK > CAPACITY
+    }
+
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    pub fn as_slice(&self) -> &[[u32; 2]] {
+        &self.pairs[..self.len]
+    }
+
+    /// Adds the pairs `first + [i, j]` for the bits `8 i + j` of `hits`. There must be room.
+    #[inline(always)]
+    pub fn push_all(&mut self, mut hits: u64, first: [u32; 2]) {
+        debug_assert!(!self.is_full());
+        let mut len = self.len;
+        while hits != 0 {
+            let lane = hits.trailing_zeros();
+            hits &= hits - 1;
+            // The mask is for the compiler, which then needs no bounds check.
+            self.pairs[len % CAPACITY] = [first[0] + lane / 8, first[1] + lane % 8];
+            len += 1;
+        }
+        self.len = len;
+    }
+
+    /// Adds a few pairs, to a stack that is empty.
+    pub fn extend(&mut self, pairs: &[[u32; 2]]) {
+        for &pair in pairs.iter().take(PATIENCE) {
+            self.pairs[self.len] = pair;
+            self.len += 1;
+        }
+    }
+
+    /// Takes up to eight pairs, no more than `limit`, from the top, and fills the rest up with one of them.
+    #[inline(always)]
+    pub fn pop_batch(&mut self, limit: usize) -> ([[u32; 2]; 8], usize) {
+        let count = self.len.min(limit).min(8);
+        self.len -= count;
+        let mut batch = [self.pairs[self.len % CAPACITY]; 8];
+        if let Some(eight) = self.pairs[self.len..].first_chunk()
+            && count == 8
+        {
+            batch = *eight;
+        } else {
+            batch[..count].copy_from_slice(&self.pairs[self.len..][..count]);
+        }
+        (batch, count)
+    }
+}
