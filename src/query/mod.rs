@@ -166,10 +166,10 @@ impl<'t> Query<'t> {
                 workspace.front.push(Pair::new(0, 0));
             }
             // Where triangles met last, others near them are likely to meet now: they are visited first.
-            if let Some(&[x, y]) = workspace.waiting.first() {
+            if let Some(&[x, y]) = workspace.waiting.as_slice().first() {
                 let (x, y) = (self.a.nodes_above(x), self.b.nodes_above(y));
-                workspace.front.push([x[0], y[0]], true);
-                workspace.front.push([x[1], y[1]], true);
+                workspace.front.push(Pair::new(x[0], y[0]));
+                workspace.front.push(Pair::new(x[1], y[1]));
             }
         }
         self.proceed(workspace, memory, budget, clock)
