@@ -8,6 +8,8 @@ mod common;
 mod damage;
 #[path = "program/run.rs"]
 mod run;
+#[path = "program/scene.rs"]
+mod scene;
 #[path = "program/write.rs"]
 mod write;
 

@@ -196,6 +196,17 @@ impl Scene {
         self.change(id, |placed| placed.body.tree = tree)
     }
 
+    /// The tree of a body, to be changed in place: refitted to a mesh that deforms, say. If others share it, the body gets
+    /// one of its own first.
+    ///
+    /// # Errors
+    /// If the body is not in the scene.
+    pub fn tree_mut(&mut self, id: BodyId) -> Result<&mut Tree, SceneError> {
+        self.change(id, |_| ())?;
+        let placed = Arc::make_mut(&mut self.bodies).at_mut(id.index() as u32);
+        Ok(Arc::make_mut(&mut placed.ok_or(SceneError::NoSuchBody { body: id })?.body.tree))
+    }
+
     /// Says whom a body may meet.
     ///
     /// # Errors

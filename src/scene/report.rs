@@ -107,7 +107,7 @@ impl Report {
     }
 }
 
-/// What is not known about a pair: [`Scene::certificate`].
+/// What is not known about a pair: [`crate::Scene::certificate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PairCertificate {

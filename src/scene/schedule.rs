@@ -223,6 +223,11 @@ impl Schedule {
     fn gather<C>(&mut self, frame: &Frame<C>, pairs: &mut Pairs, report: &mut Report) {
         self.tasks.clear();
         report.begin();
+        for chain in &mut self.chains {
+            // A body that changed has left the stopped run behind.
+            let stands = |body| frame.bodies.facts(body).changed < frame.number;
+            chain.held = chain.held.filter(|&(key, _)| bodies(key).into_iter().all(stands));
+        }
         // Without a budget, on one thread, nothing depends on what is expected.
         let forecasts = frame.threads > 1 || frame.budget != Budget::unlimited();
         for place in 0..pairs.overlaps.len() {
