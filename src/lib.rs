@@ -4,6 +4,8 @@
 //! in a [`Workspace`] that the caller keeps; the [`Outcome`] is a [`Verdict`] that is never wrong and never a bare `bool`,
 //! and what a stopped query left open is in its [`Certificate`].
 //!
+//! Many bodies that move, with one budget for each frame, are a [`Scene`].
+//!
 //! To read the code, begin with `query/traversal.rs`: it has the one loop, the stop rule and the guarantee.
 
 #![cfg_attr(not(feature = "std"), no_std)]

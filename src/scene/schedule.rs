@@ -3,20 +3,22 @@
 //! A pair that was decided and whose bodies have not moved since needs nothing. Of the others the cost is expected
 //! ([`super::forecast`]), and the frame goes in rounds:
 //!
-//! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends, those that wait longest first.
-//! - Otherwise each pair that intersected when it was last decided first gets the test of its last witness.
-//!   Of what is left, a quarter goes to those that wait longest, one after the other (the *rota*); the rest by importance,
-//!   then by expected information per cost.
+//! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends.
+//! - Otherwise each pair that intersected when it was last decided first gets a test of its last witnesses. Of what is left, a
+//!   quarter goes round all pairs in turn, one after the other (the *rota*); the rest by importance, then by the chance of
+//!   finding an intersection per expected cost. (Information, the entropy of the chance, was measured worse: what is almost
+//!   sure to intersect would wait.)
 //! - What is left over goes into the next round.
 //!
 //! **Guarantees.** Let B be the budget (of work, or the time that the broad phase leaves), R = B/8, and C the sum over the
 //! overlapping pairs of what each takes to its end, or is expected to take if that is more.
 //!
 //! - Nothing runs past the budget: each query ends by its own budget, one step of work before that of its chain is spent.
-//! - In each frame the rota has at least R. Its first pair is the one that waits longest, runs to its end if it takes no more
-//!   than R, and otherwise goes on in the next frame if neither body has moved, or else goes last: it has had its turn.
-//! - So in any two frames more than R is spent on turns that end, and a pair that takes no more than R, or rests, is decided
-//!   at least once in **K = 2 ⌈C/R⌉ + 1** frames. No pair starves: each has a turn within K frames.
+//! - In each frame the rota has at least R. Its first pair runs to its end if it takes no more than R, and otherwise goes on in
+//!   the next frame if neither body has moved, or else has had its turn.
+//! - A turn cut short is the first of the next frame. So in any two frames the rota spends more than R on turns that end, it
+//!   is round in **K = 2 ⌈C/R⌉ + 1** frames, and a pair that takes no more than R, or rests, is decided at least once in K
+//!   frames. No pair starves: each has a turn within K frames.
 //! - Under a budget of work, all of this is the same on any number of threads.
 
 use super::body::Bodies;
@@ -56,7 +58,9 @@ struct Task {
     /// Expected work.
     median: u32,
     high: u32,
-    /// Sorts by importance, then by expected information per cost, both descending.
+    /// Expected work if its witnesses do not decide it.
+    search: u32,
+    /// Sorts by importance, then by the chance of finding an intersection per expected work, both descending.
     rank: u64,
     /// The chain that holds its stopped run.
     home: Option<u8>,
@@ -254,6 +258,7 @@ impl Schedule {
                     slot,
                     median: forecast.median,
                     high: forecast.high,
+                    search: forecast.search,
                     rank: rank(x.importance.max(y.importance), &forecast),
                     home: None,
                     witnessed: frame.mode == Mode::Any && matches!(track.verdict, Verdict::Intersecting { .. }),
@@ -409,7 +414,9 @@ impl Schedule {
             let complete = track.completed == round.frame;
             let task = &mut self.tasks[task as usize];
             task.state = if complete { State::Done } else { State::Open };
-            task.witnessed = witnessed;
+            if !witnessed && core::mem::replace(&mut task.witnessed, false) {
+                task.median = task.search;
+            }
             report.note(place as usize, &track, spent, complete);
             pairs.put_back(slot, track);
         }
@@ -430,6 +437,6 @@ impl Schedule {
 fn rank(importance: f32, forecast: &Forecast) -> u64 {
     let bits = importance.to_bits();
     let ascending = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
-    let gain = forecast.chance / (forecast.median as f32 + 1.0);
+    let gain = forecast.chance / (forecast.search as f32 + 1.0);
     u64::from(!ascending) << 32 | u64::from(!gain.to_bits())
 }
