@@ -69,6 +69,11 @@ pub(super) struct Chain {
 }
 
 impl Chain {
+    /// A chain with a workspace, so that no frame has to allocate one.
+    pub fn new() -> Self {
+        Self { workspace: Some(workspace()), ..Self::default() }
+    }
+
     /// The stopped run of a pair, if it is this chain that keeps it.
     pub fn held(&self, key: Key) -> Option<(Order, &Workspace)> {
         let (_, order) = self.held.filter(|&(held, _)| held == key)?;

@@ -136,7 +136,7 @@ pub(super) struct Schedule {
 
 impl Schedule {
     pub fn new() -> Self {
-        let chains = (0..CHAINS).map(|_| Chain::default()).collect();
+        let chains = (0..CHAINS).map(|_| Chain::new()).collect();
         Self {
             chains,
             tasks: Vec::new(),
