@@ -163,7 +163,7 @@ fn a_query_is_not_resumed_over_a_refit() {
 #[test]
 fn memory_outlives_a_refit() {
     let mut tree = Tree::new(shapes::icosphere(4));
-    let moved: Vec<DVec3> = vertices(tree.mesh()).iter().map(|v| *v * 1.001).collect();
+    let moved: Vec<DVec3> = vertices(tree.mesh()).iter().map(|v| *v * 1.000001).collect();
     let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.5, 0.2, 0.1)).unwrap();
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     let clock = punctual::ManualClock::new();
