@@ -218,8 +218,8 @@ impl<'t> Query<'t> {
         clock: &C,
     ) -> Outcome {
         let meter = Meter::start(budget, self.options.poll_interval, clock, workspace.run.stats.work);
-        // Waiting pairs are work: with a deadline, or when the first hit ends the query, they wait only for a full batch.
-        let patient = self.options.mode == Mode::All && budget.time.is_none();
+        // Waiting pairs are work: within a budget, or when the first hit ends the query, they wait only for a full batch.
+        let patient = self.options.mode == Mode::All && budget == Budget::unlimited();
         let instructions = workspace.instructions;
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
         let mut traversal = Traversal {
@@ -231,7 +231,7 @@ impl<'t> Query<'t> {
             workspace,
             meter,
             depths: [[0.0; WIDTH]; WIDTH],
-            greedy: self.options.mode == Mode::Any,
+            greedy: self.options.mode == Mode::Any && self.options.order == Order::default(),
             batch: if patient { waiting::PATIENCE } else { 8 },
         };
         let stop = instructions.run(&mut traversal);
