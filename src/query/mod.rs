@@ -74,7 +74,7 @@ impl<'t> Query<'t> {
             order: Order::Penetration,
             pair_limit: usize::MAX,
             poll_interval: MAX_STEP_WORK,
-            grain: 4096.0,
+            grain: 16.0,
         };
         Self { a, b, b_in_a, options }
     }

@@ -5,6 +5,7 @@
 
 #![deny(unsafe_code)]
 
+mod compare;
 mod info;
 mod load;
 mod pair;
@@ -36,6 +37,7 @@ enum Command {
     Info(info::Args),
     Paper(paper::Args),
     Sweep(sweep::Args),
+    Compare(compare::Args),
 }
 
 /// Whether every line of the input had an answer.
@@ -58,6 +60,7 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),
         Command::Sweep(args) => sweep::run(args, &mut out),
+        Command::Compare(args) => compare::run(args, &mut out),
     };
     let flushed = out.flush();
     match result.and_then(|completion| Ok(flushed.map(|()| completion)?)) {

@@ -4,24 +4,33 @@ use punctual::glam::{DMat3, DQuat, DVec3, EulerRot, Vec3};
 use punctual::{Budget, Mesh, Pose, Query, Tree, Verdict, Workspace, shapes};
 
 use super::case::{Case, size};
+use crate::report::Failure;
 
 /// Distances past the first touch, in the box diagonal of the smaller mesh.
 const OFFSETS: [f64; 7] = [-0.05, -0.02, -0.01, -0.001, 0.001, 0.01, 0.05];
 
-pub fn cases(quick: bool) -> Vec<Case> {
+/// Makes a case when it is its turn.
+type Maker = Box<dyn FnOnce() -> Result<Case, Failure>>;
+
+pub fn cases(quick: bool) -> Vec<Maker> {
     let fine = u32::from(!quick);
     let approaches = if quick { 4 } else { 12 };
-    let make = |name: &str, a: Mesh, b: Mesh, seed: u64| {
-        let poses = approach(&Tree::new(a.clone()), &Tree::new(b.clone()), approaches, seed);
-        Case::new(name, a, b, poses)
+    let make = |name: &'static str, seed: u64, a: fn(u32) -> Mesh, b: fn(u32) -> Mesh| -> Maker {
+        Box::new(move || {
+            let (a, b) = (a(fine), b(fine));
+            let poses = approach(&Tree::new(a.clone()), &Tree::new(b.clone()), approaches, seed);
+            Ok(Case::new(name, a, b, poses))
+        })
     };
+    let gear = |fine: u32| shapes::gear(12, 2 + 2 * fine);
+    let knot = |fine: u32| shapes::torus_knot(2, 3, 0.2, 48 << fine);
     vec![
-        make("knot_sphere", shapes::torus_knot(2, 3, 0.2, 48 << fine), shapes::icosphere(3 + fine), 1),
-        make("gear_gear", shapes::gear(16, 2 + 2 * fine), shapes::gear(12, 2 + 2 * fine), 2),
-        make("torus_torus", shapes::torus(1.0, 0.2, 40 << fine), shapes::torus(0.8, 0.3, 40 << fine), 3),
-        make("box_knot", shapes::cuboid(Vec3::new(1.0, 0.8, 0.1), 12 << fine), shapes::torus_knot(3, 5, 0.1, 64 << fine), 4),
-        make("hills_gear", shapes::height_field(32 << fine, 1), shapes::gear(10, 2 + 2 * fine), 5),
-        make("hills_hills", shapes::height_field(32 << fine, 2), shapes::height_field(32 << fine, 3), 6),
+        make("knot_sphere", 1, knot, |fine| shapes::icosphere(3 + fine)),
+        make("gear_gear", 2, |fine| shapes::gear(16, 2 + 2 * fine), gear),
+        make("torus_torus", 3, |fine| shapes::torus(1.0, 0.2, 40 << fine), |fine| shapes::torus(0.8, 0.3, 40 << fine)),
+        make("plate_knot", 4, |fine| shapes::cuboid(Vec3::new(1.0, 0.8, 0.02), 12 << fine), knot),
+        make("hills_gear", 5, |fine| shapes::height_field(32 << fine, 1), gear),
+        make("hills_hills", 6, |fine| shapes::height_field(32 << fine, 2), |fine| shapes::height_field(32 << fine, 3)),
     ]
 }
 

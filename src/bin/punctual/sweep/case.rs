@@ -28,9 +28,9 @@ impl Case {
     pub fn load(folder: &Path) -> Result<Self, Failure> {
         let name = folder.file_name().unwrap_or_default().to_string_lossy().replace(',', "_");
         let list = folder.join("poses.txt");
-        let poses = poses::load(&list)?.into_iter().map(|listed| {
-            listed.pose.map_err(|what| format!("{}:{}: {what}", list.display(), listed.line).into())
-        });
+        let poses = poses::load(&list)?
+            .into_iter()
+            .map(|listed| listed.pose.map_err(|what| format!("{}:{}: {what}", list.display(), listed.line).into()));
         let poses = poses.collect::<Result<Vec<Pose>, Failure>>()?;
         let mut case = Self::new(&name, mesh(folder, "a")?, mesh(folder, "b")?, poses);
         let truth = folder.join("truth.csv");
@@ -95,6 +95,8 @@ fn known(file: &Path) -> Result<Vec<u64>, Failure> {
     let count = |line: &str| line.split(',').nth(column)?.trim().parse().ok();
     lines
         .zip(2..)
-        .map(|(line, number)| count(line).ok_or_else(|| format!("{}:{number}: no number of pairs", file.display()).into()))
+        .map(|(line, number)| {
+            count(line).ok_or_else(|| format!("{}:{number}: no number of pairs", file.display()).into())
+        })
         .collect()
 }

@@ -30,10 +30,6 @@ pub const ORACLE: &str = "oracle";
 
 impl Contender {
     pub fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t> {
-        let query = Query::new(a, b, pose).order(self.order);
-        match std::env::var("GRAIN") {
-            Ok(grain) => query.grain(grain.parse().unwrap()),
-            _ => query,
-        }
+        Query::new(a, b, pose).order(self.order)
     }
 }

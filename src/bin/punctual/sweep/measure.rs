@@ -5,7 +5,7 @@ use std::time::Duration;
 use punctual::{Budget, Mode, Outcome, Query, StopReason, Verdict, Workspace};
 
 use super::case::Case;
-use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE};
+use super::contender::{CONTENDERS, CUT_OFF, DEPTH_FIRST, ORACLE};
 use super::oracle::{Oracle, Places};
 use super::truth::Truth;
 
@@ -29,7 +29,7 @@ pub struct Row {
     pub unresolved: f64,
 }
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Limit {
     /// Percent of the work of a finished `all` run.
     Work(u32),
@@ -77,7 +77,13 @@ pub struct Judge<'t> {
 
 impl<'t> Judge<'t> {
     pub fn new(truth: &'t Truth) -> Self {
-        Self { truth, seen: vec![false; truth.pairs.len()], seen_regions: vec![false; truth.regions], found: 0, false_pairs: 0 }
+        Self {
+            truth,
+            seen: vec![false; truth.pairs.len()],
+            seen_regions: vec![false; truth.regions],
+            found: 0,
+            false_pairs: 0,
+        }
     }
 
     /// Takes note of a pair that the query reports. One that is not true, or comes twice, is false.
@@ -104,7 +110,8 @@ impl<'t> Judge<'t> {
 
     /// What the outcome says, if that is true.
     pub fn answer(&self, outcome: &Outcome, mode: Mode) -> Answer {
-        let complete = outcome.stop != StopReason::Finished || mode == Mode::Any || self.found == self.truth.pairs.len();
+        let complete =
+            outcome.stop != StopReason::Finished || mode == Mode::Any || self.found == self.truth.pairs.len();
         let truth = !self.truth.pairs.is_empty();
         match outcome.verdict {
             _ if self.false_pairs > 0 || !complete => Answer::Wrong,
@@ -153,7 +160,7 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
 fn finish(query: &Query, workspace: &mut Workspace) -> u64 {
     let mut outcome = query.run(workspace, Budget::work(u64::MAX));
     while outcome.stop == StopReason::PairsFull {
-        workspace.drain_pairs();
+        drop(workspace.drain_pairs());
         match query.resume(workspace, Budget::work(u64::MAX)) {
             Ok(next) => outcome = next,
             Err(_) => break,
@@ -173,7 +180,14 @@ struct Run<'c> {
 impl Run<'_> {
     /// One query, stopped at every budget and resumed, which by the promise of the library gives the bits of a run with
     /// that budget alone.
-    fn stops(&self, query: &Query, order: &'static str, mode: Mode, workspace: &mut Workspace, measured: &mut Measured) {
+    fn stops(
+        &self,
+        query: &Query,
+        order: &'static str,
+        mode: Mode,
+        workspace: &mut Workspace,
+        measured: &mut Measured,
+    ) {
         let mut judge = Judge::new(self.truth);
         let mut outcome = query.run(workspace, Budget::work(0));
         for percent in PERCENT.map(Some).into_iter().chain([None]) {
@@ -230,7 +244,13 @@ impl Run<'_> {
             }
             for mode in [Mode::Any, Mode::All] {
                 let detected = hit && oracle.first_hit[0] <= limit;
-                let verdict = if detected { Answer::Detected } else if percent == 100 { Answer::Separated } else { Answer::Undecided };
+                let verdict = if detected {
+                    Answer::Detected
+                } else if percent == 100 {
+                    Answer::Separated
+                } else {
+                    Answer::Undecided
+                };
                 measured.rows.push(Row {
                     pose: self.pose,
                     order: ORACLE,
@@ -252,8 +272,8 @@ impl Run<'_> {
 
 /// What is left of a row if nothing is told before the end.
 fn cut_off(row: Row, stopped: bool) -> Row {
-    let nothing = row.recall.min(0.0);
-    let (recall, coverage) = if stopped { (nothing, nothing) } else { (row.recall, row.coverage) };
+    let known = |share: f64| if stopped { 0.0 } else { share };
+    let (recall, coverage) = (known(row.recall), known(row.coverage));
     let verdict = if stopped { Answer::Undecided } else { row.verdict };
     Row { order: CUT_OFF, recall, coverage, verdict, unresolved: f64::NAN, ..row }
 }

@@ -127,7 +127,8 @@ impl<'t> Grower<'_, 't> {
         let tested = [0, 1].map(|side| if clusters[side] { alive[side] } else { children[side].len() });
         let [a, b] = [0, 1].map(|side| if opened[side] { tested[side] } else { 1 });
         let bv_tests = (a * b + 1) as u64;
-        let mut branch = Branch { work: WORK_PER_EXPANSION + bv_tests, bv_tests, children: vec![], pairs: vec![], total: (0, 0) };
+        let mut branch =
+            Branch { work: WORK_PER_EXPANSION + bv_tests, bv_tests, children: vec![], pairs: vec![], total: (0, 0) };
         let count = pairs.len() as u64;
         let mut below = 0;
         if clusters == [true; 2] {
@@ -142,7 +143,8 @@ impl<'t> Grower<'_, 't> {
                     }
                 }
                 let next = [child(0), child(1)];
-                let left = [0, 1].map(|side| if clusters[side] { alive[side] } else { next[side].triangle_count() as usize });
+                let left =
+                    [0, 1].map(|side| if clusters[side] { alive[side] } else { next[side].triangle_count() as usize });
                 branch.children.push(self.grow(next, left, pairs));
             }
             below += branch.children.iter().map(|child| child.total.1).sum::<u64>();
