@@ -8,6 +8,8 @@ mod common;
 mod damage;
 #[path = "program/run.rs"]
 mod run;
+#[path = "program/sweep.rs"]
+mod sweep;
 #[path = "program/write.rs"]
 mod write;
 

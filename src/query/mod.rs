@@ -74,7 +74,7 @@ impl<'t> Query<'t> {
             order: Order::Penetration,
             pair_limit: usize::MAX,
             poll_interval: MAX_STEP_WORK,
-            grain: 16.0,
+            grain: 64.0,
         };
         Self { a, b, b_in_a, options }
     }
@@ -109,7 +109,7 @@ impl<'t> Query<'t> {
     }
 
     /// Node pairs of which fewer BV tests than this are expected are finished depth-first at once instead of being
-    /// queued; default 4,096. 0 queues every node pair.
+    /// queued; default 64. 0 queues every node pair.
     #[must_use]
     pub fn grain(mut self, bv_tests: f32) -> Self {
         self.options.grain = bv_tests;

@@ -26,14 +26,16 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if old["cases"] != new["cases"] {
         return Err("the two sweeps are of different cases".into());
     }
+    let kinds =
+        ["work", "time"].map(|kind| Ok((kind, figures(&old, kind, &args.old)?, figures(&new, kind, &args.new)?)));
+    let kinds = kinds.into_iter().collect::<Result<Vec<_>, Failure>>()?;
     if old["machine"] != new["machine"] {
         writeln!(out, "# old: {}\n# new: {}", old["machine"], new["machine"])?;
     }
     writeln!(out, "figure,kind,old,new,change,noise")?;
     let mut completion = Completion::Full;
     let mut changed = 0;
-    for kind in ["work", "time"] {
-        let (old, new) = (figures(&old, kind, &args.old)?, figures(&new, kind, &args.new)?);
+    for (kind, old, new) in kinds {
         let gone = old.keys().filter(|name| !new.contains_key(*name));
         for name in gone.chain(new.keys().filter(|name| !old.contains_key(*name))) {
             writeln!(out, "{name},{kind},,,in one only,")?;

@@ -12,7 +12,7 @@ mod summary;
 mod truth;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -109,7 +109,7 @@ fn measure(case: &Case, args: &Args, progress: &Progress) -> Result<Option<Measu
         progress.at(WORK_STEPS * done / poses)
     });
     let Some(work) = work else { return Ok(None) };
-    let (round_count, most) = if args.quick { (2, 12) } else { (3, 60) };
+    let (round_count, most) = effort(args.quick);
     let timed: Vec<usize> = (0..truth.len()).step_by(truth.len().div_ceil(most).max(1)).collect();
     let passes = round_count * 2 * contender::CONTENDERS.len() as u64;
     let mut done = 0;
@@ -129,6 +129,11 @@ fn measure(case: &Case, args: &Args, progress: &Progress) -> Result<Option<Measu
         work,
         rounds,
     }))
+}
+
+/// Rounds of queries with budgets of time, and the poses of a case in them.
+fn effort(quick: bool) -> (u64, usize) {
+    if quick { (2, 12) } else { (5, 100) }
 }
 
 fn complain_of_wrong(cases: &[Measurement]) -> bool {
@@ -165,17 +170,14 @@ fn write_report(cases: &[Measurement], total: usize, args: &Args, out: &mut impl
     }
     writeln!(out, "first hit over depth-first: {:.2}", figure(format!("first hit over depth-first {DEFAULT} work")))?;
     writeln!(out, "wrong: {}", figure("wrong".to_owned()))?;
-    writeln!(out, "{}", show(&args.out))?;
+    writeln!(out, "{}", args.out.join("index.html").display())?;
     Ok(())
-}
-
-fn show(folder: &Path) -> String {
-    folder.join("index.html").display().to_string()
 }
 
 fn intro(cases: &[Measurement], total: usize, quick: bool, machine: &str) -> Vec<String> {
     let poses: usize = cases.iter().map(|case| case.strata.len()).sum();
     let hits: usize = cases.iter().map(Measurement::hits).sum();
+    let (_, most) = effort(quick);
     let mut intro = vec![
         "A collision query has a budget, and stops when it is spent. This page shows what it knows by then: whether two meshes \
          touch (mode any), and which of their triangles do (mode all), for several orders in which pairs of boxes can be \
@@ -184,7 +186,7 @@ fn intro(cases: &[Measurement], total: usize, quick: bool, machine: &str) -> Vec
         format!(
             "{} cases of two meshes, {poses} poses, {hits} of them colliding. Budgets of work are a share of the work that a \
              finished query in mode all takes at the same pose; these figures are the same on every machine. Budgets of time \
-             were measured on up to 60 poses of each case: {machine}.",
+             were measured on up to {most} poses of each case: {machine}.",
             cases.len(),
         ),
         "The oracle is a simulated traversal that knows the truth and opens only what leads to intersections: no order can do \
