@@ -154,7 +154,7 @@ impl Obvhs {
             (0..mesh.len()).map(|i| mesh.triangle(i).map(|v| v.as_vec3a())).collect::<Vec<_>>()
         });
         let trees = triangles.each_ref().map(|triangles| {
-            let point = |v: Vec3A| obvhs::glam::Vec3A::from_array(v.to_array());
+            let point = |v: Vec3A| glam::Vec3A::from_array(v.to_array());
             let soup: Vec<_> = triangles
                 .iter()
                 .map(|&[v0, v1, v2]| obvhs::triangle::Triangle { v0: point(v0), v1: point(v1), v2: point(v2) })
@@ -169,7 +169,7 @@ impl Contender for Obvhs {
     fn count(&mut self, pose: &Pose, mode: Mode) -> u64 {
         let place = Place::new(pose);
         let Self { triangles, trees: [a, b], stack } = self;
-        let vector = |v: obvhs::glam::Vec3A| Vec3A::from_array(v.to_array());
+        let vector = |v: glam::Vec3A| Vec3A::from_array(v.to_array());
         let bounds = |node: &obvhs::bvh2::node::Bvh2Node| (vector(node.aabb().min), vector(node.aabb().max));
         let mut found = 0;
         stack.clear();
