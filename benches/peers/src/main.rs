@@ -19,7 +19,9 @@ use triangle::{Triangle, intersect};
 const SWEEPS: usize = 9;
 
 fn main() {
-    println!("case,mode,poses,hits,punctual_us,parry3d_us,obvhs_us,parry3d_ratio,obvhs_ratio,parry3d_differs,obvhs_differs");
+    println!(
+        "case,mode,poses,hits,punctual_us,parry3d_us,obvhs_us,parry3d_ratio,obvhs_ratio,parry3d_differs,obvhs_differs"
+    );
     let cases = [
         ("knot_sphere", shapes::torus_knot(2, 3, 0.2, 96), shapes::icosphere(5), 2.9),
         ("gear_gear", shapes::gear(16, 4), shapes::gear(12, 4), 2.0),
@@ -34,9 +36,9 @@ fn main() {
         let mut contenders: [Box<dyn Contender>; 3] =
             [Box::new(ours), Box::new(Parry([trimesh(&a), trimesh(&b)])), Box::new(Obvhs::new(&a, &b))];
         for mode in [Mode::Any, Mode::All] {
-            let answers = contenders.each_mut().map(|contender| {
-                poses.iter().map(|pose| contender.count(pose, mode)).collect::<Vec<_>>()
-            });
+            let answers = contenders
+                .each_mut()
+                .map(|contender| poses.iter().map(|pose| contender.count(pose, mode)).collect::<Vec<_>>());
             let hits = answers[0].iter().filter(|&&count| count > 0).count();
             let mut least = [f64::INFINITY; 3];
             for _ in 0..SWEEPS {
@@ -150,15 +152,10 @@ struct Obvhs {
 
 impl Obvhs {
     fn new(a: &Mesh, b: &Mesh) -> Self {
-        let triangles = [a, b].map(|mesh| {
-            (0..mesh.len()).map(|i| mesh.triangle(i).map(|v| v.as_vec3a())).collect::<Vec<_>>()
-        });
+        let triangles =
+            [a, b].map(|mesh| (0..mesh.len()).map(|i| mesh.triangle(i).map(|v| v.as_vec3a())).collect::<Vec<_>>());
         let trees = triangles.each_ref().map(|triangles| {
-            let point = |v: Vec3A| glam::Vec3A::from_array(v.to_array());
-            let soup: Vec<_> = triangles
-                .iter()
-                .map(|&[v0, v1, v2]| obvhs::triangle::Triangle { v0: point(v0), v1: point(v1), v2: point(v2) })
-                .collect();
+            let soup: Vec<_> = triangles.iter().map(|&[v0, v1, v2]| obvhs::triangle::Triangle { v0, v1, v2 }).collect();
             build_bvh2_from_tris(&soup, obvhs::BvhBuildParams::medium_build(), &mut Default::default())
         });
         Self { triangles, trees, stack: Vec::new() }
@@ -169,8 +166,7 @@ impl Contender for Obvhs {
     fn count(&mut self, pose: &Pose, mode: Mode) -> u64 {
         let place = Place::new(pose);
         let Self { triangles, trees: [a, b], stack } = self;
-        let vector = |v: glam::Vec3A| Vec3A::from_array(v.to_array());
-        let bounds = |node: &obvhs::bvh2::node::Bvh2Node| (vector(node.aabb().min), vector(node.aabb().max));
+        let bounds = |node: &obvhs::bvh2::node::Bvh2Node| (node.aabb().min, node.aabb().max);
         let mut found = 0;
         stack.clear();
         stack.push([0, 0]);
