@@ -14,6 +14,7 @@ extern crate alloc;
 
 mod math;
 mod mesh;
+pub mod model;
 mod query;
 mod tree;
 mod triangle;

@@ -6,6 +6,8 @@ mod cases;
 mod common;
 #[path = "program/damage.rs"]
 mod damage;
+#[path = "program/paper.rs"]
+mod paper;
 #[path = "program/run.rs"]
 mod run;
 #[path = "program/write.rs"]

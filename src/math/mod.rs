@@ -3,6 +3,7 @@
 mod aabb;
 pub(crate) mod lanes;
 pub(crate) mod pose;
+pub(crate) mod random;
 pub(crate) mod tolerance;
 
 pub use aabb::Aabb;

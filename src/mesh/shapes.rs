@@ -10,6 +10,7 @@ use core::f64::consts::TAU;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{Mesh, Vertices};
+use crate::math::random::Random;
 
 /// Between these lengths areas and volumes stay normal numbers in f32 as well.
 const MIN_SIZE: f64 = 1e-6;
@@ -169,11 +170,11 @@ fn gear_root(teeth: u32) -> f64 {
 pub fn height_field(resolution: u32, seed: u64) -> Mesh {
     const WAVES: u64 = 8;
     let resolution = resolution.clamp(1, 16384);
-    let random = |k: u64| random_fraction(seed, k) * TAU;
+    let mut random = Random::new(seed);
     let waves: Vec<_> = (0..WAVES)
         .map(|k| {
-            let direction = DVec2::from_angle(random(2 * k));
-            (direction * (k + 1) as f64, random(2 * k + 1))
+            let direction = DVec2::from_angle(random.fraction() * TAU);
+            (direction * (k + 1) as f64, random.fraction() * TAU)
         })
         .collect();
     let coordinate = |i: u32| 2.0 * f64::from(i) / f64::from(resolution) - 1.0;
@@ -188,14 +189,6 @@ pub fn height_field(resolution: u32, seed: u64) -> Mesh {
     let cells = (0..resolution).flat_map(|i| (0..resolution).map(move |j| i * row + j));
     let triangles = cells.flat_map(|c| halves([c, c + row, c + row + 1, c + 1]));
     generated(vertices, triangles)
-}
-
-/// Number `k` of the splitmix64 sequence of `seed`, as a fraction from 0 to below 1.
-fn random_fraction(seed: u64, k: u64) -> f64 {
-    let mut z = seed.wrapping_add((k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// A grid of `columns` by `rows` cells closed in both directions, like the surface of a torus.

@@ -30,6 +30,10 @@ impl Folder {
         fs::read_to_string(self.0.join(name)).unwrap()
     }
 
+    pub fn bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.0.join(name)).unwrap()
+    }
+
     /// Runs the program here, with arguments separated by blanks.
     pub fn run(&self, arguments: &str) -> Answer {
         self.run_with_input(arguments, "")

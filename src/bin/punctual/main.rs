@@ -8,7 +8,9 @@
 mod info;
 mod load;
 mod pair;
+mod paper;
 mod poses;
+mod report;
 mod text;
 mod triangles;
 
@@ -31,6 +33,7 @@ enum Command {
     Pair(pair::Args),
     Triangles(triangles::Args),
     Info(info::Args),
+    Paper(paper::Args),
 }
 
 /// Whether every line of the input had an answer.
@@ -51,6 +54,7 @@ fn main() -> ExitCode {
         Command::Pair(args) => pair::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
+        Command::Paper(args) => paper::run(args, &mut out),
     };
     let flushed = out.flush();
     match result.and_then(|completion| Ok(flushed.map(|()| completion)?)) {

@@ -1,0 +1,165 @@
+//! One HTML page with its pictures inside: no script, no other file, readable on a telephone and on paper.
+
+use super::Picture;
+use std::fmt::Write;
+
+/// A page of sections.
+pub struct Page {
+    pub title: String,
+    /// Paragraphs.
+    pub intro: Vec<String>,
+    pub sections: Vec<Section>,
+}
+
+/// A claim, what was measured, and whether they agree.
+pub struct Section {
+    /// Short and without blanks: the name of the place on the page.
+    pub id: String,
+    pub title: String,
+    pub claim: String,
+    pub measured: String,
+    pub verdict: Verdict,
+    pub blocks: Vec<Block>,
+}
+
+/// What stands below a section's words.
+pub enum Block {
+    /// A picture's `<svg>` element.
+    Picture(String),
+    Table(Table),
+    Text(String),
+}
+
+pub struct Table {
+    pub header: Vec<String>,
+    pub rows: Vec<Vec<String>>,
+}
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Verdict {
+    Holds,
+    HoldsInPart,
+    DoesNotHold,
+}
+
+impl Verdict {
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::HoldsInPart => "holds in part",
+            Self::DoesNotHold => "does not hold",
+        }
+    }
+
+    fn class(self) -> &'static str {
+        match self {
+            Self::Holds => "yes",
+            Self::HoldsInPart => "part",
+            Self::DoesNotHold => "no",
+        }
+    }
+}
+
+impl From<&Picture> for Block {
+    fn from(picture: &Picture) -> Self {
+        Self::Picture(picture.svg.clone())
+    }
+}
+
+const STYLE: &str = "
+:root { color-scheme: light; }
+body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff; max-width: 60rem; margin: 0 auto; padding: 1rem; }
+h1 { font-size: 1.6rem; line-height: 1.2; } h2 { font-size: 1.25rem; margin-top: 2.5rem; border-top: 1px solid #ddd; padding-top: 1rem; }
+a { color: #00629b; }
+.sides { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: .75rem; margin: 1rem 0; }
+.sides > div { border: 1px solid #ddd; border-radius: .4rem; padding: .6rem .8rem; }
+.sides h3 { font-size: .8rem; text-transform: uppercase; letter-spacing: .05em; color: #555; margin: 0 0 .3rem; }
+.sides p { margin: 0; }
+.verdict { font-weight: 600; } .yes { color: #006b4b; } .part { color: #8a5a00; } .no { color: #b02a00; }
+.scroll { overflow-x: auto; } table { border-collapse: collapse; font-size: .9rem; }
+th, td { text-align: right; padding: .2rem .6rem; border-bottom: 1px solid #e5e5e5; white-space: nowrap; font-variant-numeric: tabular-nums; }
+th:first-child, td:first-child { text-align: left; }
+svg { display: block; width: 100%; max-width: 40rem; height: auto; margin: 1rem 0; }
+";
+
+impl Page {
+    pub fn html(&self) -> String {
+        let mut html = format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{0}</title>\n\
+             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{0}</h1>\n",
+            escape(&self.title)
+        );
+        for paragraph in &self.intro {
+            push(&mut html, format_args!("<p>{}</p>\n", escape(paragraph)));
+        }
+        html += &self.contents();
+        for section in &self.sections {
+            html += &section.html();
+        }
+        html + "</body>\n</html>\n"
+    }
+
+    /// All verdicts at a glance.
+    fn contents(&self) -> String {
+        let mut html = String::from("<div class=\"scroll\"><table>\n");
+        for Section { id, title, verdict, .. } in &self.sections {
+            let (title, class, text) = (escape(title), verdict.class(), verdict.text());
+            let row = format_args!(
+                "<tr><td><a href=\"#{id}\">{title}</a></td><td class=\"verdict {class}\">{text}</td></tr>\n"
+            );
+            push(&mut html, row);
+        }
+        html + "</table></div>\n"
+    }
+}
+
+impl Section {
+    fn html(&self) -> String {
+        let Self { id, title, claim, measured, verdict, blocks } = self;
+        let mut html = format!(
+            "<section>\n<h2 id=\"{id}\">{}</h2>\n<div class=\"sides\">\n<div><h3>Claim</h3><p>{}</p></div>\n\
+             <div><h3>Measured</h3><p>{}</p></div>\n\
+             <div><h3>Verdict</h3><p class=\"verdict {}\">{}</p></div>\n</div>\n",
+            escape(title),
+            escape(claim),
+            escape(measured),
+            verdict.class(),
+            verdict.text()
+        );
+        for block in blocks {
+            match block {
+                Block::Picture(svg) => html += &inline(svg),
+                Block::Table(table) => html += &table.html(),
+                Block::Text(text) => push(&mut html, format_args!("<p>{}</p>\n", escape(text))),
+            }
+        }
+        html + "</section>\n"
+    }
+}
+
+impl Table {
+    fn html(&self) -> String {
+        let row = |cells: &[String], tag: &str| {
+            let cells = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell)));
+            format!("<tr>{}</tr>\n", cells.collect::<String>())
+        };
+        let rows: String = self.rows.iter().map(|cells| row(cells, "td")).collect();
+        format!("<div class=\"scroll\"><table>\n{}{rows}</table></div>\n", row(&self.header, "th"))
+    }
+}
+
+/// A picture as it stands in a page: the element alone, which takes its size from the page.
+fn inline(svg: &str) -> String {
+    let start = svg.find("<svg").unwrap_or(0);
+    format!("<figure style=\"margin:0\">{}</figure>\n", &svg[start..])
+}
+
+fn push(html: &mut String, text: std::fmt::Arguments) {
+    // Writing to a string cannot fail.
+    let _ = html.write_fmt(text);
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
