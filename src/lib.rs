@@ -25,9 +25,9 @@ pub use mesh::{Mesh, MeshError, shapes};
 #[cfg(feature = "std")]
 pub use query::SystemClock;
 pub use query::{
-    Budget, Certificate, Clock, LEVELS, MAX_STEP_WORK, ManualClock, Mode, Order, Outcome, PairMemory, Query,
-    ResumeError, Stats, StopReason, Verdict, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
-    Workspace,
+    Budget, Certificate, Clock, CostModel, Estimate, LEVELS, MAX_STEP_WORK, ManualClock, Mode, Order, Outcome,
+    PairMemory, Prediction, Query, ResumeError, Stats, StopReason, Verdict, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
+    WORK_PER_TRIANGLE_TEST, Workspace,
 };
 pub use tree::{BuildOptions, LevelProfile, Subtree, Tree, TreeFault, TreeStats};
 pub use triangle::triangles_intersect;

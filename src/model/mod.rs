@@ -19,14 +19,19 @@
 
 pub mod artificial;
 pub mod cheap;
+pub mod confidence;
+mod constants;
 pub mod correction;
 pub mod cost;
 pub mod delta;
 pub mod fit;
+pub mod front;
 pub mod history;
 pub mod moments;
 mod normal;
 pub mod offset;
 pub mod paper;
+pub mod prediction;
 pub mod quantile;
+pub mod regression;
 pub mod traversal;

@@ -1,6 +1,8 @@
 //! What one frame tells the next about a pair of meshes.
 
+use super::order::Mode;
 use super::outcome::{Outcome, StopReason, Verdict};
+use crate::model::cost::CostModel;
 use crate::tree::Tree;
 use arrayvec::ArrayVec;
 
@@ -10,15 +12,16 @@ pub(super) const WITNESSES: usize = 8;
 /// Memory of one pair of trees between frames, owned by the caller and passed in.
 ///
 /// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never in a decided verdict.
-/// Handed to another pair of trees it forgets everything.
+/// Handed to another pair of trees it forgets everything but the costs of this machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PairMemory {
     trees: Option<[usize; 2]>,
     /// Triangle pairs in tree order that met in the last frame that found any, most recent first.
     witnesses: ArrayVec<[u32; 2], WITNESSES>,
     last_verdict: Option<bool>,
-    last_bv_tests: Option<u64>,
+    last_bv_tests: Option<(Mode, u64)>,
     frames_undecided: u32,
+    cost_model: Option<CostModel>,
 }
 
 impl PairMemory {
@@ -34,7 +37,12 @@ impl PairMemory {
 
     /// BV tests of the last query that ran to its end; `None` if none did.
     pub fn last_bv_tests(&self) -> Option<u64> {
-        self.last_bv_tests
+        self.last_bv_tests.map(|(_, bv_tests)| bv_tests)
+    }
+
+    /// The same, if that query was of this mode.
+    pub(super) fn last_bv_tests_of(&self, mode: Mode) -> Option<u64> {
+        self.last_bv_tests.filter(|(of, _)| *of == mode).map(|(_, bv_tests)| bv_tests)
     }
 
     /// Frames since it was last decided.
@@ -42,27 +50,46 @@ impl PairMemory {
         self.frames_undecided
     }
 
+    /// What a BV test, a triangle pair, an opened node pair and a query cost for this pair, in nanoseconds, as far as time
+    /// budgets have taught; `None` without any and without [`PairMemory::set_cost_model`].
+    pub fn cost_model(&self) -> Option<CostModel> {
+        self.cost_model
+    }
+
+    /// Begins with these costs, those of [`CostModel::measure`] for example. They change with each query under a time budget.
+    pub fn set_cost_model(&mut self, cost_model: CostModel) {
+        self.cost_model = Some(cost_model);
+    }
+
+    pub(super) fn is_of(&self, a: &Tree, b: &Tree) -> bool {
+        self.trees == Some([a.identity(), b.identity()])
+    }
+
     pub(super) fn witnesses(&mut self, a: &Tree, b: &Tree) -> &[[u32; 2]] {
-        let trees = Some([a.identity(), b.identity()]);
-        if self.trees != trees {
-            *self = Self { trees, ..Self::default() };
+        if !self.is_of(a, b) {
+            let trees = Some([a.identity(), b.identity()]);
+            *self = Self { trees, cost_model: self.cost_model, ..Self::default() };
         }
         &self.witnesses
     }
 
-    pub(super) fn remember(&mut self, outcome: &Outcome, witness: Option<[u32; 2]>) {
+    pub(super) fn remember(&mut self, mode: Mode, outcome: &Outcome, witness: Option<[u32; 2]>) {
         if let Some(witness) = witness {
             self.witnesses.retain(|known| *known != witness);
             self.witnesses.truncate(WITNESSES - 1);
             self.witnesses.insert(0, witness);
         }
         if outcome.stop == StopReason::Finished || outcome.stop == StopReason::FirstHit {
-            self.last_bv_tests = Some(outcome.stats.bv_tests);
+            self.last_bv_tests = Some((mode, outcome.stats.bv_tests));
         }
         self.frames_undecided = self.frames_undecided.saturating_add(1);
         if outcome.verdict != Verdict::Undecided {
             self.last_verdict = Some(outcome.verdict != Verdict::Separated);
             self.frames_undecided = 0;
+        }
+        if let Some(elapsed) = outcome.stats.elapsed {
+            let model = self.cost_model.unwrap_or_default();
+            self.cost_model = Some(model.learned(&outcome.stats.counts(), elapsed.as_nanos() as f64));
         }
     }
 }

@@ -6,7 +6,10 @@
 mod boxes;
 mod budget;
 mod certificate;
+mod estimate;
 mod frames;
+mod look;
+mod measure;
 mod memory;
 mod order;
 mod outcome;
@@ -15,18 +18,21 @@ mod traversal;
 mod waiting;
 mod workspace;
 
+pub use crate::model::cost::CostModel;
 #[cfg(feature = "std")]
 pub use budget::SystemClock;
 pub use budget::{
     Budget, Clock, MAX_STEP_WORK, ManualClock, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
 };
 pub use certificate::Certificate;
+pub use estimate::{Estimate, Prediction};
 pub use memory::PairMemory;
 pub use order::{Mode, Order};
 pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
 pub use workspace::{ResumeError, Workspace};
 
 use crate::math::Pose;
+use crate::model::confidence::DEFAULT_PRIOR;
 use crate::tree::{Tree, WIDTH};
 use budget::Meter;
 use frames::Relation;
@@ -41,7 +47,7 @@ pub(crate) struct Options {
     pub order: Order,
     pub pair_limit: usize,
     pub poll_interval: u64,
-    pub grain: f32,
+    pub grain: Option<f32>,
 }
 
 /// The question whether, or where, two meshes intersect at a pose. Cheap to make; one for each pose.
@@ -63,6 +69,7 @@ pub struct Query<'t> {
     b: &'t Tree,
     b_in_a: Pose,
     options: Options,
+    prior: f64,
 }
 
 impl<'t> Query<'t> {
@@ -74,9 +81,9 @@ impl<'t> Query<'t> {
             order: Order::Penetration,
             pair_limit: usize::MAX,
             poll_interval: MAX_STEP_WORK,
-            grain: 4096.0,
+            grain: None,
         };
-        Self { a, b, b_in_a, options }
+        Self { a, b, b_in_a, options, prior: DEFAULT_PRIOR }
     }
 
     /// Any intersection (the default), or all of them.
@@ -109,10 +116,22 @@ impl<'t> Query<'t> {
     }
 
     /// Node pairs of which fewer BV tests than this are expected are finished depth-first at once instead of being
-    /// queued; default 4,096. 0 queues every node pair.
+    /// queued. 0 queues every node pair.
+    ///
+    /// Without it, the first budget decides: if the model expects it to be enough, all is finished depth-first, which costs
+    /// least; if not, the grain is a small share of the budget.
     #[must_use]
     pub fn grain(mut self, bv_tests: f32) -> Self {
-        self.options.grain = bv_tests;
+        self.options.grain = Some(bv_tests);
+        self
+    }
+
+    /// The share of poses with an intersection among those that are asked about, 0 to 1; it shifts the probability of
+    /// [`Query::estimate`]. By default that of the poses for which the model was fitted,
+    /// [`crate::model::confidence::DEFAULT_PRIOR`].
+    #[must_use]
+    pub fn prior(mut self, share: f64) -> Self {
+        self.prior = share;
         self
     }
 
@@ -157,7 +176,8 @@ impl<'t> Query<'t> {
             }
         }
         if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
-            if self.queues(budget) {
+            workspace.run.grain = self.grain_for(budget, memory.as_deref());
+            if workspace.run.grain < f32::INFINITY {
                 workspace.front.queue(Pair::new(0, 0), 0, true);
             } else {
                 workspace.front.push(Pair::new(0, 0));
@@ -200,13 +220,15 @@ impl<'t> Query<'t> {
         Key { trees: [self.a.identity(), self.b.identity()], b_in_a: self.b_in_a, options: self.options }
     }
 
-    /// Whether node pairs are queued. What no budget can cut short is finished depth-first, which costs least, unless
-    /// another order was asked for.
-    fn queues(&self, budget: Budget) -> bool {
-        match self.options.order {
-            Order::DepthFirst => false,
-            Order::Penetration => budget != Budget::unlimited(),
-            _ => true,
+    /// Node pairs below this many expected BV tests are not queued; with infinity, none is. What no budget cuts short is
+    /// finished depth-first, which costs least, unless another order was asked for.
+    fn grain_for(&self, budget: Budget, memory: Option<&PairMemory>) -> f32 {
+        match (self.options.order, self.options.grain) {
+            (Order::DepthFirst, _) => f32::INFINITY,
+            (Order::Penetration, _) if budget == Budget::unlimited() => f32::INFINITY,
+            (_, Some(grain)) => grain,
+            (Order::Penetration, None) if self.fits(budget, memory) => f32::INFINITY,
+            (_, None) => self.small_share(budget, memory),
         }
     }
 
@@ -251,7 +273,7 @@ impl<'t> Query<'t> {
         let outcome = Outcome { verdict, stop, found: run.found, stats: run.stats };
         if let Some(memory) = memory {
             memory.witnesses(self.a, self.b);
-            memory.remember(&outcome, run.witness.map(|[_, pair]| pair));
+            memory.remember(self.options.mode, &outcome, run.witness.map(|[_, pair]| pair));
         }
         outcome
     }

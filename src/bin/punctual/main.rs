@@ -5,6 +5,7 @@
 
 #![deny(unsafe_code)]
 
+mod fit;
 mod info;
 mod load;
 mod pair;
@@ -34,6 +35,7 @@ enum Command {
     Triangles(triangles::Args),
     Info(info::Args),
     Paper(paper::Args),
+    Fit(fit::Args),
 }
 
 /// Whether every line of the input had an answer.
@@ -55,6 +57,7 @@ fn main() -> ExitCode {
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),
+        Command::Fit(args) => fit::run(args, &mut out),
     };
     let flushed = out.flush();
     match result.and_then(|completion| Ok(flushed.map(|()| completion)?)) {
