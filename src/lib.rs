@@ -29,5 +29,5 @@ pub use query::{
     PairMemory, Prediction, Query, ResumeError, Stats, StopReason, Verdict, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
     WORK_PER_TRIANGLE_TEST, Workspace,
 };
-pub use tree::{BuildOptions, LevelProfile, Subtree, Tree, TreeFault, TreeStats};
+pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeStats};
 pub use triangle::triangles_intersect;

@@ -1,5 +1,5 @@
 //! A query touches no allocator: in any mode and order, with and without memory, finished, stopped, resumed, with
-//! full buffers, through the exact stage, and while its certificate is read.
+//! full buffers, through the exact stage, and while its certificate is read. Nor does a refit.
 
 mod common;
 
@@ -143,6 +143,22 @@ fn empty_meshes() {
     let empty = Tree::new(soup(Family::Uniform, 0, &mut Random::new(0)));
     let sphere = Tree::new(shapes::icosphere(1));
     assert_no_calls(&empty, &sphere, Pose::IDENTITY);
+}
+
+/// A deforming mesh is refitted in the same frame as it is queried.
+#[test]
+fn refit() {
+    for family in [Family::Uniform, Family::Double] {
+        let mut tree = Tree::new(soup(family, 500, &mut Random::new(6)));
+        let vertices: Vec<DVec3> = (0..tree.mesh().vertex_count()).map(|i| tree.mesh().vertex(i)).collect();
+        let narrow: Vec<Vec3> = vertices.iter().map(|v| v.as_vec3() * 1.25).collect();
+        // In a debug build the tree is validated, which allocates.
+        let validation = allocator_calls(|| tree.validate().unwrap());
+        let allowed = if cfg!(debug_assertions) { validation } else { 0 };
+        assert_eq!(allocator_calls(|| tree.refit(&narrow).unwrap()), allowed);
+        assert_eq!(allocator_calls(|| tree.refit_f64(&vertices).unwrap()), allowed);
+        assert_eq!(allocator_calls(|| _ = black_box(tree.degradation())), 0);
+    }
 }
 
 #[cfg(feature = "std")]

@@ -5,18 +5,20 @@
 //! no triangle uses are kept for their indices but never read, so they may hold anything.
 
 pub mod shapes;
+mod vertices;
 
 use alloc::boxed::Box;
 use core::fmt;
 
 use glam::{DVec3, Vec3};
 
-use crate::math::{Aabb, tolerance::COORDINATE_LIMIT};
+use crate::math::Aabb;
+use vertices::{Vertices, all_in_use, check_vertex, is_f32_exact};
 
 /// Leaves two spare bits in a 32-bit id, and keeps the nodes of a binary tree below 2^31.
 const TRIANGLE_LIMIT: usize = 1 << 30;
 
-/// An indexed triangle surface with finite vertices, immutable.
+/// An indexed triangle surface with finite vertices, immutable but by [`crate::Tree::refit`].
 ///
 /// All coordinates are in one length unit, the caller's, and in the frame of the mesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,12 +26,7 @@ pub struct Mesh {
     vertices: Vertices,
     triangles: Box<[[u32; 3]]>,
     aabb: Aabb,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-enum Vertices {
-    F32(Box<[[f32; 3]]>),
-    F64(Box<[[f64; 3]]>),
+    all_in_use: bool,
 }
 
 /// Why vertices and triangles are no [`Mesh`].
@@ -61,6 +58,13 @@ pub enum MeshError {
         /// Axis of the coordinate: 0, 1, 2 for x, y, z.
         axis: usize,
     },
+    /// Another number of new vertices than the mesh has ([`crate::Tree::refit`]).
+    VertexCount {
+        /// How many there are.
+        given: usize,
+        /// How many vertices the mesh has.
+        vertices: usize,
+    },
     /// The mesh has more than 2^30 triangles.
     TooManyTriangles {
         /// How many it has.
@@ -79,6 +83,9 @@ impl fmt::Display for MeshError {
             }
             Self::TooLarge { vertex, axis } => {
                 write!(f, "vertex {vertex} exceeds 2^1000 along axis {axis}")
+            }
+            Self::VertexCount { given, vertices } => {
+                write!(f, "{given} new vertices for a mesh with {vertices}")
             }
             Self::TooManyTriangles { triangles } => {
                 write!(f, "{triangles} triangles, but at most 2^30 are allowed")
@@ -150,9 +157,10 @@ impl Mesh {
 
     /// For triangles that are valid by construction.
     fn trusted(vertices: Vertices, triangles: Box<[[u32; 3]]>) -> Self {
-        let in_use = triangles.as_flattened().iter().map(|&v| vertices.get(v as usize));
-        let aabb = Aabb::from_points(in_use);
-        Self { vertices, triangles, aabb }
+        let all_in_use = all_in_use(vertices.len(), &triangles);
+        let mut mesh = Self { vertices, triangles, aabb: Aabb::EMPTY, all_in_use };
+        mesh.aabb = mesh.bounds();
+        mesh
     }
 
     /// Number of triangles.
@@ -229,24 +237,6 @@ impl Mesh {
     }
 }
 
-impl Vertices {
-    #[inline]
-    fn len(&self) -> usize {
-        match self {
-            Self::F32(v) => v.len(),
-            Self::F64(v) => v.len(),
-        }
-    }
-
-    #[inline]
-    fn get(&self, i: usize) -> DVec3 {
-        match self {
-            Self::F32(v) => DVec3::from_array(v[i].map(f64::from)),
-            Self::F64(v) => DVec3::from_array(v[i]),
-        }
-    }
-}
-
 fn check_count(triangles: usize) -> Result<(), MeshError> {
     if triangles > TRIANGLE_LIMIT {
         return Err(MeshError::TooManyTriangles { triangles });
@@ -254,26 +244,10 @@ fn check_count(triangles: usize) -> Result<(), MeshError> {
     Ok(())
 }
 
-fn check_vertex(vertex: usize, position: DVec3) -> Result<(), MeshError> {
-    for axis in 0..3 {
-        if !position[axis].is_finite() {
-            return Err(MeshError::NotFinite { vertex, axis });
-        }
-        if position[axis].abs() > COORDINATE_LIMIT {
-            return Err(MeshError::TooLarge { vertex, axis });
-        }
-    }
-    Ok(())
-}
-
-/// Compared by bits, because the sign of a zero is kept too.
-fn is_f32_exact(coordinate: f64) -> bool {
-    f64::from(coordinate as f32).to_bits() == coordinate.to_bits()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::tolerance::COORDINATE_LIMIT;
     use alloc::string::ToString;
 
     const NAN: [f64; 3] = [f64::NAN; 3];

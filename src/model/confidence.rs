@@ -41,24 +41,38 @@ pub fn hit_features(front: &FrontSummary) -> [f64; HIT_FEATURES] {
     ]
 }
 
-/// What an earlier frame said: the logit from the front, and the verdict as +1 or -1, less the longer ago.
-pub fn history_features(logit: f64, met: bool, frames_undecided: u32) -> [f64; 3] {
-    let verdict = if met { 1.0 } else { -1.0 };
-    [1.0, logit, verdict / (1.0 + f64::from(frames_undecided))]
+/// What is remembered of earlier frames of a pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct History {
+    /// Whether the surfaces met in the last decided frame.
+    pub met: bool,
+    /// Undecided frames since.
+    pub frames_undecided: u32,
+    /// How often the verdict changes from one decided frame to the next, 0 to 1.
+    pub change_rate: f64,
+}
+
+/// What the logit of a hit depends on with a history: the logit from the front; the last verdict as +1 or -1; and how surely
+/// it lasts, by the logit of the rate of changes. Both the less the longer ago.
+pub fn history_features(logit: f64, history: &History) -> [f64; 4] {
+    let sign = if history.met { 1.0 } else { -1.0 };
+    let verdict = sign / (1.0 + f64::from(history.frames_undecided));
+    let rate = history.change_rate.clamp(1e-3, 1.0 - 1e-3);
+    [1.0, logit, verdict, verdict * log((1.0 - rate) / rate)]
 }
 
 /// Probability that the surfaces meet, if the query has found no hit; 0 if nothing is left to look at.
 ///
-/// `last` is the verdict of the last decided frame of the pair and how many frames have passed undecided since. `prior` is
+/// `prior` is
 /// the share of hits among the poses that the caller asks about; it shifts the odds from [`DEFAULT_PRIOR`]. Between 0 and 1,
 /// both excluded unless nothing is left or the prior is 0 or 1, and rising with the prior.
-pub fn probability(front: &FrontSummary, last: Option<(bool, u32)>, prior: f64) -> f64 {
+pub fn probability(front: &FrontSummary, history: Option<&History>, prior: f64) -> f64 {
     if front.is_done() {
         return 0.0;
     }
     let from_front = dot(&HIT, &hit_features(front));
-    let logit =
-        last.map_or(from_front, |(met, frames)| dot(&HIT_AFTER_HISTORY, &history_features(from_front, met, frames)));
+    let with = |history| dot(&HIT_AFTER_HISTORY, &history_features(from_front, history));
+    let logit = history.map_or(from_front, with);
     let shift = odds(prior.clamp(0.0, 1.0)) / odds(BASE_RATE);
     let odds = exp(logit.clamp(-20.0, 20.0)) * shift;
     if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 }

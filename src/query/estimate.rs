@@ -163,8 +163,8 @@ impl Query<'_> {
     }
 
     fn probability(&self, front: &FrontSummary, memory: Option<&PairMemory>) -> f64 {
-        let last = memory.and_then(|memory| Some((memory.last_verdict()?, memory.frames_undecided())));
-        confidence::probability(front, last, self.prior)
+        let history = memory.and_then(PairMemory::history);
+        confidence::probability(front, history.as_ref(), self.prior)
     }
 
     /// BV tests left of a query that has made `used`.

@@ -6,6 +6,7 @@
 mod boxes;
 mod budget;
 mod certificate;
+mod corners;
 mod estimate;
 mod frames;
 mod look;
@@ -35,6 +36,7 @@ use crate::math::Pose;
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::tree::{Tree, WIDTH};
 use budget::Meter;
+use corners::Corners;
 use frames::Relation;
 use queue::Pair;
 use traversal::Traversal;
@@ -243,6 +245,7 @@ impl<'t> Query<'t> {
         // Waiting pairs are work: with a deadline, or when the first hit ends the query, they wait only for a full batch.
         let patient = self.options.mode == Mode::All && budget.time.is_none();
         let instructions = workspace.instructions;
+        workspace.corners.iter_mut().for_each(Corners::clear);
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
         let mut traversal = Traversal {
             a: self.a,

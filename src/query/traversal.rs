@@ -139,16 +139,16 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
 
     #[cold]
     fn test_exactly(&mut self, pair: [u32; 2]) {
-        let id = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
-        let a = self.a.mesh().triangle(id[0] as usize);
-        let [p, q, r] = self.b.mesh().triangle(id[1] as usize);
-        let b = [p, q, r].map(|v| self.b_in_a.transform_point(v));
+        let [of_a, of_b] = &mut self.workspace.corners;
+        let a = of_a.of(self.a, pair[0], |v| v);
+        let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
+        let meet = triangles_intersect(a, b);
         let stats = &mut self.workspace.run.stats;
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST;
         // The one step whose time differs a hundredfold.
         self.meter.look_next();
-        if triangles_intersect(&a, &b) {
+        if meet {
             self.report(pair);
         }
     }

@@ -1,5 +1,6 @@
 //! Every buffer that a query needs, owned by the caller.
 
+use super::corners::Corners;
 use super::outcome::Stats;
 use super::queue::Front;
 use super::waiting::Waiting;
@@ -20,6 +21,8 @@ pub struct Workspace {
     /// Triangle pairs (tree order) that wait for the filter, and those that are left in doubt by it.
     pub(super) waiting: Waiting,
     pub(super) doubtful: ArrayVec<[u32; 2], 8>,
+    /// Triangles of A and of B in the exact test.
+    pub(super) corners: [Corners; 2],
     /// Whether triangle pairs are being tested, until none is in doubt and less than a batch waits.
     pub(super) testing: bool,
     /// Whether the last batch had pairs in doubt, so that the search goes on elsewhere.
@@ -69,6 +72,7 @@ impl Workspace {
             front: Front::new(queue),
             waiting: Waiting::new(),
             doubtful: ArrayVec::new(),
+            corners: [Corners::EMPTY; 2],
             testing: false,
             elsewhere: false,
             found: Vec::with_capacity(found.max(1)),

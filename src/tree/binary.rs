@@ -4,19 +4,32 @@
 //! Its levels carry the paper's alphas; the wide tree is collapsed from it. Splitting goes down to clusters of at most
 //! [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory; the depth is bounded by `2 log2(n) + 8`, whatever the mesh.
 
-use super::unit::Corners;
+use super::Effort;
+use super::fork::Pieces;
+use super::frame::Frame;
+use super::unit::Unit;
+use super::wide::WIDTH;
+use crate::mesh::Mesh;
 use alloc::vec::Vec;
-use glam::{Vec3, Vec4};
+use glam::{Vec3A, Vec4, Vec4Swizzles};
 
 /// Most triangles of a cluster, and most children of a wide node.
-pub(super) const CLUSTER: usize = 8;
+const CLUSTER: usize = WIDTH;
 
-/// One node: triangles `order[first..first + count]`; `children` are `None` for a cluster.
+/// One node: triangles `order[first..first + count]`.
 pub(super) struct BinaryNode {
     pub first: u32,
     pub count: u32,
+    /// Half the surface area of its box.
     pub area: f32,
-    pub children: Option<[u32; 2]>,
+    /// How far behind this node its right child lies; the left one comes next. 0 for a cluster.
+    right: u32,
+}
+
+impl BinaryNode {
+    pub fn is_cluster(&self) -> bool {
+        self.right == 0
+    }
 }
 
 /// The tree: `nodes[0]` is the root, `order` the triangle ids in tree order.
@@ -25,16 +38,22 @@ pub(super) struct BinaryTree {
     pub order: Vec<u32>,
 }
 
-/// A triangle's box; the unused lane of `min` carries its id, so that a swap moves 32 bytes.
+impl BinaryTree {
+    /// The children of a node that is no cluster.
+    pub fn children(&self, node: usize) -> [usize; 2] {
+        [node + 1, node + self.nodes[node].right as usize]
+    }
+}
+
+/// A triangle's box; the unused lane of `min` carries its id, so that a move copies 32 bytes.
 #[derive(Clone, Copy)]
-struct Item {
+pub(super) struct Item {
     min: Vec4,
     max: Vec4,
 }
 
 impl Item {
-    fn new(id: usize, corners: &Corners) -> Self {
-        let [a, b, c] = corners.0;
+    pub fn new(id: usize, [a, b, c]: [Vec3A; 3]) -> Self {
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
         Self { min: min.extend(f32::from_bits(id as u32)), max: max.extend(0.0) }
     }
@@ -44,6 +63,7 @@ impl Item {
     }
 
     /// Twice the centre of the box.
+    #[inline(always)]
     fn center(&self) -> Vec4 {
         self.min + self.max
     }
@@ -58,128 +78,206 @@ struct Bounds {
 impl Bounds {
     const EMPTY: Self = Self { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY };
 
+    #[inline(always)]
     fn union(self, min: Vec4, max: Vec4) -> Self {
         Self { min: self.min.min(min), max: self.max.max(max) }
     }
 
     /// Half the surface area.
+    #[inline(always)]
     fn area(self) -> f32 {
         let e = self.max - self.min;
-        e.x * e.y + e.y * e.z + e.z * e.x
+        let faces = e * e.yzxw();
+        faces.x + faces.y + faces.z
     }
 }
 
-/// Builds over the triangles' corners, in unit coordinates or turned.
-pub(super) fn build(corners: &[Corners]) -> BinaryTree {
-    let mut items: Vec<Item> = corners.iter().enumerate().map(|(id, c)| Item::new(id, c)).collect();
+/// Builds over the triangles' boxes in the given frame.
+pub(super) fn build(mesh: &Mesh, unit: &Unit, frame: &Frame, effort: Effort, pieces: Pieces) -> BinaryTree {
+    let to_frame = frame.rotation.transpose();
+    let of_point = unit.of_points();
+    let corners = |id: usize| mesh.triangle(id).map(|x| to_frame * of_point(x).as_vec3a());
+    let mut items: Vec<Item> = (0..mesh.len()).map(|id| Item::new(id, corners(id))).collect();
     let mut nodes = Vec::with_capacity(items.len() / 2 + 1);
     if !items.is_empty() {
         let depth_left = 2 * (usize::BITS - items.len().leading_zeros()) + 8;
-        split(&mut items, 0, depth_left, &mut nodes);
+        Splitter { effort }.split(&mut items, 0, depth_left, &mut nodes, pieces);
     }
     BinaryTree { nodes, order: items.iter().map(Item::id).collect() }
 }
 
-/// Splits `items`, which begin at `first` in tree order, and returns the index of their node.
-fn split(items: &mut [Item], first: u32, depth_left: u32, nodes: &mut Vec<BinaryNode>) -> u32 {
-    let index = nodes.len() as u32;
-    let mut bounds = Bounds::EMPTY;
-    let mut centers = Bounds::EMPTY;
-    for item in &*items {
-        bounds = bounds.union(item.min, item.max);
-        centers = centers.union(item.center(), item.center());
-    }
-    nodes.push(BinaryNode { first, count: items.len() as u32, area: bounds.area(), children: None });
-    if items.len() > CLUSTER {
+#[derive(Clone, Copy)]
+struct Splitter {
+    effort: Effort,
+}
+
+impl Splitter {
+    /// Splits `items`, which begin at `first` in tree order, and appends their nodes.
+    fn split(self, items: &mut [Item], first: u32, depth_left: u32, nodes: &mut Vec<BinaryNode>, pieces: Pieces) {
+        let mut bounds = Bounds::EMPTY;
+        let mut centers = Bounds::EMPTY;
+        for item in &*items {
+            bounds = bounds.union(item.min, item.max);
+            let center = item.center();
+            centers = centers.union(center, center);
+        }
+        let index = nodes.len();
+        nodes.push(BinaryNode { first, count: items.len() as u32, area: bounds.area(), right: 0 });
+        if items.len() <= CLUSTER {
+            return;
+        }
         // A tree may lean for a while, but not so long that a balanced rest would no longer fit the depth.
         let balanced = usize::BITS - (items.len() - 1).leading_zeros();
-        let middle = if depth_left > balanced { partition(items, centers) } else { None };
+        let middle = if depth_left > balanced { self.partition(items, centers) } else { None };
         let middle = middle.unwrap_or_else(|| halve(items, centers));
         let (left, right) = items.split_at_mut(middle);
-        let left = split(left, first, depth_left - 1, nodes);
-        let right = split(right, first + middle as u32, depth_left - 1, nodes);
-        nodes[index as usize].children = Some([left, right]);
+        let (depth_left, second) = (depth_left - 1, first + middle as u32);
+        if pieces.is_one() {
+            self.split(left, first, depth_left, nodes, pieces);
+            nodes[index].right = (nodes.len() - index) as u32;
+            self.split(right, second, depth_left, nodes, pieces);
+        } else {
+            let mut of_right = Vec::new();
+            pieces.join(
+                [left.len(), right.len()],
+                |pieces| self.split(left, first, depth_left, nodes, pieces),
+                |pieces| self.split(right, second, depth_left, &mut of_right, pieces),
+            );
+            nodes[index].right = (nodes.len() - index) as u32;
+            nodes.append(&mut of_right);
+        }
     }
-    index
+
+    /// Partitions `items` at the cheapest of the bin borders; `None` where no border separates them.
+    fn partition(self, items: &mut [Item], centers: Bounds) -> Option<usize> {
+        // Below this many triangles bins cost more than they bring.
+        const FEW: usize = 64;
+        match (self.effort, items.len() > FEW) {
+            (Effort::Best, true) => partition_in::<64>(items, centers),
+            (Effort::Best, false) | (Effort::Normal, true) => partition_in::<16>(items, centers),
+            (Effort::Normal, false) | (Effort::Fast, _) => partition_in::<8>(items, centers),
+        }
+    }
 }
 
-const BINS: usize = 16;
+/// Partitions at the borders of `N` bins an axis.
+fn partition_in<const N: usize>(items: &mut [Item], centers: Bounds) -> Option<usize> {
+    let binning = Binning::<N>::new(centers);
+    let mut bins = [[Bin::EMPTY; N]; 3];
+    for item in &*items {
+        let [x, y, z] = binning.bins_of(item);
+        bins[0][x].add(item);
+        bins[1][y].add(item);
+        bins[2][z].add(item);
+    }
+    let mut best = (0, 0, f32::INFINITY);
+    for (axis, bins) in bins.iter().enumerate() {
+        let (border, cost) = cheapest_border(bins);
+        if cost < best.2 {
+            best = (axis, border, cost);
+        }
+    }
+    let (axis, border, cost) = best;
+    if cost == f32::INFINITY {
+        return None;
+    }
+    let mut borders = [0.0; 4];
+    borders[axis] = border as f32;
+    let borders = Vec4::from_array(borders) + Vec4::splat(SHIFT);
+    Some(move_to_front(items, |item| binning.shifted(item).cmplt(borders).any()))
+}
 
-/// Where the centres of `bounds` fall: bin = (center - origin) * scale.
-struct Binning {
+/// Where the centres fall: bin = (center - origin) * scale, on each axis.
+struct Binning<const N: usize> {
     origin: Vec4,
     scale: Vec4,
-    bins: usize,
 }
 
-impl Binning {
-    fn new(centers: Bounds, count: usize) -> Self {
-        let bins = if count > 32 { BINS } else { BINS / 2 };
-        let extent = (centers.max - centers.min).truncate();
+impl<const N: usize> Binning<N> {
+    fn new(centers: Bounds) -> Self {
+        let extent = (centers.max - centers.min).with_w(0.0);
         // An axis without extent puts everything into bin 0 and so is never split.
-        let scale = Vec3::select(extent.cmpgt(Vec3::splat(1e-30)), bins as f32 * 0.9999 / extent, Vec3::ZERO);
-        Self { origin: centers.min, scale: scale.extend(0.0), bins }
+        let scale = Vec4::select(extent.cmpgt(Vec4::splat(1e-30)), N as f32 * 0.9999 / extent, Vec4::ZERO);
+        Self { origin: centers.min, scale }
     }
 
+    /// The bins, and [`SHIFT`] added.
+    #[inline(always)]
+    fn shifted(&self, item: &Item) -> Vec4 {
+        (item.center() - self.origin) * self.scale - Vec4::splat(0.5) + Vec4::splat(SHIFT)
+    }
+
+    #[inline(always)]
     fn bins_of(&self, item: &Item) -> [usize; 3] {
-        let bin = (item.center() - self.origin) * self.scale;
-        [bin.x, bin.y, bin.z].map(|b| (b as usize).min(self.bins - 1))
+        let [x, y, z, _] = self.shifted(item).to_array();
+        [x.to_bits() as usize % N, y.to_bits() as usize % N, z.to_bits() as usize % N]
     }
 }
 
-/// Partitions `items` at the cheapest of the bin borders; `None` where no border separates them.
-fn partition(items: &mut [Item], centers: Bounds) -> Option<usize> {
-    let binning = Binning::new(centers, items.len());
-    let mut bins = [[(Bounds::EMPTY, 0u32); BINS]; 3];
-    for item in &*items {
-        for (axis, bin) in binning.bins_of(item).into_iter().enumerate() {
-            let (bounds, count) = &mut bins[axis][bin];
-            *bounds = bounds.union(item.min, item.max);
-            *count += 1;
-        }
-    }
-    let (axis, border, _) = (0..3)
-        .filter_map(|axis| cheapest_border(&bins[axis][..binning.bins]).map(|(border, cost)| (axis, border, cost)))
-        .min_by(|a, b| a.2.total_cmp(&b.2))?;
-    Some(move_to_front(items, |item| binning.bins_of(item)[axis] < border))
+/// Between 2^23 and 2^24 the last bit of an f32 is worth 1: adding this leaves the nearest whole number in the low bits.
+const SHIFT: f32 = 12_582_912.0;
+
+#[derive(Clone, Copy)]
+struct Bin {
+    bounds: Bounds,
+    count: u32,
 }
 
-/// The border between bins with the least sum of area times count, among those with triangles on both sides.
-fn cheapest_border(bins: &[(Bounds, u32)]) -> Option<(usize, f32)> {
-    let mut above = [(0.0, 0); BINS];
-    let (mut bounds, mut count) = (Bounds::EMPTY, 0);
-    for i in (1..bins.len()).rev() {
-        bounds = bounds.union(bins[i].0.min, bins[i].0.max);
-        count += bins[i].1;
-        above[i] = (bounds.area() * count as f32, count);
+impl Bin {
+    const EMPTY: Self = Self { bounds: Bounds::EMPTY, count: 0 };
+
+    #[inline(always)]
+    fn add(&mut self, item: &Item) {
+        self.bounds = self.bounds.union(item.min, item.max);
+        self.count += 1;
     }
-    let (mut bounds, mut count, mut best) = (Bounds::EMPTY, 0, None);
-    for i in 1..bins.len() {
-        bounds = bounds.union(bins[i - 1].0.min, bins[i - 1].0.max);
-        count += bins[i - 1].1;
-        if count == 0 || above[i].1 == 0 {
-            continue;
-        }
-        let cost = bounds.area() * count as f32 + above[i].0;
-        if best.is_none_or(|(_, least)| cost < least) {
-            best = Some((i, cost));
+
+    #[inline(always)]
+    fn merge(&mut self, other: &Self) {
+        self.bounds = self.bounds.union(other.bounds.min, other.bounds.max);
+        self.count += other.count;
+    }
+
+    /// Half surface area times count; infinite if there is nothing inside, so that no border leaves a side empty.
+    #[inline(always)]
+    fn cost(&self) -> f32 {
+        if self.count == 0 { f32::INFINITY } else { self.bounds.area() * self.count as f32 }
+    }
+}
+
+/// The border between bins with the least sum of costs of both sides, and that sum.
+#[inline(always)]
+fn cheapest_border<const N: usize>(bins: &[Bin; N]) -> (usize, f32) {
+    let mut above = [0.0; N];
+    let mut side = Bin::EMPTY;
+    for i in (1..N).rev() {
+        side.merge(&bins[i]);
+        above[i] = side.cost();
+    }
+    let mut side = Bin::EMPTY;
+    let mut best = (0, f32::INFINITY);
+    for i in 1..N {
+        side.merge(&bins[i - 1]);
+        let cost = side.cost() + above[i];
+        if cost < best.1 {
+            best = (i, cost);
         }
     }
     best
 }
 
-/// Reorders `items` so that those that are `left` come first; returns their number.
+/// Reorders `items` so that those that are `left` come first; returns their number. Without branches: which side an
+/// item goes to is a coin toss.
+#[inline(always)]
 fn move_to_front(items: &mut [Item], left: impl Fn(&Item) -> bool) -> usize {
-    let (mut i, mut j) = (0, items.len());
-    while i < j {
-        if left(&items[i]) {
-            i += 1;
-        } else {
-            j -= 1;
-            items.swap(i, j);
-        }
+    let mut count = 0;
+    for i in 0..items.len() {
+        let (item, first_right) = (items[i], items[count]);
+        items[i] = first_right;
+        items[count] = item;
+        count += usize::from(left(&item));
     }
-    i
+    count
 }
 
 /// Halves `items` by number along the longest extent of their centres.

@@ -1,16 +1,28 @@
 //! The bounding volume tree of one mesh.
 //!
 //! Built once, immutable while queries run, shared freely between threads. A binned-SAH binary tree over the triangles
-//! ([`binary`]) is collapsed to nodes of up to eight children, each with a frame of its own ([`wide`], [`frame`]), and
-//! every subtree is measured: alpha per axis, and a profile level by level ([`profile`]).
+//! ([`binary`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with a frame of its own
+//! ([`assign`], [`frame`], [`axes`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes ([`fit`]), its
+//! alpha per axis and its profile level by level ([`profile`]); when vertices move, the same pass is all it takes
+//! ([`refit`]).
 
+mod assign;
+mod axes;
 mod binary;
+mod collapse;
+mod columns;
+mod fit;
+mod fork;
 mod frame;
+mod options;
 mod profile;
+mod refit;
 mod unit;
+mod update;
 mod validate;
 mod wide;
 
+pub use options::{BuildOptions, Effort};
 pub use profile::LevelProfile;
 pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
@@ -20,22 +32,10 @@ use crate::mesh::Mesh;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::sync::atomic::{AtomicUsize, Ordering};
+use fork::Pieces;
+use frame::Frame;
 use glam::{Mat3, Vec3};
 use profile::Profiles;
-
-/// How a tree is built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct BuildOptions {
-    /// Give each node the frame in which its boxes are smallest; else all boxes are parallel to the mesh's axes.
-    pub frames: bool,
-}
-
-impl Default for BuildOptions {
-    fn default() -> Self {
-        Self { frames: true }
-    }
-}
 
 /// A mesh with its bounding volume tree.
 #[derive(Clone, Debug)]
@@ -47,6 +47,8 @@ pub struct Tree {
     /// Input id of each triangle, in tree order.
     ids: Box<[u32]>,
     profiles: Profiles,
+    /// SAH cost after the build.
+    built_cost: f32,
     identity: usize,
 }
 
@@ -97,18 +99,17 @@ impl Tree {
 
     /// Builds the tree of `mesh`. `O(n log n)`.
     pub fn with_options(mesh: Mesh, options: &BuildOptions) -> Self {
-        static NEXT: AtomicUsize = AtomicUsize::new(0);
+        let pieces = Pieces::new(options.threads, mesh.len());
         let unit = Unit::of(&mesh);
-        let mut corners = unit.corners(&mesh);
-        if options.frames {
-            frame::align(&mut corners, &unit, &mesh);
-        }
-        let binary = binary::build(&corners);
-        let triangles: Box<[Triangle]> = unit.triangles(&mesh, &binary.order).collect();
-        let mut nodes = wide::collapse(&binary, &triangles, options).into_boxed_slice();
-        let profiles = Profiles::measure(&mut nodes);
-        let identity = NEXT.fetch_add(1, Ordering::Relaxed);
-        let tree = Self { mesh, unit, nodes, triangles, ids: binary.order.into(), profiles, identity };
+        let whole = if options.frames { align(&unit, &mesh) } else { Frame::IDENTITY };
+        let binary = binary::build(&mesh, &unit, &whole, options.effort, pieces);
+        let triangles = unit.triangles(&mesh, &binary.order).collect::<Box<[Triangle]>>();
+        let mut nodes = collapse::collapse(&binary, &triangles, whole, options, pieces);
+        let mut profiles = Profiles::room(&mut nodes);
+        update::update(&mut nodes, &triangles, &mut profiles);
+        let built_cost = profiles.cost;
+        let identity = next_identity();
+        let tree = Self { mesh, unit, nodes, triangles, ids: binary.order.into(), profiles, built_cost, identity };
         debug_assert_eq!(tree.validate(), Ok(()));
         tree
     }
@@ -183,6 +184,20 @@ impl Tree {
     pub(crate) fn identity(&self) -> usize {
         self.identity
     }
+}
+
+/// The frame in which the binary tree is split, from a sample of the triangles.
+fn align(unit: &Unit, mesh: &Mesh) -> Frame {
+    const SAMPLES: usize = 512;
+    let step = mesh.len().div_ceil(SAMPLES).max(1);
+    let ids: Vec<u32> = (0..mesh.len() as u32).step_by(step).collect();
+    frame::align(&unit.triangles(mesh, &ids).collect::<Vec<_>>())
+}
+
+/// A number that no tree of this process has had.
+fn next_identity() -> usize {
+    static NEXT: AtomicUsize = AtomicUsize::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 /// A node of a tree with all below it.

@@ -3,9 +3,14 @@
 //! All are measured in the frame of the subtree's root: a box with half extents `e` and frame `Q` counts as `|Q| e`.
 //! Levels are merged bottom-up from those of the children, `O(nodes * height)`.
 
-use super::wide::{Node, WIDTH};
-use alloc::vec::Vec;
-use glam::{Mat3, Vec3};
+use super::columns::PRESENT;
+use super::fit::halves;
+use super::wide::{Node, xyz};
+use crate::math::lanes::{F8, Lanes, per_axis};
+use alloc::boxed::Box;
+use core::f32::consts::LN_2;
+use glam::{Mat3A, Vec3, Vec3A};
+use wide::{f32x4, i32x4};
 
 /// The boxes of one level of a subtree, counted down from its root; frame of the root, unit coordinates (multiply by
 /// [`crate::Tree::unit_length`] for the mesh's).
@@ -24,32 +29,41 @@ pub struct LevelProfile {
 impl LevelProfile {
     const NONE: Self = Self { nodes: 0.0, half_extent: Vec3::ZERO, center: Vec3::ZERO, variance: Vec3::ZERO };
 
-    /// The children of `node` as its level 1.
-    fn of_children(node: &Node) -> Self {
-        let n = f32::from(node.children);
-        let lanes = 0..usize::from(node.children);
-        let of = |lane: usize, boxes: &[[f32; WIDTH]; 3]| Vec3::new(boxes[0][lane], boxes[1][lane], boxes[2][lane]);
-        let center = lanes.clone().map(|i| of(i, &node.center)).sum::<Vec3>() / n;
-        let square = |x: Vec3| x * x;
-        Self {
-            nodes: n,
-            half_extent: lanes.clone().map(|i| of(i, &node.half)).sum::<Vec3>() / n,
-            center,
-            variance: lanes.map(|i| square(of(i, &node.center) - center)).sum::<Vec3>() / n,
-        }
+    /// The children of `node` as its level 1, and the summed surface area of their boxes.
+    #[inline(always)]
+    fn of_children<L: Lanes>(lanes: L, node: &Node) -> (Self, f32) {
+        let scale = 1.0 / f32::from(node.children);
+        let own = xyz(node.own_center);
+        // Boxes that are not there have no extent.
+        let [x, y, z] = per_axis!(k => F8::load(lanes, &node.half[k]));
+        let present = F8::load(lanes, &PRESENT[usize::from(node.children)]);
+        let [u, v, w] = per_axis!(k => (F8::load(lanes, &node.center[k]) - F8::splat(lanes, own[k])) * present);
+        let [hx, hy, hz, area] = sums(x, y, z, x * y + y * z + z * x);
+        let [cx, cy, cz, uu] = sums(u, v, w, u * u);
+        let [vv, ww, ..] = sums(v * v, w * w, u, u);
+        let mean = Vec3A::new(cx, cy, cz) * scale;
+        let level = Self {
+            nodes: f32::from(node.children),
+            half_extent: (Vec3A::new(hx, hy, hz) * scale).into(),
+            center: (Vec3A::from(own) + mean).into(),
+            variance: (Vec3A::new(uu, vv, ww) * scale - mean * mean).max(Vec3A::ZERO).into(),
+        };
+        (level, 8.0 * area)
     }
 
     /// The same boxes seen from a frame that `rotation` leads to.
-    fn rotated(&self, rotation: &Mat3) -> Self {
+    #[inline(always)]
+    fn rotated(&self, rotation: &Mat3A, absolute: &Mat3A, squared: &Mat3A) -> Self {
         Self {
             nodes: self.nodes,
-            half_extent: rotation.abs() * self.half_extent,
+            half_extent: *absolute * self.half_extent,
             center: *rotation * self.center,
-            variance: map(rotation, |x| x * x) * self.variance,
+            variance: *squared * self.variance,
         }
     }
 
     /// Both sets of boxes together.
+    #[inline(always)]
     fn merged(&self, other: &Self) -> Self {
         let nodes = self.nodes + other.nodes;
         let w = other.nodes / nodes;
@@ -61,10 +75,6 @@ impl LevelProfile {
             variance: self.variance.lerp(other.variance, w) + apart * apart * (w * (1.0 - w)),
         }
     }
-}
-
-fn map(m: &Mat3, f: impl Fn(f32) -> f32) -> Mat3 {
-    Mat3::from_cols_array(&m.to_cols_array().map(f))
 }
 
 /// What is kept of a subtree besides its node.
@@ -79,75 +89,196 @@ pub(super) struct Shape {
 /// The profiles of all subtrees: node `i` has levels `nodes[i].profile..` and shape `shapes[i]`.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Profiles {
-    pub levels: Vec<LevelProfile>,
-    pub shapes: Vec<Shape>,
+    pub levels: Box<[LevelProfile]>,
+    pub shapes: Box<[Shape]>,
+    /// SAH cost: the summed area of all boxes, those of the triangles too, over that of the root; 0 if that has none.
+    pub cost: f32,
 }
 
 impl Profiles {
-    /// Measures all subtrees and writes `height`, `profile`, `alpha` and `visits` into the nodes.
-    pub fn measure(nodes: &mut [Node]) -> Self {
-        let mut levels = Vec::with_capacity(nodes.len() * 5 / 4);
-        let mut shapes = alloc::vec![Shape { leaf: Vec3::ZERO, alpha: Vec3::ONE }; nodes.len()];
+    /// Room for those of `nodes`, still to be measured. Writes `height` and `profile` into the nodes.
+    pub fn room(nodes: &mut [Node]) -> Self {
+        let mut levels = 0;
         for index in (0..nodes.len()).rev() {
-            let (node, below) = nodes[index..].split_first_mut().expect("index is within the nodes");
-            node.profile = levels.len() as u32;
-            node.height = 1;
-            levels.push(LevelProfile::of_children(node));
-            let mut leaf = levels[levels.len() - 1].half_extent;
-            if !node.is_cluster {
-                let first = node.first_child as usize - index - 1;
-                let below = &below[first..first + usize::from(node.children)];
-                node.height += below.iter().map(|child| child.height).max().unwrap_or(0);
-                leaf = merge_children(node, below, &mut levels, &shapes[index + 1 + first..]);
-            }
-            let alpha = alpha(leaf, node.extent(), node.triangles);
-            shapes[index] = Shape { leaf, alpha };
-            node.alpha = alpha.element_product();
-            node.visits = visits(node, &levels[node.profile as usize..]);
+            let (node, later) = nodes[index..].split_first_mut().expect("index is within the nodes");
+            let below = if node.is_cluster { 0..0 } else { node.child_range() };
+            let below = &later[below.start.saturating_sub(index + 1)..][..below.len()];
+            node.height = 1 + below.iter().map(|child| child.height).max().unwrap_or(0);
+            node.profile = levels as u32;
+            levels += usize::from(node.height);
         }
-        Self { levels, shapes }
+        let shape = Shape { leaf: Vec3::ZERO, alpha: Vec3::ONE };
+        Self {
+            levels: alloc::vec![LevelProfile::NONE; levels].into(),
+            shapes: alloc::vec![shape; nodes.len()].into(),
+            cost: 0.0,
+        }
+    }
+
+    /// Measures the subtree of node `index`, whose boxes are there and whose `children` have been measured. Returns the
+    /// summed surface area of the children's boxes.
+    #[inline(always)]
+    pub fn measure<L: Lanes>(&mut self, lanes: L, index: usize, node: &mut Node, children: &[Node]) -> f64 {
+        // Levels of what is below come first.
+        let (below, levels) = self.levels.split_at_mut(node.profile as usize);
+        let levels = &mut levels[..usize::from(node.height)];
+        let (level, area) = LevelProfile::of_children(lanes, node);
+        levels[0] = level;
+        let leaf = if node.is_cluster {
+            level.half_extent
+        } else {
+            merge_children(node, children, &self.shapes[node.first_child as usize..], below, &mut levels[1..])
+        };
+        let alpha = alpha(leaf, node.extent(), node.triangles);
+        node.alpha = alpha.element_product();
+        node.visits = visits(node, levels);
+        self.shapes[index] = Shape { leaf, alpha };
+        f64::from(area)
     }
 }
 
-/// Appends levels 2 and deeper of `node`; returns the mean half extent of its leaves.
-fn merge_children(node: &Node, below: &[Node], levels: &mut Vec<LevelProfile>, shapes: &[Shape]) -> Vec3 {
-    let to_node = node.rotation().transpose();
-    let start = levels.len();
-    levels.resize(start + usize::from(node.height) - 1, LevelProfile::NONE);
+/// The sum over the lanes of each of four vectors.
+#[inline(always)]
+fn sums<L: Lanes>(a: F8<L>, b: F8<L>, c: F8<L>, d: F8<L>) -> [f32; 4] {
+    let ([a, b], [c, d]) = ([halves(a), halves(b)], [halves(c), halves(d)]);
+    let [a, b, c, d] = f32x4::transpose([a[0] + a[1], b[0] + b[1], c[0] + c[1], d[0] + d[1]]);
+    ((a + c) + (b + d)).to_array()
+}
+
+/// Puts the levels of the children of `node`, which lie in `all`, together in `levels`; returns the mean half extent of
+/// its leaves.
+#[inline(always)]
+fn merge_children(
+    node: &Node,
+    children: &[Node],
+    shapes: &[Shape],
+    all: &[LevelProfile],
+    levels: &mut [LevelProfile],
+) -> Vec3 {
+    let to_node = node.axes().transpose();
+    levels.fill(LevelProfile::NONE);
     let mut leaves = Vec3::ZERO;
-    for (child, shape) in below.iter().zip(shapes) {
-        let rotation = if child.frame == node.frame { Mat3::IDENTITY } else { to_node * child.rotation() };
-        for level in 0..usize::from(child.height) {
-            let seen = levels[child.profile as usize + level].rotated(&rotation);
-            levels[start + level] = levels[start + level].merged(&seen);
+    for (child, shape) in children.iter().zip(shapes) {
+        let of_child = &all[child.profile as usize..][..usize::from(child.height)];
+        if child.frame == node.frame {
+            for (level, seen) in levels.iter_mut().zip(of_child) {
+                *level = level.merged(seen);
+            }
+            leaves += shape.leaf * child.triangles as f32;
+        } else {
+            let rotation = to_node * child.axes();
+            let absolute = rotation.abs();
+            let Mat3A { x_axis: x, y_axis: y, z_axis: z } = rotation;
+            let squared = Mat3A::from_cols(x * x, y * y, z * z);
+            for (level, seen) in levels.iter_mut().zip(of_child) {
+                *level = level.merged(&seen.rotated(&rotation, &absolute, &squared));
+            }
+            leaves += absolute * shape.leaf * child.triangles as f32;
         }
-        leaves += rotation.abs() * shape.leaf * child.triangles as f32;
     }
     leaves / node.triangles as f32
 }
 
 /// `alpha_k = (mean leaf extent_k / node extent_k)^(1/h)`, `h = log2(triangles)` the height of a balanced binary tree;
 /// 1 where there is nothing to shrink.
+#[inline(always)]
 fn alpha(leaf: Vec3, own: Vec3, triangles: u32) -> Vec3 {
     if triangles < 2 {
         return Vec3::ONE;
     }
-    let exponent = 1.0 / libm::log2f(triangles as f32);
-    let axis = |k: usize| if own[k] > 0.0 { libm::powf((leaf[k] / own[k]).min(1.0), exponent) } else { 1.0 };
-    Vec3::new(axis(0), axis(1), axis(2))
+    let [x, y, z] = per_axis!(k => {
+        if own[k] > 0.0 { (leaf[k] / own[k]).clamp(f32::MIN_POSITIVE, 1.0) } else { 1.0 }
+    });
+    let [x, y, z, height] = log2(f32x4::new([x, y, z, triangles as f32])).to_array();
+    Vec3::from(xyz(exp2(f32x4::new([x, y, z, 0.0]) * f32x4::splat(1.0 / height))))
+}
+
+/// log2 of positive normal numbers, off by less than 10^-6; unlike those of `libm` four at once.
+#[inline(always)]
+fn log2(x: f32x4) -> f32x4 {
+    // x = 2^e m, m within sqrt(1/2)..sqrt(2).
+    let half_root = i32x4::splat(0x3f35_04f3);
+    let [a, b, c, d] = x.to_array();
+    let shifted = i32x4::new([bits(a), bits(b), bits(c), bits(d)]) - half_root;
+    let [a, b, c, d] = ((shifted & i32x4::splat(0x007f_ffff)) + half_root).to_array();
+    let m = f32x4::new([number(a), number(b), number(c), number(d)]);
+    let e: i32x4 = shifted >> 23_i32;
+    // ln m = 2 artanh t
+    let t = (m - f32x4::ONE) / (m + f32x4::ONE);
+    let tt = t * t;
+    e.round_float() + t * polynomial(tt, [2.0 / LN_2, 2.0 / 3.0 / LN_2, 2.0 / 5.0 / LN_2, 2.0 / 7.0 / LN_2])
+}
+
+/// 2^x for x within -126..=0, off by less than 10^-6 of it.
+#[inline(always)]
+fn exp2(x: f32x4) -> f32x4 {
+    let whole = (x - f32x4::HALF).fast_trunc_int();
+    let y = (x - whole.round_float()) * f32x4::splat(LN_2);
+    let power = polynomial(y, [1.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0]);
+    let exponent: i32x4 = (whole + i32x4::splat(127)) << 23_i32;
+    let [a, b, c, d] = exponent.to_array();
+    power * f32x4::new([number(a), number(b), number(c), number(d)])
+}
+
+/// The sum of `coefficients[i] * x^i`; nothing is fused.
+#[inline(always)]
+fn polynomial<const N: usize>(x: f32x4, coefficients: [f32; N]) -> f32x4 {
+    let mut sum = f32x4::splat(coefficients[N - 1]);
+    for i in (0..N - 1).rev() {
+        sum = sum * x + f32x4::splat(coefficients[i]);
+    }
+    sum
+}
+
+#[inline(always)]
+fn bits(x: f32) -> i32 {
+    x.to_bits() as i32
+}
+
+#[inline(always)]
+fn number(bits: i32) -> f32 {
+    f32::from_bits(bits as u32)
 }
 
 /// Expected BV tests of a subtree against its like, averaged over the placements in which their roots meet:
 /// `sum_l n_(l+1)^2 O_l / n_l^2`, `O_l = n_l^2 prod_k e_k(l) / e_k(0)` (the mean of the products replaced by the product
 /// of the means).
+#[inline(always)]
 fn visits(node: &Node, levels: &[LevelProfile]) -> f32 {
     let own = node.extent();
-    let ratio = |half: Vec3, k: usize| if own[k] > 0.0 { (half[k] / own[k]).min(1.0) } else { 1.0 };
     let mut share = 1.0;
     let mut tests = 0.0;
     for level in &levels[..usize::from(node.height)] {
         tests += level.nodes * level.nodes * share;
-        share = ratio(level.half_extent, 0) * ratio(level.half_extent, 1) * ratio(level.half_extent, 2);
+        let [x, y, z] = per_axis!(k => if own[k] > 0.0 { (level.half_extent[k] / own[k]).min(1.0) } else { 1.0 });
+        share = x * y * z;
     }
     tests
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn powers_and_logarithms_are_those_of_libm() {
+        let one = |f: fn(f32x4) -> f32x4, x: f32| f(f32x4::splat(x)).to_array()[2];
+        for i in 1..=20_000 {
+            let x = i as f32 / 20_000.0;
+            for x in [x, 1.0 / x, x * 1e-30, 1.0 - x * 1e-6] {
+                assert!((one(log2, x) - libm::log2f(x)).abs() < 1e-6 * libm::log2f(x).abs().max(1.0), "{x}");
+            }
+            let x = -126.0 * (i - 1) as f32 / 20_000.0;
+            for x in [x, x / 100.0] {
+                assert!((one(exp2, x) / libm::exp2f(x) - 1.0).abs() < 1e-6, "{x}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_to_shrink_is_alpha_one_and_points_in_a_box_are_zero() {
+        assert_eq!(alpha(Vec3::ONE, Vec3::ONE, 1), Vec3::ONE);
+        let alpha = alpha(Vec3::new(0.0, 0.25, 0.0), Vec3::new(0.0, 1.0, 1.0), 4);
+        assert!((alpha - Vec3::new(1.0, 0.5, 0.0)).abs().max_element() < 1e-6, "{alpha}");
+    }
 }

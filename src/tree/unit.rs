@@ -5,7 +5,6 @@
 //! and so loses nothing; the shift is rounded in `f64`. The exact stage never sees these coordinates.
 
 use crate::mesh::Mesh;
-use alloc::vec::Vec;
 use glam::{DVec3, Vec3};
 
 /// The map from mesh to unit coordinates.
@@ -16,10 +15,6 @@ pub(crate) struct Unit {
     /// log2 of the length of one unit.
     pub exponent: i32,
 }
-
-/// The three corners of a triangle, unit coordinates, off by at most 2^-24 each.
-#[derive(Clone, Copy)]
-pub(super) struct Corners(pub [Vec3; 3]);
 
 /// A triangle as the fast filter reads it: the first corner and the edges to the other two, unit coordinates.
 ///
@@ -50,23 +45,24 @@ impl Unit {
         power_of_two(self.exponent)
     }
 
-    fn of_point(&self, x: DVec3) -> DVec3 {
-        (x - self.origin) * power_of_two(-self.exponent)
+    /// The map of points into unit coordinates.
+    #[inline(always)]
+    pub(super) fn of_points(self) -> impl Fn(DVec3) -> DVec3 + Copy {
+        let scale = power_of_two(-self.exponent);
+        move |x| (x - self.origin) * scale
     }
 
     /// The triangles of `mesh` in the given order.
-    pub fn triangles<'m>(&'m self, mesh: &'m Mesh, order: &'m [u32]) -> impl Iterator<Item = Triangle> + 'm {
-        order.iter().map(|&id| {
-            let [a, b, c] = mesh.triangle(id as usize).map(|x| self.of_point(x));
+    #[inline(always)]
+    pub fn triangles<'m>(self, mesh: &'m Mesh, order: &'m [u32]) -> impl ExactSizeIterator<Item = Triangle> + 'm {
+        let of_point = self.of_points();
+        order.iter().map(move |&id| {
+            let [a, b, c] = mesh.triangle(id as usize);
+            let (a, b, c) = (of_point(a), of_point(b), of_point(c));
             let (p, e, f) = (a.as_vec3(), (b - a).as_vec3(), (c - a).as_vec3());
             let rest = (a - p.as_dvec3()).as_vec3();
             Triangle([[p.x, p.y, p.z, e.x], [e.y, e.z, f.x, f.y], [f.z, rest.x, rest.y, rest.z]])
         })
-    }
-
-    /// The corners of all triangles of `mesh`, in its order.
-    pub(super) fn corners(&self, mesh: &Mesh) -> Vec<Corners> {
-        (0..mesh.len()).map(|i| Corners(mesh.triangle(i).map(|x| self.of_point(x).as_vec3()))).collect()
     }
 }
 

@@ -30,7 +30,7 @@ pub struct Args {
     /// A case folder whose poses are consecutive frames of a motion. May be repeated.
     #[arg(long, value_name = "CASE_DIR")]
     motion: Vec<PathBuf>,
-    /// Two mesh files, approached from twelve sides and put a little before and behind their first touch. May be repeated.
+    /// Two mesh files, approached from twelve sides and put before and behind their first touch. May be repeated.
     #[arg(long, value_name = "A,B")]
     approach: Vec<String>,
     /// Built-in shapes, approached like that.

@@ -33,11 +33,11 @@ impl Case {
     pub fn approached(files: &str) -> Result<Self, Failure> {
         let (a, b) = files.split_once(',').ok_or_else(|| format!("`{files}`: must be two files, A,B"))?;
         let stem = |file: &str| Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let name = format!("approach_{}_{}", stem(a), stem(b));
-        Ok(Self::with_approaches(name, load(Path::new(a))?, load(Path::new(b))?))
+        let name = format!("{}_{}", stem(a), stem(b));
+        Ok(Self::generated(&name, load(Path::new(a))?, load(Path::new(b))?))
     }
 
-    /// Pairs of built-in shapes, approached from many sides.
+    /// Pairs of built-in shapes, like that.
     pub fn shapes() -> Vec<Self> {
         let sphere = || shapes::icosphere(5);
         let ring = || shapes::torus(1.0, 0.2, 96);
@@ -46,20 +46,20 @@ impl Case {
         let field = || shapes::height_field(100, 3);
         let plate = || shapes::cuboid(punctual::glam::Vec3::new(1.0, 0.5, 0.05), 30);
         let pairs: [(&str, Mesh, Mesh); 6] = [
-            ("shapes_sphere_ring", sphere(), ring()),
-            ("shapes_knot_knot", knot(), knot()),
-            ("shapes_gear_ring", gear(), ring()),
-            ("shapes_gear_gear", gear(), gear()),
-            ("shapes_field_knot", field(), knot()),
-            ("shapes_plate_plate", plate(), plate()),
+            ("sphere_ring", sphere(), ring()),
+            ("knot_knot", knot(), knot()),
+            ("gear_ring", gear(), ring()),
+            ("gear_gear", gear(), gear()),
+            ("field_knot", field(), knot()),
+            ("plate_plate", plate(), plate()),
         ];
-        pairs.into_iter().map(|(name, a, b)| Self::with_approaches(name.to_owned(), a, b)).collect()
+        pairs.into_iter().map(|(name, a, b)| Self::generated(name, a, b)).collect()
     }
 
-    fn with_approaches(name: String, a: Mesh, b: Mesh) -> Self {
+    fn generated(name: &str, a: Mesh, b: Mesh) -> Self {
         let (a, b) = (Tree::new(a), Tree::new(b));
-        let poses = approaches(&a, &b);
-        Self { name, a, b, poses, is_motion: false }
+        let poses = Approaches::new(&a, &b).poses();
+        Self { name: format!("approach_{name}"), a, b, poses, is_motion: false }
     }
 }
 
@@ -73,42 +73,78 @@ fn mesh_file(folder: &Path, stem: &str) -> Result<PathBuf, Failure> {
 const APPROACHES: usize = 12;
 
 /// How far past first touch, in percent of the smaller diagonal; negative is deeper.
-const OFFSETS: [f64; 7] = [-5.0, -2.0, -0.5, -0.1, 0.1, 0.5, 2.0];
+const OFFSETS: [f64; 10] = [-15.0, -5.0, -2.0, -0.5, -0.1, -0.01, 0.01, 0.1, 0.5, 2.0];
 
-/// B comes along random lines until it touches A first, and is put a little before and behind.
-fn approaches(a: &Tree, b: &Tree) -> Vec<Pose> {
-    let (box_a, box_b) = (a.mesh().aabb(), b.mesh().aabb());
-    let diagonals = [box_a.extents().length(), box_b.extents().length()];
-    let (size, reach) = (diagonals[0].min(diagonals[1]), 0.5 * (diagonals[0] + diagonals[1]));
-    let step = 0.005 * size.max(0.1 * reach);
-    let mut random = Random(1);
-    let mut workspace = Workspace::new();
-    let mut poses = Vec::new();
-    // A line that passes by is drawn again, but not for ever.
-    for _ in 0..20 * APPROACHES {
-        if poses.len() == APPROACHES * OFFSETS.len() {
-            break;
-        }
+/// Places of B where it touches A first, as it comes along random lines.
+struct Approaches<'t> {
+    a: &'t Tree,
+    b: &'t Tree,
+    /// The smaller diagonal of the two boxes, and the mean of both.
+    size: f64,
+    reach: f64,
+    random: Random,
+    workspace: Workspace,
+}
+
+/// First touch: B turned, on a line through a point, so far along.
+struct Touch {
+    turn: DQuat,
+    start: DVec3,
+    direction: DVec3,
+    along: f64,
+}
+
+impl Touch {
+    fn pose(&self, approaches: &Approaches, along: f64) -> Option<Pose> {
+        let center = self.turn * approaches.b.mesh().aabb().center();
+        Pose::from_quat(self.turn, self.start + self.direction * along - center).ok()
+    }
+}
+
+impl<'t> Approaches<'t> {
+    fn new(a: &'t Tree, b: &'t Tree) -> Self {
+        let diagonals = [a, b].map(|tree| tree.mesh().aabb().extents().length());
+        let (size, reach) = (diagonals[0].min(diagonals[1]), 0.5 * (diagonals[0] + diagonals[1]));
+        Self { a, b, size, reach, random: Random(1), workspace: Workspace::new() }
+    }
+
+    /// A little before and behind the touch, from all sides.
+    fn poses(&mut self) -> Vec<Pose> {
+        let touches: Vec<_> = (0..APPROACHES).filter_map(|_| self.touch()).collect();
+        let at = |touch: &Touch, offset: &f64| touch.pose(self, touch.along + 0.01 * offset * self.size);
+        touches.iter().flat_map(|touch| OFFSETS.iter().filter_map(move |offset| at(touch, offset))).collect()
+    }
+
+    /// The first touch on a random line; a line that passes by is drawn again, but not for ever.
+    fn touch(&mut self) -> Option<Touch> {
+        (0..20).find_map(|_| self.touch_on_line())
+    }
+
+    fn touch_on_line(&mut self) -> Option<Touch> {
+        let random = &mut self.random;
         let turn = DQuat::from_xyzw(random.normal(), random.normal(), random.normal(), random.normal()).normalize();
         let direction = random.direction();
-        let aside = (random.direction() * 0.3 * reach).reject_from(direction);
-        let at = |along: f64| Pose::from_quat(turn, box_a.center() + aside + direction * along - turn * box_b.center());
-        let mut meets = |along: f64| {
-            at(along).is_ok_and(|pose| {
-                let outcome = Query::new(a, b, pose).run(&mut workspace, Budget::unlimited());
-                matches!(outcome.verdict, Verdict::Intersecting { .. })
-            })
-        };
-        let steps = (2.0 * reach / step) as usize;
-        let Some(inside) = (0..steps).map(|i| reach - step * i as f64).find(|&along| meets(along)) else { continue };
-        let (mut outside, mut inside) = (inside + step, inside);
+        let start = self.a.mesh().aabb().center() + (random.direction() * 0.3 * self.reach).reject_from(direction);
+        let mut touch = Touch { turn, start, direction, along: 0.0 };
+        let step = 0.005 * self.size.max(0.1 * self.reach);
+        let steps = (2.0 * self.reach / step) as usize;
+        let far = self.reach;
+        let mut inside = (0..steps).map(|i| far - step * i as f64).find(|&along| self.meets(&touch, along))?;
+        let mut outside = inside + step;
         for _ in 0..40 {
             let middle = 0.5 * (outside + inside);
-            if meets(middle) { inside = middle } else { outside = middle }
+            if self.meets(&touch, middle) { inside = middle } else { outside = middle }
         }
-        poses.extend(OFFSETS.iter().filter_map(|offset| at(outside + 0.01 * offset * size).ok()));
+        touch.along = outside;
+        Some(touch)
     }
-    poses
+
+    fn meets(&mut self, touch: &Touch, along: f64) -> bool {
+        touch.pose(self, along).is_some_and(|pose| {
+            let outcome = Query::new(self.a, self.b, pose).run(&mut self.workspace, Budget::unlimited());
+            matches!(outcome.verdict, Verdict::Intersecting { .. })
+        })
+    }
 }
 
 /// SplitMix64.

@@ -9,7 +9,7 @@ use punctual::model::regression::{least_squares, logistic, quantile};
 use punctual::{CostModel, Mode};
 
 use super::Data;
-use super::sample::{Last, Sample};
+use super::sample::Sample;
 
 const QUANTILES: [f64; 3] = [0.1, 0.5, 0.9];
 
@@ -32,14 +32,20 @@ pub fn fit(data: &Data) -> String {
     let any_left = quantiles(of(Mode::Any), |s| (features_of_any(&s.front, chance(s)), log_left(s)));
 
     let remembered = || open.iter().copied().filter_map(|sample| Some((sample, sample.last?)));
-    let change = |(s, last): (&Sample, Last)| (s.total.bv_tests.max(1.0) / last.bv_tests.max(1.0)).log2();
+    let change = |s: &Sample| {
+        let before = s.last.map_or(1.0, |last| last.bv_tests.max(1.0));
+        ([1.0], (s.total.bv_tests.max(1.0) / before).log2())
+    };
     let [all_after, any_after] = [Mode::All, Mode::Any].map(|mode| {
-        let frames = remembered().filter(|(sample, _)| sample.stop.is_none() && sample.mode == mode);
-        quantiles(frames, |known| ([1.0], change(known))).map(|[w]| w)
+        let frames = remembered().map(|(sample, _)| sample).filter(|s| s.stop.is_none() && s.mode == mode);
+        quantiles(frames, change).map(|[w]| w)
     });
-    let moved = remembered().filter(|(sample, _)| sample.mode == Mode::Any && sample.stop.is_some());
-    let hit_after_history =
-        regression(moved, |(s, last)| (history_features(logit(s), last.met, 0), f64::from(s.is_hit())));
+    let moved = remembered().map(|(sample, _)| sample).filter(|s| s.mode == Mode::Any && s.stop.is_some());
+    let remembering = |s: &Sample| {
+        let features = s.last.map_or([0.0; 4], |last| history_features(logit(s), &last.history));
+        (features, f64::from(s.is_hit()))
+    };
+    let hit_after_history = regression(moved, remembering);
 
     let poses: Vec<&Sample> = of(Mode::Any).filter(|sample| sample.stop.is_none()).collect();
     let base_rate = poses.iter().filter(|sample| sample.is_hit()).count() as f64 / poses.len() as f64;
@@ -74,13 +80,7 @@ pub fn fit(data: &Data) -> String {
         &list(&all_after),
         "Quantiles of log2 (BV tests of a frame / those of the frame before).",
     );
-    constant(
-        &mut source,
-        "ANY_AFTER",
-        "[f64; 3]",
-        &list(&any_after),
-        "The same if the first hit ends the query.",
-    );
+    constant(&mut source, "ANY_AFTER", "[f64; 3]", &list(&any_after), "The same if the first hit ends the query.");
     constant(
         &mut source,
         "OPENINGS_OF_BV_TESTS",
@@ -99,7 +99,7 @@ pub fn fit(data: &Data) -> String {
     constant(
         &mut source,
         "HIT_AFTER_HISTORY",
-        "[f64; 3]",
+        "[f64; 4]",
         &list(&hit_after_history),
         "The same with the verdict of the frame before, weights of `history_features`.",
     );
@@ -122,16 +122,75 @@ pub fn fit(data: &Data) -> String {
     source
 }
 
-/// Weights of three quantiles of a target, from features and target of each sample.
-fn quantiles<S, const N: usize>(samples: impl Iterator<Item = S>, row: impl Fn(S) -> ([f64; N], f64)) -> [[f64; N]; 3] {
-    let (x, y): (Vec<_>, Vec<_>) = samples.map(row).unzip();
-    QUANTILES.map(|p| quantile(&x, &y, p, BLUR))
+/// Parts of the data that are fitted without the others, to see how well that serves cases that were not fitted.
+const FOLDS: usize = 5;
+
+/// Features and targets of some samples, and the case that each is of.
+struct Rows<const N: usize> {
+    x: Vec<[f64; N]>,
+    y: Vec<f64>,
+    cases: Vec<usize>,
 }
 
-/// Weights of a logit, from features and truth of each sample.
-fn regression<S, const N: usize>(samples: impl Iterator<Item = S>, row: impl Fn(S) -> ([f64; N], f64)) -> [f64; N] {
-    let (x, y): (Vec<_>, Vec<_>) = samples.map(row).unzip();
-    logistic(&x, &y, &vec![1.0; x.len()])
+impl<const N: usize> Rows<N> {
+    fn of<'s>(samples: impl Iterator<Item = &'s Sample>, row: impl Fn(&Sample) -> ([f64; N], f64)) -> Self {
+        let mut rows = Self { x: Vec::new(), y: Vec::new(), cases: Vec::new() };
+        for sample in samples {
+            let (x, y) = row(sample);
+            rows.x.push(x);
+            rows.y.push(y);
+            rows.cases.push(sample.case);
+        }
+        rows
+    }
+
+    /// `w . x` of every row, where `w` is what `fit` makes of the cases of the other folds.
+    fn foretold(&self, fit: impl Fn(&[[f64; N]], &[f64]) -> [f64; N]) -> Vec<f64> {
+        let weights: Vec<[f64; N]> = (0..FOLDS)
+            .map(|fold| {
+                let others = (0..self.y.len()).filter(|&i| self.cases[i] % FOLDS != fold);
+                let (x, y): (Vec<_>, Vec<_>) = others.map(|i| (self.x[i], self.y[i])).unzip();
+                fit(&x, &y)
+            })
+            .collect();
+        self.x.iter().zip(&self.cases).map(|(x, case)| dot(&weights[case % FOLDS], x)).collect()
+    }
+}
+
+/// Weights of three quantiles of a target. Each is moved so that it has its share below in cases that were not fitted.
+fn quantiles<'s, const N: usize>(
+    samples: impl Iterator<Item = &'s Sample>,
+    row: impl Fn(&Sample) -> ([f64; N], f64),
+) -> [[f64; N]; 3] {
+    let rows = Rows::of(samples, row);
+    QUANTILES.map(|p| {
+        let foretold = rows.foretold(|x, y| quantile(x, y, p, BLUR));
+        let rest: Vec<f64> = rows.y.iter().zip(foretold).map(|(y, q)| y - q).collect();
+        let [shift] = quantile(&vec![[1.0]; rest.len()], &rest, p, 1e-3);
+        let mut w = quantile(&rows.x, &rows.y, p, BLUR);
+        w[0] += shift;
+        w
+    })
+}
+
+/// Weights of a logit. They are stretched and moved so that they are calibrated in cases that were not fitted (Platt).
+fn regression<'s, const N: usize>(
+    samples: impl Iterator<Item = &'s Sample>,
+    row: impl Fn(&Sample) -> ([f64; N], f64),
+) -> [f64; N] {
+    let rows = Rows::of(samples, row);
+    if rows.y.is_empty() {
+        return [0.0; N];
+    }
+    let fit = |x: &[[f64; N]], y: &[f64]| logistic(x, y, &vec![1.0; y.len()]);
+    if std::env::var("RAW").is_ok() && N == 4 {
+        return fit(&rows.x, &rows.y);
+    }
+    let x: Vec<[f64; 2]> = rows.foretold(fit).into_iter().map(|z| [1.0, z]).collect();
+    let [shift, stretch] = logistic(&x, &rows.y, &vec![1.0; x.len()]);
+    let mut w = fit(&rows.x, &rows.y).map(|w| stretch * w);
+    w[0] += shift;
+    w
 }
 
 fn log_left(sample: &Sample) -> f64 {

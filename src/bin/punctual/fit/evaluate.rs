@@ -110,8 +110,8 @@ impl Bin {
 impl Scores {
     fn add(&mut self, sample: &Sample) {
         let front = &sample.front;
-        let known = sample.last.map(|last| (last.met, 0));
-        let chance = probability(front, known, DEFAULT_PRIOR);
+        let history = sample.last.map(|last| last.history);
+        let chance = probability(front, history.as_ref(), DEFAULT_PRIOR);
         let model = match sample.mode {
             Mode::All => all_left(front),
             Mode::Any => any_left(front, chance),

@@ -1,5 +1,6 @@
 //! Queries of known truth, stopped on the way: what the model sees, and what came of it.
 
+use punctual::model::confidence::History;
 use punctual::model::cost::Counts;
 use punctual::model::front::{FrontSummary, pair_cost};
 use punctual::{Budget, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Workspace};
@@ -8,6 +9,9 @@ use super::cases::Case;
 
 /// Shares of the work of a complete query at which it is stopped.
 pub const STOPS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.5];
+
+/// Of the frames of a motion, one in so many is also asked about without a memory.
+const THINNED: usize = 10;
 
 /// A query at one moment, and its end.
 pub struct Sample {
@@ -30,7 +34,7 @@ pub struct Sample {
 /// What the frame before said and took, in the same mode.
 #[derive(Clone, Copy)]
 pub struct Last {
-    pub met: bool,
+    pub history: History,
     pub bv_tests: f64,
 }
 
@@ -46,15 +50,18 @@ impl Sample {
 }
 
 /// All poses of a case, in both modes, at all moments; those of a motion also with a memory.
-pub fn samples(number: usize, case: &Case) -> Vec<Sample> {
-    let mut sampler = Sampler { number, case, workspace: Workspace::new(), samples: Vec::new() };
+pub fn samples(case_number: usize, case: &Case) -> Vec<Sample> {
+    let mut sampler = Sampler { number: case_number, case, workspace: Workspace::new(), samples: Vec::new() };
     let mut memories = [PairMemory::new(), PairMemory::new()];
-    for &pose in &case.poses {
+    for (number, &pose) in case.poses.iter().enumerate() {
         let query = Query::new(&case.a, &case.b, pose);
         let complete = run(&query.mode(Mode::All), &mut sampler.workspace, None, None);
         for (mode, memory) in [Mode::All, Mode::Any].into_iter().zip(&mut memories) {
             let query = query.mode(mode);
-            sampler.sample(&query, mode, &complete, None);
+            // Without a memory, frames close together are the same query again.
+            if !case.is_motion || number % THINNED == 0 {
+                sampler.sample(&query, mode, &complete, None);
+            }
             if case.is_motion {
                 sampler.sample(&query, mode, &complete, Some(memory));
                 let _ = run(&query, &mut sampler.workspace, Some(memory), None);
@@ -74,10 +81,9 @@ struct Sampler<'c> {
 impl Sampler<'_> {
     /// All moments of a query. A memory that knows nothing yet gives none.
     fn sample(&mut self, query: &Query, mode: Mode, complete: &Outcome, memory: Option<&PairMemory>) {
-        let last = memory.map(|memory| (memory.last_verdict(), memory.last_bv_tests()));
-        let last = match last {
+        let last = match memory.map(|memory| (memory.history(), memory.last_bv_tests())) {
             None => None,
-            Some((Some(met), Some(bv_tests))) => Some(Last { met, bv_tests: bv_tests as f64 }),
+            Some((Some(history), Some(bv_tests))) => Some(Last { history, bv_tests: bv_tests as f64 }),
             Some(_) => return,
         };
         let roots = [&self.case.a, &self.case.b].map(|tree| tree.root().map_or(0.0, |root| root.self_cost()));

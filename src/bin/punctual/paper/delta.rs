@@ -45,10 +45,8 @@ fn chart(title: &str, cases: &[Case]) -> Chart {
     let series = MODELS.iter().enumerate().map(|(model, name)| {
         let mut sizes: Vec<f64> =
             cases.iter().map(|case| (case.predicted[model] / case.counted).log2().abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let n = sizes.len() as f64;
-        let points = sizes.iter().enumerate().map(|(i, &size)| [size, (i + 1) as f64 / n]).collect();
-        Series::new(*name, model, Shape::Line(points))
+        let shares = (0..=100).map(|i| f64::from(i) / 100.0);
+        Series::new(*name, model, Shape::Line(shares.map(|share| [quantile(&mut sizes, share), share]).collect()))
     });
     Chart {
         title: title.to_owned(),
@@ -64,8 +62,9 @@ fn row(name: &str, errors: &[[f64; 3]; 4]) -> Vec<String> {
     std::iter::once(name.to_owned()).chain(cells).collect()
 }
 
-fn header() -> Vec<String> {
-    std::iter::once("median / 90 % (median with sign)").chain(MODELS).map(str::to_owned).collect()
+fn table_of(rows: Vec<Vec<String>>) -> Block {
+    let header = std::iter::once("median / 90 % (median with sign)").chain(MODELS);
+    Block::Table(Table::new(header, rows))
 }
 
 /// Settings off the grid of the table, and its seeds: every alpha, delta and depth drawn anew.
@@ -104,51 +103,52 @@ fn words(errors: &[[f64; 3]; 4]) -> String {
     each.collect::<Vec<_>>().join(", ")
 }
 
-pub fn on_artificial_trees(lab: &Lab) -> Result<Section, Failure> {
-    let table = DeltaTable::new(13);
-    let settings = held_out(lab.choose(400, 40));
-    let means = lab.all(&settings, |(setting, seed)| {
-        let &Setting { alpha, depth, delta, .. } = setting;
-        let delta = delta.unwrap_or(0.0);
-        let offset = |centers: Centers| {
-            (0..=depth).map(|l| mean_over_lateral_offsets(alpha, 1.0 - delta, l, centers)).sum::<f64>()
+/// The mean over lateral offsets at the setting's delta.
+fn mean_case(lab: &Lab, table: &DeltaTable, setting: &Setting, seed: u64) -> Case {
+    let &Setting { alpha, depth, delta, .. } = setting;
+    let delta = delta.unwrap_or(0.0);
+    let offset =
+        |centers: Centers| (0..=depth).map(|l| mean_over_lateral_offsets(alpha, 1.0 - delta, l, centers)).sum::<f64>();
+    let predicted = [
+        paper::eq11(alpha, depth),
+        offset(Centers::Normal),
+        offset(Centers::Uniform),
+        table.visits_at_delta(alpha, delta, depth),
+    ];
+    Case { counted: setting.mean(&lab.effort(), seed).value, predicted }
+}
+
+/// Single runs of a setting, with the whole offset known.
+fn single_cases(table: &DeltaTable, setting: &Setting, seed: u64) -> Vec<Case> {
+    let mut random = Random::new(seed);
+    let &Setting { alpha, depth, .. } = setting;
+    let single = |_| {
+        let offset = setting.offset([(); 3].map(|()| random.fraction()));
+        let visits = setting.visits(&mut random, offset);
+        let pairs = |centers: Centers| {
+            let at = |l: u32| {
+                let level = artificial_level(alpha, l);
+                overlapping_pairs(&level, &level, &DMat3::IDENTITY, DVec3::from_array(offset), centers)
+            };
+            (0..=depth).map(at).sum::<f64>()
         };
         let predicted = [
             paper::eq11(alpha, depth),
-            offset(Centers::Normal),
-            offset(Centers::Uniform),
-            table.visits_at_delta(alpha, delta, depth),
+            pairs(Centers::Normal),
+            pairs(Centers::Uniform),
+            table.overlapping_pairs(alpha, offset.map(Some), depth).sum(),
         ];
-        Case { counted: setting.mean(&lab.effort(), *seed).value, predicted }
-    });
-    // One run each, with the whole offset known.
-    let singles: Vec<Case> = lab
-        .all(&settings, |(setting, seed)| {
-            let mut random = Random::new(!*seed);
-            let &Setting { alpha, depth, .. } = setting;
-            let single = |_| {
-                let offset = setting.offset([(); 3].map(|()| random.fraction()));
-                let visits = setting.visits(&mut random, offset);
-                let pairs = |centers: Centers| {
-                    let at = |l: u32| {
-                        let level = artificial_level(alpha, l);
-                        overlapping_pairs(&level, &level, &DMat3::IDENTITY, DVec3::from_array(offset), centers)
-                    };
-                    (0..=depth).map(at).sum::<f64>()
-                };
-                let predicted = [
-                    paper::eq11(alpha, depth),
-                    pairs(Centers::Normal),
-                    pairs(Centers::Uniform),
-                    table.overlapping_pairs(alpha, offset.map(Some), depth).sum(),
-                ];
-                Case { counted: visits.total() as f64, predicted }
-            };
-            (0..5).map(single).collect::<Vec<_>>()
-        })
-        .into_iter()
-        .flatten()
-        .collect();
+        Case { counted: visits.total() as f64, predicted }
+    };
+    (0..5).map(single).collect()
+}
+
+pub fn on_artificial_trees(lab: &Lab) -> Result<Section, Failure> {
+    let table = DeltaTable::new(13);
+    let settings = held_out(lab.choose(400, 40));
+    let means = lab.all(&settings, |(setting, seed)| mean_case(lab, &table, setting, *seed));
+    let singles: Vec<Case> =
+        lab.all(&settings, |(setting, seed)| single_cases(&table, setting, !*seed)).into_iter().flatten().collect();
     lab.csv("delta_means", CSV_HEADER, &csv_rows(&means))?;
     lab.csv("delta_queries", CSV_HEADER, &csv_rows(&singles))?;
     let (of_means, of_singles) = (errors(&means), errors(&singles));
@@ -169,10 +169,7 @@ pub fn on_artificial_trees(lab: &Lab) -> Result<Section, Failure> {
         blocks: vec![
             lab.plot("delta_means", &chart("Mean over lateral offsets at a given delta", &means))?,
             lab.plot("delta_queries", &chart("Single queries of artificial trees", &singles))?,
-            Block::Table(Table {
-                header: header(),
-                rows: vec![row("means at a given delta", &of_means), row("single queries", &of_singles)],
-            }),
+            table_of(vec![row("means at a given delta", &of_means), row("single queries", &of_singles)]),
             Block::Text(
                 "The table needs no fit: along an axis, two levels of an artificial tree relate by a recursion that the \
                  table follows on a grid. What is left in single queries is the draw of the corners."
@@ -213,7 +210,7 @@ pub fn on_meshes(lab: &Lab, ladders: &[Ladder]) -> Result<Section, Failure> {
         },
         blocks: vec![
             lab.plot("delta_meshes", &chart("Single queries of meshes", &cases))?,
-            Block::Table(Table { header: header(), rows }),
+            table_of(rows),
             Block::Text(
                 "Binary trees of the middle mesh of each ladder against turned copies. The table takes the geometric mean \
                  of both trees' alphas and the offset in units of the mean extent; the offset models take number, \

@@ -62,9 +62,9 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
         blocks.push(lab.plot(&format!("figure6_alpha{:.0}", alpha * 100.0), &chart)?);
     }
     let header = ["alpha".to_owned(), "Eq 11".to_owned()].into_iter();
-    let header = header.chain(DELTAS.map(|delta| format!("delta {delta}"))).collect();
+    let header = header.chain(DELTAS.map(|delta| format!("delta {delta}")));
     blocks.push(Block::Text(format!("Exponents of n over the last {LAST} sizes:")));
-    blocks.push(Block::Table(Table { header, rows }));
+    blocks.push(Block::Table(Table::new(header, rows)));
     let [shallow, deep] = worst;
     Ok(Section {
         id: "figure6".to_owned(),

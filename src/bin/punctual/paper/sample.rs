@@ -42,15 +42,15 @@ impl Spread {
 }
 
 impl Effort {
-    /// The mean `N_v` over runs, each of which gets random numbers and a point of a [`Spread`], by `seed`. The error is that
-    /// of independent points, and so too large.
-    pub fn mean_visits(&self, seed: u64, mut run: impl FnMut(&mut Random, [f64; 3]) -> Visits) -> Mean {
+    /// The mean `N_v` over runs, each of which gets random numbers and a point of a [`Spread`], by `seed`, and has a weight.
+    /// The error is that of independent points, and so too large.
+    pub fn mean_visits(&self, seed: u64, mut run: impl FnMut(&mut Random, [f64; 3]) -> (Visits, f64)) -> Mean {
         let mut random = Random::new(seed);
         let mut spread = Spread::new(&mut random);
         let (mut runs, mut tests, mut sum, mut squares) = (0, 0, 0.0, 0.0);
         while runs < self.least || (runs < self.most && tests < self.tests) {
-            let visits = run(&mut random, spread.next());
-            let total = visits.total() as f64;
+            let (visits, weight) = run(&mut random, spread.next());
+            let total = visits.total() as f64 * weight;
             runs += 1;
             tests += visits.bv_tests;
             sum += total;
@@ -98,8 +98,17 @@ impl Setting {
     }
 
     /// The mean over trees and placements.
+    ///
+    /// A few placements near the centre make up most of it, so these are drawn more often and weigh less: an offset `o` is
+    /// moved to `o |o|`, which makes room `2 |o|` times as large.
     pub fn mean(&self, effort: &Effort, seed: u64) -> Mean {
-        effort.mean_visits(seed, |random, point| self.visits(random, self.offset(point)))
+        effort.mean_visits(seed, |random, point| {
+            let mut offset = self.offset(point);
+            let drawn = usize::from(self.delta.is_some())..3;
+            let weight = drawn.clone().map(|k| 2.0 * offset[k].abs()).product();
+            drawn.for_each(|k| offset[k] *= offset[k].abs());
+            (self.visits(random, offset), weight)
+        })
     }
 }
 
@@ -168,7 +177,7 @@ mod tests {
             let mut runs = 0;
             effort.mean_visits(1, |_, _| {
                 runs += 1;
-                Visits { overlapping: vec![7], bv_tests, leaf_pairs: 0 }
+                (Visits { overlapping: vec![7], bv_tests, leaf_pairs: 0 }, 1.0)
             });
             runs
         };

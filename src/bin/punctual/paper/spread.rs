@@ -65,11 +65,13 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
     let mut all = queries.concat();
     let (mean, most) = (all.iter().sum::<f64>() / all.len() as f64, quantile(&mut all, 1.0));
     let (median, p90) = (quantile(&mut all, 0.5), quantile(&mut all, 0.9));
+    let bins = histogram(&all);
+    let highest = bins.iter().map(|bin| bin[2]).fold(0.0, f64::max);
     let columns = Chart {
         title: "All of these queries, delta = 0.05 ... 1: how many have which N_v".to_owned(),
         x: Axis::log("N_v"),
-        y: Axis::linear("share of the queries"),
-        series: vec![Series::new("", 0, Shape::Columns(histogram(&all)))],
+        y: Axis::linear("share of the queries").range(0.0..1.1 * highest),
+        series: vec![Series::new("", 0, Shape::Columns(bins))],
     };
     Ok(Section {
         id: "spread".to_owned(),

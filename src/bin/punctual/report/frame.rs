@@ -11,8 +11,9 @@ use super::{Axis, FONT, Failure, PIXELS};
 /// A canvas to draw on.
 pub(super) type Canvas<DB> = DrawingArea<DB, Shift>;
 
-const TITLE: f64 = 17.0;
-pub(super) const TEXT: f64 = 15.0;
+/// Heights of text, units. SVG text comes out a fifth smaller, by a convention of the plotting crate.
+const TITLE: f64 = 19.0;
+const TEXT: f64 = 17.0;
 const GRID: RGBColor = RGBColor(225, 225, 225);
 const INK: RGBColor = RGBColor(40, 40, 40);
 

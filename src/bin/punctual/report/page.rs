@@ -31,8 +31,8 @@ pub enum Block {
 }
 
 pub struct Table {
-    pub header: Vec<String>,
-    pub rows: Vec<Vec<String>>,
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
 }
 
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -79,7 +79,8 @@ a { color: #00629b; }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; font-size: .9rem; }
 th, td { text-align: right; padding: .2rem .6rem; border-bottom: 1px solid #e5e5e5; white-space: nowrap; font-variant-numeric: tabular-nums; }
 th:first-child, td:first-child { text-align: left; }
-svg { display: block; width: 100%; max-width: 40rem; height: auto; margin: 1rem 0; }
+figure { margin: 1rem 0; overflow-x: auto; } svg { display: block; width: 100%; min-width: 28rem; max-width: 42rem; height: auto; } rect { shape-rendering: crispEdges; }
+.contents td { white-space: normal; }
 ";
 
 impl Page {
@@ -102,7 +103,7 @@ impl Page {
 
     /// All verdicts at a glance.
     fn contents(&self) -> String {
-        let mut html = String::from("<div class=\"scroll\"><table>\n");
+        let mut html = String::from("<table class=\"contents\">\n");
         for Section { id, title, verdict, .. } in &self.sections {
             let (title, class, text) = (escape(title), verdict.class(), verdict.text());
             let row = format_args!(
@@ -110,7 +111,7 @@ impl Page {
             );
             push(&mut html, row);
         }
-        html + "</table></div>\n"
+        html + "</table>\n"
     }
 }
 
@@ -139,6 +140,10 @@ impl Section {
 }
 
 impl Table {
+    pub fn new<H: Into<String>>(header: impl IntoIterator<Item = H>, rows: Vec<Vec<String>>) -> Self {
+        Self { header: header.into_iter().map(Into::into).collect(), rows }
+    }
+
     fn html(&self) -> String {
         let row = |cells: &[String], tag: &str| {
             let cells = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell)));
@@ -152,7 +157,7 @@ impl Table {
 /// A picture as it stands in a page: the element alone, which takes its size from the page.
 fn inline(svg: &str) -> String {
     let start = svg.find("<svg").unwrap_or(0);
-    format!("<figure style=\"margin:0\">{}</figure>\n", &svg[start..])
+    format!("<figure>{}</figure>\n", &svg[start..])
 }
 
 fn push(html: &mut String, text: std::fmt::Arguments) {

@@ -1,0 +1,36 @@
+//! Triangles as the exact test needs them, kept for the next one: where surfaces coincide, the pairs of two clusters are
+//! tested one after the other.
+
+use crate::tree::{Tree, WIDTH};
+use glam::DVec3;
+
+/// The corners of the last triangles, one for each place in a cluster.
+#[derive(Clone, Debug)]
+pub(super) struct Corners {
+    /// In tree order.
+    triangles: [u32; WIDTH],
+    corners: [[DVec3; 3]; WIDTH],
+}
+
+impl Corners {
+    const NONE: u32 = u32::MAX;
+
+    pub const EMPTY: Self = Self { triangles: [Self::NONE; WIDTH], corners: [[DVec3::ZERO; 3]; WIDTH] };
+
+    /// Forgets all; to be called whenever the tree or the pose may have changed.
+    pub fn clear(&mut self) {
+        self.triangles = [Self::NONE; WIDTH];
+    }
+
+    /// The corners of a triangle (tree order), each brought to its place.
+    #[inline]
+    pub fn of(&mut self, tree: &Tree, triangle: u32, place: impl Fn(DVec3) -> DVec3) -> &[DVec3; 3] {
+        let slot = triangle as usize % WIDTH;
+        if self.triangles[slot] != triangle {
+            let [p, q, r] = tree.mesh().triangle(tree.ids()[triangle as usize] as usize);
+            self.corners[slot] = [place(p), place(q), place(r)];
+            self.triangles[slot] = triangle;
+        }
+        &self.corners[slot]
+    }
+}
