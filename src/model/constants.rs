@@ -19,28 +19,28 @@
 pub(super) const ALL_LEFT: [[f64; 3]; 3] = [
     [-0.017153, 1.0018, -1.6368],
     [-0.019651, 1.0026, -0.099199],
-    [0.0032068, 1.0041, 1.3134],
+    [0.0044142, 1.0058, 1.5326],
 ];
 
 /// 90 % quantile of log2 of a whole query from log2 of the cost of its roots at the deepest: intercept, slope.
 #[rustfmt::skip]
-pub(super) const ROOT_MOST: [f64; 2] = [2.6801, 0.95688];
+pub(super) const ROOT_MOST: [f64; 2] = [2.6050, 1.0125];
 
 /// The same if the first hit ends the query, weights of `features_of_any`.
 #[rustfmt::skip]
 pub(super) const ANY_LEFT: [[f64; 6]; 3] = [
-    [-0.069154, 1.0403, 0.10767, 0.72139, -0.75747, 0.73264],
-    [-0.29729, 1.0434, 3.7467, 2.6153, -0.38733, -8.2960],
-    [0.018497, 0.99799, 4.1260, -0.16444, 0.025935, -6.5334],
+    [-0.058359, 1.0352, -0.40249, 0.60245, -0.73984, 1.4805],
+    [-0.30117, 1.0442, 3.2870, 2.6750, -0.39735, -7.4290],
+    [0.022077, 0.99778, 4.7899, -0.16107, 0.026910, -7.2304],
 ];
 
 /// Quantiles of log2 (BV tests of a frame / those of the frame before).
 #[rustfmt::skip]
-pub(super) const ALL_AFTER: [f64; 3] = [-0.29149, -0.0038481, 0.24794];
+pub(super) const ALL_AFTER: [f64; 3] = [-0.29149, -0.0038481, 0.35669];
 
 /// The same if the first hit ends the query.
 #[rustfmt::skip]
-pub(super) const ANY_AFTER: [f64; 3] = [-2.8628, 0.0013534, 2.1425];
+pub(super) const ANY_AFTER: [f64; 3] = [-2.8628, 0.0013534, 8.6705];
 
 /// log2 of opened node pairs: intercept, slope in log2 of BV tests.
 #[rustfmt::skip]
@@ -52,11 +52,11 @@ pub(super) const TRIANGLE_TESTS_OF_BV_TESTS: [f64; 2] = [-2.7086, 0.89111];
 
 /// Logit of a hit, weights of `hit_features`.
 #[rustfmt::skip]
-pub(super) const HIT: [f64; 13] = [-2.8974, 0.41948, -0.12211, 0.32082, 0.14727, 0.10604, 0.71821, -0.30308, 0.16811, -0.080910, 0.28149, -0.19111, -0.84232];
+pub(super) const HIT: [f64; 13] = [-2.9461, 0.43067, -0.11813, 0.34911, 0.10891, 0.27736, 1.6032, -0.51537, -0.11491, -0.16063, 0.28163, -0.18944, -0.91326];
 
 /// The same with the verdict of the frame before, weights of `history_features`.
 #[rustfmt::skip]
-pub(super) const HIT_AFTER_HISTORY: [f64; 4] = [0.18215, 1.3143, 0.73502, 0.22472];
+pub(super) const HIT_AFTER_HISTORY: [f64; 4] = [0.22925, 1.3486, 0.85529, 0.19226];
 
 /// Share of poses with a hit.
 #[rustfmt::skip]
@@ -64,8 +64,8 @@ pub(super) const BASE_RATE: f64 = 0.59532;
 
 /// Logit of the recall, weights of `recall_features`.
 #[rustfmt::skip]
-pub(super) const RECALL: [f64; 9] = [-1.9096, -0.20335, 0.28059, 0.11357, 0.0073007, 0.11152, -0.43820, -0.24212, 0.058174];
+pub(super) const RECALL: [f64; 9] = [-1.9847, -0.15284, 0.29678, 0.086089, 0.028578, 0.063551, -1.0654, -0.69777, 0.17699];
 
 /// Cost of a BV test, a triangle test, an opened node pair and a query, by `CostModel::measure`.
 #[rustfmt::skip]
-pub(super) const NANOSECONDS: [f64; 4] = [0.37815, 17.140, 16.068, 59.631];
+pub(super) const NANOSECONDS: [f64; 4] = [0.51521, 22.145, 20.458, 74.183];

@@ -86,7 +86,7 @@ pub fn quantile<const N: usize>(x: &[[f64; N]], y: &[f64], p: f64, blur: f64) ->
 /// The `w` for which `1 / (1 + exp(-w . x))` tells the probabilities `y` (0 to 1, often just 0 or 1) with the least weighted
 /// cross-entropy, and a little pull towards 0 on all but the first. By Newton's method.
 pub fn logistic<const N: usize>(x: &[[f64; N]], y: &[f64], weights: &[f64]) -> [f64; N] {
-    const PULL: f64 = 5e-3;
+    const PULL: f64 = 1e-3;
     let total: f64 = weights.iter().sum();
     let mut w = [0.0; N];
     for _ in 0..ROUNDS {
