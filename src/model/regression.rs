@@ -84,9 +84,8 @@ pub fn quantile<const N: usize>(x: &[[f64; N]], y: &[f64], p: f64, blur: f64) ->
 }
 
 /// The `w` for which `1 / (1 + exp(-w . x))` tells the probabilities `y` (0 to 1, often just 0 or 1) with the least weighted
-/// cross-entropy, and a little pull towards 0 on all but the first. By Newton's method.
-pub fn logistic<const N: usize>(x: &[[f64; N]], y: &[f64], weights: &[f64]) -> [f64; N] {
-    const PULL: f64 = 1e-3;
+/// cross-entropy and, for each sample, half of `pull` times the squares of all weights but the first. By Newton's method.
+pub fn logistic<const N: usize>(x: &[[f64; N]], y: &[f64], weights: &[f64], pull: f64) -> [f64; N] {
     let total: f64 = weights.iter().sum();
     let mut w = [0.0; N];
     for _ in 0..ROUNDS {
@@ -98,7 +97,7 @@ pub fn logistic<const N: usize>(x: &[[f64; N]], y: &[f64], weights: &[f64]) -> [
             normal.add(x, z + (y - p) / slope, weight * slope);
         }
         for i in 1..N {
-            normal.matrix[i][i] += PULL * total;
+            normal.matrix[i][i] += pull * total;
         }
         w = normal.solve();
     }
@@ -155,11 +154,11 @@ mod tests {
         let p = |x: &[f64; 3]| 1.0 / (1.0 + (-dot(&TRUE, x)).exp());
         let y: Vec<_> = x.iter().map(|x| f64::from(random.fraction() < p(x))).collect();
         let ones = alloc::vec![1.0; x.len()];
-        close(logistic(&x, &y, &ones), TRUE, 0.15);
+        close(logistic(&x, &y, &ones, 1e-6), TRUE, 0.15);
         let shares: Vec<_> = x.iter().map(p).collect();
-        close(logistic(&x, &shares, &ones), TRUE, 0.01);
+        close(logistic(&x, &shares, &ones, 1e-6), TRUE, 0.01);
         // All of one kind: sure, and finite.
-        let w = logistic(&x, &alloc::vec![1.0; x.len()], &ones);
+        let w = logistic(&x, &alloc::vec![1.0; x.len()], &ones, 1e-6);
         assert!(w.iter().all(|w| w.is_finite()) && dot(&w, &[1.0, 0.0, 0.5]) > 3.0, "{w:?}");
     }
 }
