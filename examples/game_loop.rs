@@ -1,87 +1,96 @@
-//! Sixty frames, seven moving bodies, one small time budget a frame for all their pairs.
+//! A game loop: 240 moving bodies in a whirl around 24 fixed pillars above a landscape, 60 frames a second, one millisecond
+//! of each for all collisions.
 //!
-//! Each pair may use a third of the time that is left, so what one saves the others may use, and some is left for the
-//! last; who is first changes from frame to frame. Every verdict is compared with a query that had all the time it wanted.
+//! A player and what comes near matter most. Each frame prints a bar for the part of the budget that it used (40 characters),
+//! its verdicts, and how long the longest waiting pair is undecided. In the end every verdict has been compared with a second
+//! scene that had all the time it wanted.
 
+use std::error::Error;
 use std::f64::consts::TAU;
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Duration;
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{
-    Budget, Mode, PairMemory, Pose, PoseError, Query, StopReason, SystemClock, Tree, Verdict, Workspace, shapes,
-};
+use punctual::{Body, BodyId, Budget, Pose, PoseError, Report, Scene, SceneError, Tree, Verdict, shapes};
 
-const FRAMES: u32 = 60;
-const FRAME_BUDGET: Duration = Duration::from_micros(100);
+const BODIES: usize = 240;
+const FRAMES: usize = 120;
+const BUDGET: Duration = Duration::from_millis(1);
 
-fn trees() -> Vec<Tree> {
-    let meshes = [
-        shapes::torus_knot(2, 3, 0.1, 256),
-        shapes::torus_knot(3, 4, 0.06, 256),
-        shapes::gear(23, 4),
-        shapes::gear(15, 5),
-        shapes::icosphere(5),
-        shapes::torus(1.0, 0.2, 96),
-        shapes::cuboid(Vec3::new(0.9, 0.5, 0.2), 24),
+/// The landscape, the pillars, then the bodies.
+fn bodies() -> Result<Vec<Body>, PoseError> {
+    let tree = |mesh| Arc::new(Tree::new(mesh));
+    let ground = tree(shapes::height_field(48, 7));
+    let pillar = tree(shapes::cuboid(Vec3::new(0.3, 0.3, 4.0), 8));
+    let shapes = [
+        tree(shapes::torus_knot(2, 3, 0.2, 96)),
+        tree(shapes::gear(17, 4)),
+        tree(shapes::icosphere(4)),
+        tree(shapes::torus(0.9, 0.25, 48)),
+        tree(shapes::cuboid(Vec3::new(0.8, 0.5, 0.3), 12)),
     ];
-    meshes.into_iter().map(Tree::new).collect()
-}
-
-/// Bodies follow each other along a loop, each turning about its own axis.
-fn pose(body: usize, frame: u32) -> Result<Pose, PoseError> {
-    let time = TAU * (f64::from(frame) / f64::from(FRAMES) + 0.15 * body as f64);
-    let turn = DMat3::from_rotation_x(time) * DMat3::from_rotation_z(0.4 * body as f64 * time);
-    let place = DVec3::new(1.6 * time.cos(), 1.4 * time.sin(), 0.6 * (2.0 * time).sin());
-    Pose::new(turn, place)
-}
-
-fn main() -> Result<(), PoseError> {
-    let trees = trees();
-    let mut pairs: Vec<(usize, usize, PairMemory)> =
-        (0..trees.len()).flat_map(|a| (a + 1..trees.len()).map(move |b| (a, b, PairMemory::new()))).collect();
-    let (mut workspace, mut unhurried) = (Workspace::new(), Workspace::new());
-    let clock = SystemClock::default();
-    let (mut asked, mut finished, mut wrong, mut slowest) = (0, 0, 0, Duration::ZERO);
-    let (mut found, mut exist) = (0, 0);
-    println!("{} pairs, {FRAME_BUDGET:?} a frame", pairs.len());
-    println!("frame    used  touching  apart  undecided  contacts  stopped early (?: undecided)");
-
-    for frame in 0..FRAMES {
-        let (mut spent, mut verdicts, mut contacts) = (Duration::ZERO, [0; 3], 0);
-        let mut early = String::new();
-        pairs.rotate_left(1);
-        for (a, b, memory) in &mut pairs {
-            let start = Instant::now();
-            let b_in_a = pose(*a, frame)?.inverse()?.compose(&pose(*b, frame)?)?;
-            let query = Query::new(&trees[*a], &trees[*b], b_in_a).mode(Mode::All);
-            let budget = Budget::time(FRAME_BUDGET.saturating_sub(spent) / 3);
-            let outcome = query.run_with(&mut workspace, Some(memory), budget, &clock);
-            spent += start.elapsed();
-
-            let truth = query.run(&mut unhurried, Budget::unlimited());
-            let touching = matches!(truth.verdict, Verdict::Intersecting { .. });
-            let (column, right) = match outcome.verdict {
-                Verdict::Intersecting { .. } => (0, touching),
-                Verdict::Separated => (1, !touching),
-                Verdict::Undecided => (2, true),
-            };
-            verdicts[column] += 1;
-            contacts += outcome.found;
-            exist += truth.found;
-            wrong += usize::from(!right);
-            asked += 1;
-            match outcome.stop {
-                StopReason::Finished => finished += 1,
-                _ => early += &format!(" {a}-{b}{}", if column == 2 { "?" } else { "" }),
-            }
-        }
-        slowest = slowest.max(spent);
-        found += contacts;
-        let ([touching, apart, undecided], used) = (verdicts, spent.as_micros());
-        println!("{frame:>5} {used:>4} us {touching:>9} {apart:>6} {undecided:>10} {contacts:>9} {early}");
+    let at = |x: f64, y: f64, z: f64| Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z));
+    let mut bodies = vec![Body::fixed(ground, at(0.0, 0.0, -1.5)?)];
+    for i in 0..24 {
+        let angle = TAU * f64::from(i) / 24.0;
+        bodies.push(Body::fixed(Arc::clone(&pillar), at(9.0 * angle.cos(), 9.0 * angle.sin(), 2.0)?));
     }
-    println!("\n{finished} of {asked} queries finished, with {found} of {exist} intersecting pairs of triangles.");
-    println!("The slowest frame took {slowest:?}. Verdicts that a query without a budget contradicts: {wrong}.");
-    assert_eq!(wrong, 0);
+    for i in 0..BODIES {
+        let body = Body::moving(Arc::clone(&shapes[i % shapes.len()]), pose(i, 0)?);
+        bodies.push(body.with_importance(if i == 0 { 1.0 } else { 0.0 }));
+    }
+    Ok(bodies)
+}
+
+/// Each body follows a ring of the whirl, rising and sinking, and turns about its own axis.
+fn pose(body: usize, frame: usize) -> Result<Pose, PoseError> {
+    let (time, body) = (frame as f64 / 60.0, body as f64);
+    let ring = 4.0 + 22.0 * (0.618 * body).fract();
+    let angle = 2.4 * body + 6.0 * time / ring;
+    let height = 2.5 + 2.0 * (0.7 * body + time).sin();
+    let turn = DMat3::from_rotation_z(body + 2.0 * time) * DMat3::from_rotation_x(0.3 * body * time);
+    Pose::new(turn, DVec3::new(ring * angle.cos(), ring * angle.sin(), height))
+}
+
+fn insert_all(scene: &mut Scene, bodies: &[Body]) -> Result<Vec<BodyId>, SceneError> {
+    bodies.iter().map(|body| scene.insert(body.clone())).collect()
+}
+
+/// Decided pairs of `report` that `truth` contradicts. Both list the same pairs.
+fn wrong(report: &Report, truth: &Report) -> usize {
+    let hit = |verdict| matches!(verdict, Verdict::Intersecting { .. });
+    let both = report.pairs.iter().zip(&truth.pairs);
+    both.filter(|(x, y)| x.verdict != Verdict::Undecided && hit(x.verdict) != hit(y.verdict)).count()
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let bodies = bodies()?;
+    let (mut scene, mut unhurried) = (Scene::new(), Scene::new());
+    let ids = insert_all(&mut scene, &bodies)?;
+    insert_all(&mut unhurried, &bodies)?;
+    let moving = &ids[ids.len() - BODIES..];
+    let (mut late, mut mistakes, mut decided, mut asked) = (0, 0, 0, 0);
+    println!("{:<48} pairs  meet  apart  undecided  oldest", format!("{} bodies, {BUDGET:?} a frame", ids.len()));
+    for frame in 0..FRAMES {
+        for (body, &id) in moving.iter().enumerate() {
+            let pose = pose(body, frame)?;
+            scene.set_pose(id, pose)?;
+            unhurried.set_pose(id, pose)?;
+        }
+        let report = scene.detect(Budget::time(BUDGET));
+        let used = report.elapsed.unwrap_or_default().as_secs_f64() / BUDGET.as_secs_f64();
+        let bar = "#".repeat((40.0 * used).round().min(40.0) as usize);
+        let (pairs, meet, undecided) = (report.pairs.len(), report.intersecting, report.undecided());
+        let apart = report.decided - meet;
+        let percent = 100.0 * used;
+        println!("{bar:40} {percent:>5.1} % {pairs:>6} {meet:>5} {apart:>6} {undecided:>10} {:>7}", report.worst_age);
+        late += usize::from(used > 1.0);
+        (decided, asked) = (decided + report.decided, asked + pairs);
+        mistakes += wrong(report, unhurried.detect(Budget::unlimited()));
+    }
+    println!(
+        "{decided} of {asked} verdicts in time; {late} of {FRAMES} frames late; verdicts that were wrong: {mistakes}."
+    );
+    assert_eq!(mistakes, 0);
     Ok(())
 }

@@ -4,6 +4,8 @@
 //! in a [`Workspace`] that the caller keeps; the [`Outcome`] is a [`Verdict`] that is never wrong and never a bare `bool`,
 //! and what a stopped query left open is in its [`Certificate`].
 //!
+//! Many bodies that move, with one budget for each frame, are a [`Scene`].
+//!
 //! To read the code, begin with `query/traversal.rs`: it has the one loop, the stop rule and the guarantee.
 
 #![cfg_attr(not(feature = "std"), no_std)]
@@ -16,6 +18,7 @@ mod math;
 mod mesh;
 pub mod model;
 mod query;
+mod scene;
 mod tree;
 mod triangle;
 
@@ -29,5 +32,6 @@ pub use query::{
     PairMemory, Prediction, Query, ResumeError, Stats, StopReason, Verdict, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
     WORK_PER_TRIANGLE_TEST, Workspace,
 };
+pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeStats};
 pub use triangle::triangles_intersect;

@@ -10,6 +10,8 @@ mod damage;
 mod paper;
 #[path = "program/run.rs"]
 mod run;
+#[path = "program/scene.rs"]
+mod scene;
 #[path = "program/write.rs"]
 mod write;
 

@@ -7,4 +7,5 @@ pub(crate) mod random;
 pub(crate) mod tolerance;
 
 pub use aabb::Aabb;
+pub(crate) use pose::rotation_deviation;
 pub use pose::{Pose, PoseError};

@@ -150,12 +150,15 @@ impl Pose {
     /// # Errors
     /// As [`new`](Self::new): deviations add up, and translations too.
     pub fn compose(&self, inner: &Self) -> Result<Self, PoseError> {
-        Self::from_axes(
-            self.rotate(inner.rotation.x_axis),
-            self.rotate(inner.rotation.y_axis),
-            self.rotate(inner.rotation.z_axis),
-            self.transform_point(inner.translation),
-        )
+        let Self { rotation, translation } = self.compose_unchecked(inner);
+        Self::new(rotation, translation)
+    }
+
+    /// [`compose`](Self::compose) for poses that are known to have a product.
+    pub(crate) fn compose_unchecked(&self, inner: &Self) -> Self {
+        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = inner.rotation;
+        let rotation = DMat3::from_cols(self.rotate(x), self.rotate(y), self.rotate(z));
+        Self { rotation, translation: self.transform_point(inner.translation) }
     }
 
     /// The inverse map, rounded: `b_in_a.inverse()` is `a_in_b`.
@@ -165,12 +168,18 @@ impl Pose {
     /// # Errors
     /// As [`new`](Self::new), if the pose is at the very edge of what is accepted.
     pub fn inverse(&self) -> Result<Self, PoseError> {
+        let Self { rotation, translation } = self.inverse_unchecked();
+        Self::new(rotation, translation)
+    }
+
+    /// [`inverse`](Self::inverse) for a pose that is known to have one.
+    pub(crate) fn inverse_unchecked(&self) -> Self {
         let DMat3 { x_axis: x, y_axis: y, z_axis: z } = self.rotation;
         let determinant = x.dot(y.cross(z));
         let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
         let mut inverse = Self { rotation: cofactors.transpose() * determinant.recip(), translation: DVec3::ZERO };
         inverse.translation = -inverse.rotate(self.translation);
-        Self::new(inverse.rotation, inverse.translation)
+        inverse
     }
 
     /// The image of a point: per axis `((R_i0*x + R_i1*y) + R_i2*z) + t_i`, each operation rounded to nearest.

@@ -12,6 +12,17 @@ pub(crate) const ROTATION_TOLERANCE: f64 = 1e-3;
 /// 2^1024, so no infinity or NaN arises behind the doors.
 pub(crate) const COORDINATE_LIMIT: f64 = f64::from_bits((1023 + 1000) << 52);
 
+/// Largest accepted entry of `|RᵀR − I|` (no unit) for the pose of a body in a scene.
+///
+/// A relative pose is the product of an inverse and a pose. Where each is within 1e-4, so by its spectral norm within 3e-4,
+/// the product is within (1 + 3e-4)(1 + 3.1e-4) − 1 < 6.2e-4, which is within [`ROTATION_TOLERANCE`]: every two bodies of a
+/// scene have a relative pose.
+pub(crate) const SCENE_ROTATION_TOLERANCE: f64 = 1e-4;
+
+/// Largest accepted magnitude of the translation of a body in a scene (length unit of the scene): 2^990, so that relative
+/// translations stay within [`COORDINATE_LIMIT`].
+pub(crate) const SCENE_REACH: f64 = f64::from_bits((1023 + 990) << 52);
+
 /// Relative rounding of one f32 operation: 2^-24.
 pub(crate) const ROUNDING: f32 = f32::EPSILON / 2.0;
 

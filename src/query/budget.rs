@@ -48,6 +48,14 @@ impl Budget {
     pub const fn work(limit: u64) -> Self {
         Self { time: None, work: Some(limit) }
     }
+
+    pub(crate) const fn time_limit(self) -> Option<Duration> {
+        self.time
+    }
+
+    pub(crate) const fn work_limit(self) -> Option<u64> {
+        self.work
+    }
 }
 
 /// Tells the time. The engine never asks the operating system itself.

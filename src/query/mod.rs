@@ -170,8 +170,9 @@ impl<'t> Query<'t> {
             workspace.run.random = seed;
         }
         if let Some(memory) = &mut memory {
+            let apart = memory.last_verdict() == Some(false);
             let witnesses = memory.witnesses(self.a, self.b);
-            if self.options.mode == Mode::Any {
+            if self.options.mode == Mode::Any && !apart {
                 // They are tested before anything else, as any other waiting pairs.
                 workspace.waiting.extend(witnesses);
                 workspace.testing = !witnesses.is_empty();
@@ -183,6 +184,12 @@ impl<'t> Query<'t> {
                 workspace.front.queue(Pair::new(0, 0), 0, true);
             } else {
                 workspace.front.push(Pair::new(0, 0));
+            }
+            // Where triangles met last, others near them are likely to meet now: they are visited first.
+            if let Some(&[x, y]) = workspace.waiting.as_slice().first() {
+                let (x, y) = (self.a.nodes_above(x), self.b.nodes_above(y));
+                workspace.front.push(Pair::new(x[0], y[0]));
+                workspace.front.push(Pair::new(x[1], y[1]));
             }
         }
         self.proceed(workspace, memory, budget, clock)

@@ -175,6 +175,18 @@ impl Tree {
         &self.triangles
     }
 
+    /// The parent of the cluster that has a triangle (in tree order), and the cluster.
+    pub(crate) fn nodes_above(&self, triangle: u32) -> [u32; 2] {
+        let (mut parent, mut at) = (0, 0);
+        while let Some(node) = self.nodes.get(at as usize).filter(|node| !node.is_cluster) {
+            let mut children = node.first_child..node.first_child + u32::from(node.children);
+            let has = |child: &u32| self.nodes[*child as usize].triangle_range().contains(&(triangle as usize));
+            let Some(child) = children.find(has) else { break };
+            (parent, at) = (at, child);
+        }
+        [parent, at]
+    }
+
     /// Input ids of the triangles, in tree order.
     pub(crate) fn ids(&self) -> &[u32] {
         &self.ids

@@ -12,6 +12,7 @@ mod pair;
 mod paper;
 mod poses;
 mod report;
+mod scene;
 mod text;
 mod triangles;
 
@@ -36,6 +37,7 @@ enum Command {
     Info(info::Args),
     Paper(paper::Args),
     Fit(fit::Args),
+    Scene(scene::Args),
 }
 
 /// Whether every line of the input had an answer.
@@ -58,6 +60,7 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),
         Command::Fit(args) => fit::run(args, &mut out),
+        Command::Scene(args) => scene::run(args, &mut out),
     };
     let flushed = out.flush();
     match result.and_then(|completion| Ok(flushed.map(|()| completion)?)) {

@@ -66,7 +66,7 @@ pub struct Args {
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum ModeName {
+pub enum ModeName {
     /// One intersecting pair settles it
     Any,
     /// Every intersecting pair is wanted
@@ -158,7 +158,7 @@ impl Args {
     }
 }
 
-fn parse_microseconds(text: &str) -> Result<Duration, String> {
+pub fn parse_microseconds(text: &str) -> Result<Duration, String> {
     let microseconds: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
     Duration::try_from_secs_f64(microseconds * 1e-6).map_err(|error| error.to_string())
 }

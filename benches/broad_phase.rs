@@ -1,0 +1,65 @@
+//! The broad phase of a scene by its number of bodies: `cargo bench --bench broad_phase`.
+//!
+//! Balls of radius 1 in a cube, 5 units of volume to a body, a tenth of them fixed, go straight and are reflected at the walls,
+//! at two speeds. The budget is no work, so no pair is run. Printed are medians over frames, new poses included.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use punctual::glam::{DMat3, DVec3};
+use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
+
+/// SplitMix64, within -1..1.
+fn random(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+fn at(place: DVec3) -> Pose {
+    Pose::new(DMat3::IDENTITY, place).expect("a shift is a pose")
+}
+
+fn measure(bodies: usize, speed: f64, frames: usize) -> (f64, f64) {
+    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let wall = 0.5 * (20.0 * bodies as f64).cbrt();
+    let mut state = 1;
+    let mut vector = |scale: f64| scale * DVec3::new(random(&mut state), random(&mut state), random(&mut state));
+    let mut moving: Vec<(DVec3, DVec3)> = (0..bodies).map(|_| (vector(wall), vector(speed))).collect();
+    let mut scene = Scene::new();
+    let insert = |(body, (place, _)): (usize, &(DVec3, DVec3))| match body % 10 {
+        0 => scene.insert(Body::fixed(Arc::clone(&ball), at(*place))),
+        _ => scene.insert(Body::moving(Arc::clone(&ball), at(*place))),
+    };
+    let ids: Vec<_> = moving.iter().enumerate().map(insert).collect::<Result<_, _>>().expect("all are sound");
+    let (mut times, mut pairs) = (Vec::new(), 0);
+    for _ in 0..frames {
+        let start = Instant::now();
+        for (body, (place, velocity)) in moving.iter_mut().enumerate().filter(|(body, _)| body % 10 != 0) {
+            *place += *velocity;
+            for axis in 0..3 {
+                if place[axis].abs() > wall {
+                    velocity[axis] = -velocity[axis].abs() * place[axis].signum();
+                }
+            }
+            scene.set_pose(ids[body], at(*place)).expect("it is in the scene");
+        }
+        pairs = scene.detect(Budget::work(0)).pairs.len();
+        times.push(start.elapsed().as_secs_f64());
+    }
+    times.drain(..frames / 4);
+    times.sort_unstable_by(f64::total_cmp);
+    (times[times.len() / 2] * 1e9 / bodies as f64, pairs as f64 / bodies as f64)
+}
+
+fn main() {
+    println!("bodies  ns a body slow  fast  pairs a body");
+    for bodies in [2, 1_000, 3_000, 10_000, 30_000, 100_000] {
+        let frames = (4_000_000 / bodies).clamp(40, 2_000);
+        let (slow, pairs) = measure(bodies, 0.01, frames);
+        let (fast, _) = measure(bodies, 0.2, frames);
+        println!("{bodies:>6} {slow:>15.0} {fast:>5.0} {pairs:>13.2}");
+    }
+}

@@ -1,0 +1,69 @@
+//! The figures of a whole recording.
+
+use std::io::{self, Write};
+use std::time::Duration;
+
+use super::play::FrameRow;
+
+impl FrameRow {
+    /// CPU time of the detection beyond a budget.
+    pub fn overrun(&self, budget: Option<Duration>) -> Duration {
+        budget.map_or(Duration::ZERO, |limit| self.detect_cpu.saturating_sub(limit))
+    }
+}
+
+/// Sums and quantiles over frames.
+pub struct Summary {
+    pub wall: [Duration; 3],
+    pub cpu: [Duration; 3],
+    pub overrun: [Duration; 3],
+    pub worst_age: u64,
+    pub decided: f64,
+    pub true_hits: usize,
+    pub true_found: usize,
+    pub wrong: usize,
+}
+
+impl Summary {
+    pub fn of(rows: &[FrameRow], budget: Option<Duration>) -> Self {
+        let sum = |count: fn(&FrameRow) -> usize| rows.iter().map(count).sum::<usize>();
+        Self {
+            wall: quantiles(rows.iter().map(|row| row.wall)),
+            cpu: quantiles(rows.iter().map(|row| row.cpu)),
+            overrun: quantiles(rows.iter().map(|row| row.overrun(budget))),
+            worst_age: rows.iter().map(|row| row.worst_age).max().unwrap_or(0),
+            decided: sum(|row| row.decided) as f64 / sum(|row| row.broad_pairs).max(1) as f64,
+            true_hits: sum(|row| row.true_hits),
+            true_found: sum(|row| row.true_found),
+            wrong: sum(|row| row.wrong),
+        }
+    }
+
+    /// Share of the truly intersecting pairs that were reported as such.
+    pub fn found(&self) -> f64 {
+        self.true_found as f64 / self.true_hits.max(1) as f64
+    }
+}
+
+/// Median, 99 % quantile and maximum.
+fn quantiles(times: impl Iterator<Item = Duration>) -> [Duration; 3] {
+    let mut times: Vec<Duration> = times.collect();
+    times.sort_unstable();
+    let last = times.len().saturating_sub(1);
+    [last / 2, (last * 99).div_ceil(100), last].map(|at| times.get(at).copied().unwrap_or_default())
+}
+
+pub fn print(out: &mut impl Write, rows: &[FrameRow], budget: Option<Duration>, truth: bool) -> io::Result<()> {
+    let summary = Summary::of(rows, budget);
+    let ms = |times: [Duration; 3]| times.map(|time| format!("{:.4}", time.as_secs_f64() * 1e3));
+    for (name, times) in [("wall", summary.wall), ("cpu", summary.cpu), ("overrun", summary.overrun)] {
+        let [median, p99, max] = ms(times);
+        writeln!(out, "# {name} median_ms={median} p99_ms={p99} max_ms={max}")?;
+    }
+    writeln!(out, "# frames={} decided={:.5} worst_age={}", rows.len(), summary.decided, summary.worst_age)?;
+    if truth {
+        let Summary { true_hits, true_found, wrong, .. } = summary;
+        writeln!(out, "# truth hits={true_hits} found={true_found} share={:.5} wrong={wrong}", summary.found())?;
+    }
+    Ok(())
+}

@@ -1,0 +1,268 @@
+//! Bodies: a shared tree at a pose, and who may meet whom.
+
+use super::error::SceneError;
+use crate::math::tolerance::{SCENE_REACH, SCENE_ROTATION_TOLERANCE};
+use crate::math::{Pose, rotation_deviation};
+use crate::tree::Tree;
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+use core::fmt;
+
+/// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BodyId {
+    index: u32,
+    generation: u32,
+}
+
+impl BodyId {
+    /// A small number that no other body now in the scene has; those of removed bodies are given out again.
+    pub fn index(self) -> usize {
+        self.index as usize
+    }
+}
+
+impl fmt::Display for BodyId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "body {} (generation {})", self.index, self.generation)
+    }
+}
+
+/// Whether a body can meet others of its kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BodyKind {
+    /// Meets moving and fixed bodies.
+    Moving,
+    /// Part of the surroundings: two fixed bodies are never looked at. It may be given new poses all the same.
+    Fixed,
+}
+
+/// Which bodies may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both have a bit set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Filter {
+    /// The groups it belongs to.
+    pub groups: u32,
+    /// The groups it meets.
+    pub mask: u32,
+}
+
+impl Default for Filter {
+    /// In all groups, meets all groups.
+    fn default() -> Self {
+        Self { groups: u32::MAX, mask: u32::MAX }
+    }
+}
+
+/// A body: a tree, shared with any number of other bodies, at a pose.
+#[derive(Clone, Debug)]
+pub struct Body {
+    pub(super) tree: Arc<Tree>,
+    pub(super) pose: Pose,
+    pub(super) kind: BodyKind,
+    pub(super) filter: Filter,
+    pub(super) importance: f32,
+}
+
+impl Body {
+    /// A moving body. `pose` maps the coordinates of the mesh to those of the scene.
+    pub fn moving(tree: Arc<Tree>, pose: Pose) -> Self {
+        Self { tree, pose, kind: BodyKind::Moving, filter: Filter::default(), importance: 0.0 }
+    }
+
+    /// A fixed body, which meets moving ones only.
+    pub fn fixed(tree: Arc<Tree>, pose: Pose) -> Self {
+        Self { kind: BodyKind::Fixed, ..Self::moving(tree, pose) }
+    }
+
+    /// Whom it may meet; by default, everybody.
+    #[must_use]
+    pub fn with_filter(mut self, filter: Filter) -> Self {
+        self.filter = filter;
+        self
+    }
+
+    /// How much its pairs matter when the budget does not reach all; default 0. A pair counts as the more important of its
+    /// two bodies, and goes before all pairs that are less important.
+    #[must_use]
+    pub fn with_importance(mut self, importance: f32) -> Self {
+        self.importance = importance;
+        self
+    }
+
+    /// Its tree.
+    pub fn tree(&self) -> &Arc<Tree> {
+        &self.tree
+    }
+
+    /// Where it is.
+    pub fn pose(&self) -> &Pose {
+        &self.pose
+    }
+
+    /// Moving or fixed.
+    pub fn kind(&self) -> BodyKind {
+        self.kind
+    }
+
+    /// Whom it may meet.
+    pub fn filter(&self) -> Filter {
+        self.filter
+    }
+
+    /// How much its pairs matter.
+    pub fn importance(&self) -> f32 {
+        self.importance
+    }
+}
+
+/// A body in a scene.
+#[derive(Clone, Debug)]
+pub(super) struct Placed {
+    pub body: Body,
+    /// Of the pose.
+    pub inverse: Pose,
+    /// The pose of the last frame.
+    pub last: Pose,
+}
+
+impl Placed {
+    /// The pose of another body in the frame of this one. There always is one: [`checked_inverse`].
+    pub fn relative(&self, other: &Self) -> Pose {
+        self.inverse.compose_unchecked(&other.body.pose)
+    }
+}
+
+/// What is asked of a body for each of its pairs: few bytes, so that those of a large scene stay in the caches.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Facts {
+    /// The frame in which pose or tree were last new.
+    pub changed: u64,
+    pub generation: u32,
+    pub importance: f32,
+    pub triangles: u32,
+    pub filter: Filter,
+}
+
+impl Facts {
+    pub fn may_meet(&self, other: &Self) -> bool {
+        let (a, b) = (self.filter, other.filter);
+        a.groups & b.mask != 0 && b.groups & a.mask != 0
+    }
+}
+
+/// The bodies of a scene, in slots that are used again.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Bodies {
+    slots: Vec<Option<Placed>>,
+    facts: Vec<Facts>,
+    free: Vec<u32>,
+    len: usize,
+}
+
+impl Bodies {
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// The id that the next body gets.
+    pub fn next_id(&self) -> Option<BodyId> {
+        let index = match self.free.last() {
+            Some(&index) => index,
+            None => u32::try_from(self.slots.len()).ok().filter(|&index| index < u32::MAX)?,
+        };
+        Some(self.id(index))
+    }
+
+    /// Puts a body where [`Bodies::next_id`] said.
+    pub fn insert(&mut self, placed: Placed, frame: u64) {
+        let index = self.free.pop().map_or(self.slots.len(), |index| index as usize);
+        if index == self.slots.len() {
+            self.slots.push(None);
+            self.facts.push(Facts::default());
+        }
+        self.slots[index] = Some(placed);
+        self.len += 1;
+        self.note(index, frame);
+    }
+
+    pub fn remove(&mut self, id: BodyId) -> Result<Body, SceneError> {
+        self.get(id)?;
+        let placed = self.slots[id.index()].take().ok_or(SceneError::NoSuchBody { body: id })?;
+        self.len -= 1;
+        // A slot whose generations are used up is given up.
+        if let Some(next) = id.generation.checked_add(1) {
+            self.facts[id.index()].generation = next;
+            self.free.push(id.index);
+        }
+        Ok(placed.body)
+    }
+
+    /// Changes a body in `frame`. Whether it is the first change of that kind in this frame.
+    pub fn change(&mut self, id: BodyId, frame: u64, change: impl FnOnce(&mut Placed)) -> Result<bool, SceneError> {
+        self.get(id)?;
+        if let Some(placed) = &mut self.slots[id.index()] {
+            change(placed);
+        }
+        Ok(self.note(id.index(), frame))
+    }
+
+    /// Copies the facts of a body.
+    fn note(&mut self, index: usize, frame: u64) -> bool {
+        let facts = &mut self.facts[index];
+        if let Some(Placed { body, .. }) = &self.slots[index] {
+            (facts.importance, facts.filter) = (body.importance, body.filter);
+            facts.triangles = body.tree.mesh().len() as u32;
+        }
+        core::mem::replace(&mut facts.changed, frame) != frame
+    }
+
+    pub fn get(&self, id: BodyId) -> Result<&Placed, SceneError> {
+        let placed = self.at(id.index).filter(|_| self.facts[id.index()].generation == id.generation);
+        placed.ok_or(SceneError::NoSuchBody { body: id })
+    }
+
+    pub fn facts_of(&self, id: BodyId) -> Result<&Facts, SceneError> {
+        self.get(id).map(|_| self.facts(id.index))
+    }
+
+    pub fn at(&self, index: u32) -> Option<&Placed> {
+        self.slots.get(index as usize)?.as_ref()
+    }
+
+    pub fn at_mut(&mut self, index: u32) -> Option<&mut Placed> {
+        self.slots.get_mut(index as usize)?.as_mut()
+    }
+
+    /// The facts of a slot that is or was in use.
+    pub fn facts(&self, index: u32) -> &Facts {
+        &self.facts[index as usize]
+    }
+
+    /// The id of the body in a slot.
+    pub fn id(&self, index: u32) -> BodyId {
+        BodyId { index, generation: self.facts.get(index as usize).map_or(0, |facts| facts.generation) }
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = (BodyId, &Body)> {
+        let ids = (0..).map(|index| self.id(index));
+        self.slots.iter().zip(ids).filter_map(|(slot, id)| slot.as_ref().map(|placed| (id, &placed.body)))
+    }
+}
+
+/// Checks that a body at `pose` has a relative pose with any other of the scene; gives the inverse.
+pub(super) fn checked_inverse(body: BodyId, pose: &Pose) -> Result<Pose, SceneError> {
+    let deviation = rotation_deviation(pose.rotation());
+    if deviation > SCENE_ROTATION_TOLERANCE {
+        return Err(SceneError::NotARotation { body, deviation });
+    }
+    let too_far = |pose: &Pose| (0..3).find(|&axis| pose.translation()[axis].abs() > SCENE_REACH);
+    if let Some(axis) = too_far(pose) {
+        return Err(SceneError::TooFar { body, axis });
+    }
+    Ok(pose.inverse_unchecked())
+}
+
+pub(super) fn checked_importance(body: BodyId, importance: f32) -> Result<f32, SceneError> {
+    // One zero, so that the bits give the order.
+    if importance.is_nan() { Err(SceneError::ImportanceNotANumber { body }) } else { Ok(importance + 0.0) }
+}

@@ -1,0 +1,54 @@
+//! Why a scene refuses something.
+
+use super::body::BodyId;
+use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
+use core::fmt;
+
+/// Why a scene refuses something. The scene is then as it was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The body was removed, or is of another scene.
+    NoSuchBody {
+        /// The id that is not valid.
+        body: BodyId,
+    },
+    /// The matrix of the pose is too far from a rotation for a relative pose of two bodies.
+    NotARotation {
+        /// The body; for an insertion, the id that it would have had.
+        body: BodyId,
+        /// The largest entry of `|RᵀR − I|`.
+        deviation: f64,
+    },
+    /// The translation of the pose is longer than 2^990 along an axis.
+    TooFar {
+        /// The body; for an insertion, the id that it would have had.
+        body: BodyId,
+        /// The first such axis: 0, 1, 2 for x, y, z.
+        axis: usize,
+    },
+    /// The importance is NaN.
+    ImportanceNotANumber {
+        /// The body; for an insertion, the id that it would have had.
+        body: BodyId,
+    },
+    /// All 2^32 − 1 ids are in use.
+    Full,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoSuchBody { body } => write!(f, "{body} is not in the scene"),
+            Self::NotARotation { body, deviation } => write!(
+                f,
+                "{body}: the matrix is off a rotation by {deviation:e}, allowed is {SCENE_ROTATION_TOLERANCE:e}"
+            ),
+            Self::TooFar { body, axis } => write!(f, "{body}: translation along axis {axis} exceeds 2^990"),
+            Self::ImportanceNotANumber { body } => write!(f, "{body}: the importance is not a number"),
+            Self::Full => f.write_str("the scene has no id left"),
+        }
+    }
+}
+
+impl core::error::Error for SceneError {}

@@ -1,0 +1,118 @@
+//! What a frame says.
+
+use super::body::BodyId;
+use super::pairs::Track;
+use crate::query::Verdict;
+use alloc::vec::Vec;
+use core::time::Duration;
+
+/// What is known about two bodies whose boxes overlap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PairReport {
+    /// The body of the lower index: A of the pair.
+    pub a: BodyId,
+    /// The other one.
+    pub b: BodyId,
+    /// Whether their surfaces meet, in this frame.
+    pub verdict: Verdict,
+    /// Intersecting pairs of triangles found; at most 1 in [`crate::Mode::Any`].
+    pub found: u64,
+    /// Whether nothing is left to find: decided, in [`crate::Mode::Any`]; in [`crate::Mode::All`], all have been found.
+    pub complete: bool,
+    /// Frames since it was decided: 0 if it was in this one. A pair that never was counts from the frame before its boxes
+    /// met.
+    pub age: u64,
+}
+
+/// What [`crate::Scene::detect`] found in a frame.
+///
+/// Bodies that are not in [`Report::pairs`] together, and may meet, do not: their boxes are apart.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct Report {
+    /// Frames so far, this one included.
+    pub frame: u64,
+    /// All pairs of bodies whose boxes overlap and that may meet, ascending by index.
+    pub pairs: Vec<PairReport>,
+    /// How many of them are decided in this frame.
+    pub decided: usize,
+    /// How many of them intersect.
+    pub intersecting: usize,
+    /// How many of them are complete.
+    pub complete: usize,
+    /// The largest age of a pair.
+    pub worst_age: u64,
+    /// Work done: that of the queries ([`crate::Budget::work`]) and 250 for each that was begun. Not the broad phase.
+    pub work: u64,
+    /// BV tests of the queries.
+    pub bv_tests: u64,
+    /// Time of the frame; measured only under a time budget.
+    pub elapsed: Option<Duration>,
+}
+
+impl Report {
+    pub(super) fn begin(&mut self) {
+        self.pairs.clear();
+        (self.decided, self.intersecting, self.complete) = (0, 0, 0);
+        (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
+    }
+
+    /// Adds a pair, with what is known about it when the frame begins.
+    pub(super) fn push(&mut self, a: BodyId, b: BodyId, track: &Track, frame: u64, complete: bool) {
+        let (verdict, age) = (Verdict::Undecided, frame - track.decided);
+        self.pairs.push(PairReport { a, b, verdict, found: 0, complete: false, age });
+        if complete {
+            self.note(self.pairs.len() - 1, track, [0; 2], true);
+        }
+    }
+
+    /// Takes note of what became of a pair, and of the work and BV tests for it.
+    pub(super) fn note(&mut self, place: usize, track: &Track, [work, bv_tests]: [u64; 2], complete: bool) {
+        self.work += work;
+        self.bv_tests += bv_tests;
+        let pair = &mut self.pairs[place];
+        if track.decided == self.frame {
+            if pair.verdict == Verdict::Undecided {
+                self.decided += 1;
+                self.intersecting += usize::from(track.verdict != Verdict::Separated);
+            }
+            (pair.verdict, pair.found, pair.age) = (track.verdict, track.found, 0);
+        }
+        self.complete += usize::from(complete);
+        pair.complete = complete;
+    }
+
+    pub(super) fn finish(&mut self) {
+        if self.decided < self.pairs.len() {
+            self.worst_age = self.pairs.iter().map(|pair| pair.age).max().unwrap_or(0);
+        }
+    }
+
+    /// How many pairs are not decided.
+    pub fn undecided(&self) -> usize {
+        self.pairs.len() - self.decided
+    }
+
+    /// What it says about two bodies; `None` if their boxes are apart or they may not meet.
+    pub fn pair(&self, x: BodyId, y: BodyId) -> Option<&PairReport> {
+        let (a, b) = if x.index() < y.index() { (x, y) } else { (y, x) };
+        let at = self.pairs.binary_search_by_key(&(a.index(), b.index()), |pair| (pair.a.index(), pair.b.index()));
+        self.pairs.get(at.ok()?).filter(|pair| pair.a == a && pair.b == b)
+    }
+
+    /// The pairs that intersect.
+    pub fn intersecting_pairs(&self) -> impl Iterator<Item = &PairReport> {
+        self.pairs.iter().filter(|pair| matches!(pair.verdict, Verdict::Intersecting { .. }))
+    }
+}
+
+/// What is not known about a pair: [`crate::Scene::certificate`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PairCertificate {
+    /// No more triangle pairs than this intersect.
+    pub upper_bound: u64,
+    /// Each intersection that was not found lies in a box no longer than this, in the length unit of the scene.
+    pub largest_extent: f64,
+}

@@ -1,0 +1,114 @@
+//! `punctual scene` from outside.
+
+use std::io::Write;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use punctual::shapes::icosphere;
+
+use crate::run::Folder;
+use crate::write;
+
+const FRAMES: usize = 12;
+
+/// Three balls: one fixed, one that goes through it, one that follows two behind.
+fn recording() -> Folder {
+    let folder = Folder::new();
+    folder.write("ball.obj", write::obj(&icosphere(2)));
+    folder.write("scene.txt", "# balls\nmesh 0 ball.obj\nbody 0 0 static\nbody 1 0 moving\nbody 2 0 moving\n");
+    let (mut poses, mut truth) =
+        (String::from("frame,body,px,py,pz,qw,qx,qy,qz\n"), GzEncoder::new(Vec::new(), Compression::fast()));
+    writeln!(truth, "frame,a,b").unwrap();
+    for frame in 0..FRAMES {
+        let x = 3.0 - 0.5 * frame as f64;
+        for (body, x) in [0.0, x, x + 2.5].into_iter().enumerate() {
+            poses += &format!("{frame},{body},{x},0.1,0,1,0,0,0\n");
+        }
+        // Balls one inside the other do not meet; where they nearly touch, nothing is asked.
+        let meets = |x: f64| x.abs() > 0.2 && x.abs() < 1.9;
+        [x, x + 2.5].into_iter().zip(1..).filter(|&(x, _)| meets(x)).for_each(|(_, body)| {
+            writeln!(truth, "{frame},0,{body}").unwrap();
+        });
+    }
+    folder.write("poses.csv", poses);
+    folder.write("truth_pairs.csv.gz", truth.finish().unwrap());
+    folder
+}
+
+/// The figure `name=...` of a summary line.
+fn figure(output: &str, name: &str) -> f64 {
+    let mut words = output.lines().filter(|line| line.starts_with('#')).flat_map(str::split_whitespace);
+    let value = words.find_map(|word| word.strip_prefix(name)?.strip_prefix('=')).unwrap();
+    value.parse().unwrap()
+}
+
+fn rows(output: &str) -> Vec<Vec<u64>> {
+    let lines = output.lines().filter(|line| !line.starts_with('#')).skip(1);
+    lines.map(|line| line.split(',').map(|field| field.parse().unwrap()).collect()).collect()
+}
+
+#[test]
+fn every_frame_has_a_line_and_the_truth_is_compared() {
+    let folder = recording();
+    for options in ["", "--threads 2", "--mode all", "--budget-work 100000000", "--clock cpu --reps 2"] {
+        let answer = folder.run(&format!("scene . {options} --pairs-out pairs.csv"));
+        assert_eq!((answer.status, &*answer.err), (0, ""), "{options}");
+        let header = "frame,broad_pairs,decided,hits,undecided,wall_ns,cpu_ns,overrun_ns,bv_tests,work";
+        assert_eq!(answer.out.lines().next(), Some(header));
+        let rows = rows(&answer.out);
+        assert_eq!(rows.len(), FRAMES);
+        assert!(rows.iter().all(|row| row[1] == row[2] && row[4] == 0 && row[3] <= row[1]), "{options}");
+        assert_eq!(figure(&answer.out, "share"), 1.0);
+        assert_eq!(figure(&answer.out, "worst_age"), 0.0);
+        let hits: u64 = rows.iter().map(|row| row[3]).sum();
+        let pairs = folder.read("pairs.csv");
+        assert_eq!(pairs.lines().next(), Some("frame,a,b,verdict,age"));
+        assert_eq!(pairs.lines().filter(|line| line.ends_with(",intersecting,0")).count() as u64, hits);
+    }
+}
+
+#[test]
+fn a_small_budget_leaves_pairs_undecided_and_says_so() {
+    let folder = recording();
+    let answer = folder.run("scene . --budget-work 700 --frames 10");
+    let rows = rows(&answer.out);
+    assert_eq!(rows.len(), 10);
+    assert!(rows.iter().all(|row| row[9] <= 700), "work beyond the budget");
+    assert!(rows.iter().any(|row| row[4] > 0), "nothing undecided");
+    assert!(figure(&answer.out, "worst_age") > 0.0);
+    let late = folder.run("scene . --budget-us 0");
+    assert!(late.out.lines().any(|line| line.starts_with("# frames=12")));
+}
+
+#[test]
+fn a_sweep_gives_a_line_for_each_budget() {
+    let answer = recording().run("scene . --sweep");
+    let mut lines = answer.out.lines().filter(|line| !line.starts_with('#'));
+    assert_eq!(lines.next().map(|header| header.split(',').count()), Some(9));
+    assert_eq!(lines.filter(|line| line.split(',').count() == 9).count(), 9);
+}
+
+#[test]
+fn faults_name_the_file_and_the_line() {
+    let cases = [
+        ("scene.txt", "mesh 0 ball.obj\nbody 1 0 moving\n", "scene.txt:2: body 1, must be 0"),
+        ("scene.txt", "body 0 4 moving\n", "scene.txt:1: no mesh 4"),
+        ("scene.txt", "mesh 0\n", "scene.txt:1: must be `mesh ID FILE`"),
+        ("scene.txt", "mesh 0 absent.obj\n", "absent.obj: "),
+        ("poses.csv", "header\n0,0,1,2,3,1,0,0,0\n0,2,1,2,3,1,0,0,0\n", "poses.csv:3: frame 0, body 2"),
+        ("poses.csv", "header\n0,0,1,2,3,0,0,0,0\n", "poses.csv:2: quaternion is zero"),
+        ("poses.csv", "header\n0,0,1,2\n", "poses.csv:2: fewer than 9 columns"),
+        ("poses.csv", "header\n0,0,1,2,3,1,0,0,0\n", "the last frame has 1 of 3 bodies"),
+        ("poses.csv", "header\n", "no frame in it"),
+        ("truth_pairs.csv", "frame,a,b\n99,0,1\n", "truth_pairs.csv:2: no such frame or body"),
+    ];
+    for (file, content, message) in cases {
+        let folder = recording();
+        folder.write(file, content);
+        let answer = folder.run("scene .");
+        assert_eq!(answer.status, 2, "{file}: {content}");
+        assert!(answer.err.contains(message), "{} instead of {message}", answer.err);
+    }
+    assert_eq!(recording().run("scene . --threads 2 --clock cpu").status, 2);
+    assert_eq!(recording().run("scene . --budget-us 5 --budget-work 5").status, 2);
+}
