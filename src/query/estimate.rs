@@ -3,7 +3,7 @@
 //! Nothing of this runs inside a query. The caller asks when it wants to know, at a price of one or two microseconds.
 
 use super::Query;
-use super::budget::{Budget, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
+use super::budget::{WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
 use super::frames::Relation;
 use super::look::Look;
 use super::memory::PairMemory;
@@ -73,9 +73,6 @@ pub struct Estimate {
 /// How much a look ahead may cost, in openings and children: before a query, and after a stopped one.
 const EFFORT_BEFORE: usize = 48;
 const EFFORT_AFTER: usize = 120;
-
-/// A grain is this share of the work budget.
-const GRAINS: f64 = 64.0;
 
 /// Most pairs of a front that are looked at; the others count as the mean of these.
 const SAMPLE: usize = 256;
@@ -186,16 +183,9 @@ impl Query<'_> {
         }
     }
 
-    /// The grain under a budget that may not be enough.
-    pub(super) fn small_share(&self, budget: Budget, memory: Option<&PairMemory>) -> f32 {
-        let time = |limit: Duration| limit.as_nanos() as f64 / cost_model(self.known(memory)).bv_test;
-        let work = budget.work.map(|limit| limit as f64);
-        (work.or(budget.time.map(time)).unwrap_or(f64::MAX) / GRAINS) as f32
-    }
-
-    /// Whether the budget lasts to the end, as far as can be told without a look at the boxes: by the 90 % quantile for the
+    /// Whether the time lasts to the end, as far as can be told without a look at the boxes: by the 90 % quantile for the
     /// costliest placement of the two trees, or for the next frame after the last one.
-    pub(super) fn fits(&self, budget: Budget, memory: Option<&PairMemory>) -> bool {
+    pub(super) fn fits(&self, limit: Duration, memory: Option<&PairMemory>) -> bool {
         let (Some(a), Some(b)) = (self.a.nodes().first(), self.b.nodes().first()) else { return true };
         let memory = self.known(memory);
         let roots = pair_cost([a.visits, b.visits], 1.0);
@@ -203,9 +193,7 @@ impl Query<'_> {
             Some(previous) => self.after(Quantiles::default(), previous as f64, 0.0).p90,
             None => prediction::most(roots.into()),
         };
-        let counts = counts(most);
-        budget.work.is_none_or(|limit| work(&counts) <= limit as f64)
-            && budget.time.is_none_or(|limit| cost_model(memory).time(&counts) <= limit.as_nanos() as f64)
+        cost_model(memory).time(&counts(most)) <= limit.as_nanos() as f64
     }
 }
 

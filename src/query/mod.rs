@@ -49,7 +49,7 @@ pub(crate) struct Options {
     pub order: Order,
     pub pair_limit: usize,
     pub poll_interval: u64,
-    pub grain: Option<f32>,
+    pub grain: f32,
 }
 
 /// The question whether, or where, two meshes intersect at a pose. Cheap to make; one for each pose.
@@ -83,7 +83,7 @@ impl<'t> Query<'t> {
             order: Order::Penetration,
             pair_limit: usize::MAX,
             poll_interval: MAX_STEP_WORK,
-            grain: None,
+            grain: 4096.0,
         };
         Self { a, b, b_in_a, options, prior: DEFAULT_PRIOR }
     }
@@ -118,13 +118,10 @@ impl<'t> Query<'t> {
     }
 
     /// Node pairs of which fewer BV tests than this are expected are finished depth-first at once instead of being
-    /// queued. 0 queues every node pair.
-    ///
-    /// Without it, the first budget decides: if the model expects it to be enough, all is finished depth-first, which costs
-    /// least; if not, the grain is a small share of the budget.
+    /// queued; default 4,096. 0 queues every node pair.
     #[must_use]
     pub fn grain(mut self, bv_tests: f32) -> Self {
-        self.options.grain = Some(bv_tests);
+        self.options.grain = bv_tests;
         self
     }
 
@@ -179,8 +176,7 @@ impl<'t> Query<'t> {
             }
         }
         if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
-            workspace.run.grain = self.grain_for(budget, memory.as_deref());
-            if workspace.run.grain < f32::INFINITY {
+            if self.queues(budget, memory.as_deref()) {
                 workspace.front.queue(Pair::new(0, 0), 0, true);
             } else {
                 workspace.front.push(Pair::new(0, 0));
@@ -229,15 +225,14 @@ impl<'t> Query<'t> {
         Key { trees: [self.a.identity(), self.b.identity()], b_in_a: self.b_in_a, options: self.options }
     }
 
-    /// Node pairs below this many expected BV tests are not queued; with infinity, none is. What no budget cuts short is
-    /// finished depth-first, which costs least, unless another order was asked for.
-    fn grain_for(&self, budget: Budget, memory: Option<&PairMemory>) -> f32 {
-        match (self.options.order, self.options.grain) {
-            (Order::DepthFirst, _) => f32::INFINITY,
-            (Order::Penetration, _) if budget == Budget::unlimited() => f32::INFINITY,
-            (_, Some(grain)) => grain,
-            (Order::Penetration, None) if self.fits(budget, memory) => f32::INFINITY,
-            (_, None) => self.small_share(budget, memory),
+    /// Whether node pairs are queued. What no budget can cut short, or a time budget is not expected to, is finished
+    /// depth-first, which costs least, unless another order was asked for. Work budgets promise the same bits however the
+    /// work is cut into pieces, so their size decides nothing.
+    fn queues(&self, budget: Budget, memory: Option<&PairMemory>) -> bool {
+        match self.options.order {
+            Order::DepthFirst => false,
+            Order::Penetration => budget.work.is_some() || budget.time.is_some_and(|limit| !self.fits(limit, memory)),
+            _ => true,
         }
     }
 

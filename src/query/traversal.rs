@@ -176,7 +176,7 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
     /// Queues a pair, unless it is a grain.
     fn queue(&mut self, pair: Pair) {
         let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
-        if libm::sqrtf(a.visits * b.visits) >= self.workspace.run.grain {
+        if libm::sqrtf(a.visits * b.visits) >= self.options.grain {
             let boxes = BoxPair::new(a, b, self.relation);
             let random = &mut self.workspace.run.random;
             let (bucket, first) = self.options.order.bucket(&boxes, a.alpha * b.alpha, random);

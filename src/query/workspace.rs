@@ -43,8 +43,6 @@ pub(super) struct Run {
     /// First pair found: ids of the input meshes, and in tree order.
     pub witness: Option<[[u32; 2]; 2]>,
     pub random: u64,
-    /// Node pairs with fewer expected BV tests are finished depth-first.
-    pub grain: f32,
 }
 
 /// What two calls must have in common to be one query.

@@ -13,7 +13,7 @@ use super::Data;
 use super::sample::Sample;
 
 /// The upper one is for 90 %: meshes that were not fitted are dearer more often than cheaper.
-const QUANTILES: [f64; 3] = [0.1, 0.5, 0.925];
+const QUANTILES: [f64; 3] = [0.1, 0.5, 0.935];
 
 /// Residuals below this (log2) are not told apart by quantile regression.
 const BLUR: f64 = 0.02;

@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use punctual::{Outcome, PairMemory, Pose, Query, StopReason, SystemClock, Tree, Workspace};
+use punctual::{Estimate, Outcome, PairMemory, Pose, Prediction, Query, StopReason, SystemClock, Tree, Workspace};
 
 use super::{Args, Failure};
 use crate::load::FileError;
@@ -22,6 +22,8 @@ pub struct Row {
     pub outcome: Outcome,
     pub upper_bound: u64,
     pub least: Duration,
+    pub predicted: Prediction,
+    pub estimate: Estimate,
 }
 
 /// Goes over the pose list: each sweep all poses once, so that no query finds its own tracks in the caches.
@@ -78,8 +80,9 @@ impl<'a> Sweeper<'a> {
     /// One query, timed from the pose to the outcome.
     fn answer(&mut self, pose: Pose) -> Result<Row, Failure> {
         self.found.clear();
+        let predicted = self.query(pose).predict(self.memory.as_ref());
         let start = Instant::now();
-        let query = Query::new(self.a, self.b, pose).mode(self.args.mode()).order(self.args.order());
+        let query = self.query(pose);
         let clock = SystemClock::default();
         let budget = self.args.budget();
         let mut outcome = query.run_with(&mut self.workspace, self.memory.as_mut(), budget, &clock);
@@ -90,7 +93,13 @@ impl<'a> Sweeper<'a> {
         }
         let least = start.elapsed();
         let upper_bound = query.certificate(&self.workspace)?.upper_bound();
-        Ok(Row { outcome, upper_bound, least })
+        let estimate = query.estimate(&self.workspace, self.memory.as_ref())?;
+        Ok(Row { outcome, upper_bound, least, predicted, estimate })
+    }
+
+    fn query(&self, pose: Pose) -> Query<'a> {
+        let query = Query::new(self.a, self.b, pose).mode(self.args.mode()).order(self.args.order());
+        self.args.prior.map_or(query, |share| query.prior(share))
     }
 }
 
