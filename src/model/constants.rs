@@ -19,28 +19,28 @@
 pub(super) const ALL_LEFT: [[f64; 3]; 3] = [
     [-0.017449, 1.0018, -1.6245],
     [-0.019735, 1.0026, -0.12061],
-    [0.0045921, 1.0061, 1.4715],
+    [0.0046677, 1.0074, 1.5669],
 ];
 
 /// 90 % quantile of log2 of a whole query from log2 of the cost of its roots at the deepest: intercept, slope.
 #[rustfmt::skip]
-pub(super) const ROOT_MOST: [f64; 2] = [2.6050, 1.0125];
+pub(super) const ROOT_MOST: [f64; 2] = [2.4574, 1.0382];
 
 /// The same if the first hit ends the query, weights of `features_of_any`.
 #[rustfmt::skip]
 pub(super) const ANY_LEFT: [[f64; 6]; 3] = [
     [0.017455, 1.0232, -0.39719, -0.62069, -0.52125, 0.33202],
     [-0.19050, 1.0276, 3.4995, 1.7719, -0.26288, -8.1146],
-    [0.025679, 0.99726, 5.4065, -0.19795, 0.031974, -8.1449],
+    [0.033417, 0.99613, 5.4497, -0.22555, 0.038956, -8.1021],
 ];
 
 /// Quantiles of log2 (BV tests of a frame / those of the frame before).
 #[rustfmt::skip]
-pub(super) const ALL_AFTER: [f64; 3] = [-0.29149, -0.0038481, 0.35669];
+pub(super) const ALL_AFTER: [f64; 3] = [-0.29149, -0.0038481, 0.42103];
 
 /// The same if the first hit ends the query.
 #[rustfmt::skip]
-pub(super) const ANY_AFTER: [f64; 3] = [-4.7952, 0.0040171, 5.1201];
+pub(super) const ANY_AFTER: [f64; 3] = [-4.7952, 0.0040171, 5.5955];
 
 /// log2 of opened node pairs: intercept, slope in log2 of BV tests.
 #[rustfmt::skip]
@@ -68,4 +68,4 @@ pub(super) const RECALL: [f64; 9] = [-2.2001, -0.10534, 0.32089, 0.061233, 0.052
 
 /// Cost of a BV test, a triangle test, an opened node pair and a query, by `CostModel::measure`.
 #[rustfmt::skip]
-pub(super) const NANOSECONDS: [f64; 4] = [0.40361, 17.028, 15.759, 58.354];
+pub(super) const NANOSECONDS: [f64; 4] = [0.43862, 17.772, 16.722, 60.823];
