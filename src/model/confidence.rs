@@ -52,26 +52,29 @@ pub struct History {
     pub change_rate: f64,
 }
 
-/// What the logit of a hit depends on with a history: the logit from the front; the last verdict as +1 or -1; and how surely
-/// it lasts, by the logit of the rate of changes. Both the less the longer ago.
-pub fn history_features(logit: f64, history: &History) -> [f64; 4] {
+/// Number of features of [`history_features`].
+pub const HISTORY_FEATURES: usize = 6;
+
+/// What the logit of a hit depends on with a history: the logit from the front; the last verdict as +1 or -1, the less the
+/// longer ago; how surely it lasts, by the logit of the rate of changes; and the depth of the front, which tells more of a
+/// pair in motion than of one at some pose.
+pub fn history_features(logit: f64, deepest: f64, history: &History) -> [f64; HISTORY_FEATURES] {
     let sign = if history.met { 1.0 } else { -1.0 };
     let verdict = sign / (1.0 + f64::from(history.frames_undecided));
     let rate = history.change_rate.clamp(1e-3, 1.0 - 1e-3);
-    [1.0, logit, verdict, verdict * log((1.0 - rate) / rate)]
+    [1.0, logit, verdict, verdict * log((1.0 - rate) / rate), deepest, verdict * deepest]
 }
 
 /// Probability that the surfaces meet, if the query has found no hit; 0 if nothing is left to look at.
 ///
-/// `prior` is
-/// the share of hits among the poses that the caller asks about; it shifts the odds from [`DEFAULT_PRIOR`]. Between 0 and 1,
-/// both excluded unless nothing is left or the prior is 0 or 1, and rising with the prior.
+/// `prior` is the share of hits among the poses that the caller asks about; it shifts the odds from [`DEFAULT_PRIOR`].
+/// Between 0 and 1, both excluded unless nothing is left or the prior is 0 or 1, and rising with the prior.
 pub fn probability(front: &FrontSummary, history: Option<&History>, prior: f64) -> f64 {
     if front.is_done() {
         return 0.0;
     }
     let from_front = dot(&HIT, &hit_features(front));
-    let with = |history| dot(&HIT_AFTER_HISTORY, &history_features(from_front, history));
+    let with = |history| dot(&HIT_AFTER_HISTORY, &history_features(from_front, front.deepest, history));
     let logit = history.map_or(from_front, with);
     let shift = odds(prior.clamp(0.0, 1.0)) / odds(BASE_RATE);
     let odds = exp(logit.clamp(-20.0, 20.0)) * shift;

@@ -56,7 +56,7 @@ pub(super) const HIT: [f64; 13] = [-2.8903, 0.40376, -0.080574, 0.34946, 0.10014
 
 /// The same with the verdict of the frame before, weights of `history_features`.
 #[rustfmt::skip]
-pub(super) const HIT_AFTER_HISTORY: [f64; 4] = [-0.20967, 1.2270, 0.81872, 0.21277];
+pub(super) const HIT_AFTER_HISTORY: [f64; 6] = [0.25304, 1.5408, 0.71348, 0.21604, -3.2675, 1.0503];
 
 /// Share of poses with a hit.
 #[rustfmt::skip]
@@ -68,4 +68,4 @@ pub(super) const RECALL: [f64; 9] = [-2.2001, -0.10534, 0.32089, 0.061233, 0.052
 
 /// Cost of a BV test, a triangle test, an opened node pair and a query, by `CostModel::measure`.
 #[rustfmt::skip]
-pub(super) const NANOSECONDS: [f64; 4] = [0.43862, 17.772, 16.722, 60.823];
+pub(super) const NANOSECONDS: [f64; 4] = [0.42747, 16.965, 15.926, 59.226];

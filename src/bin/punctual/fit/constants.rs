@@ -47,7 +47,7 @@ pub fn fit(data: &Data) -> String {
     });
     let moved = remembered().map(|(sample, _)| sample).filter(|s| s.mode == Mode::Any && s.stop.is_some());
     let remembering = |s: &Sample| {
-        let features = s.last.map_or([0.0; 4], |last| history_features(logit(s), &last.history));
+        let features = s.last.map(|last| history_features(logit(s), s.front.deepest, &last.history)).unwrap_or_default();
         (features, f64::from(s.is_hit()))
     };
     let hit_after_history = regression(moved, remembering);
@@ -104,7 +104,7 @@ pub fn fit(data: &Data) -> String {
     constant(
         &mut source,
         "HIT_AFTER_HISTORY",
-        "[f64; 4]",
+        "[f64; 6]",
         &list(&hit_after_history),
         "The same with the verdict of the frame before, weights of `history_features`.",
     );

@@ -34,6 +34,9 @@ pub struct Scores {
     pub at_50: Costs,
     pub chances: Chances,
     pub chances_after_history: Chances,
+    /// The same with those queries that were decided within the budget, and so are certain.
+    budgeted: Chances,
+    budgeted_after_history: Chances,
     pub recalls: Vec<f64>,
     pub recalls_with_hits: Vec<f64>,
 }
@@ -133,12 +136,24 @@ impl Scores {
         if let Some(costs) = costs {
             costs.add(sample, left);
         }
-        match (sample.mode, sample.stop, sample.last) {
-            (_, None, _) => {}
-            (Mode::Any, _, None) => self.chances.0.push((chance, sample.is_hit())),
-            (Mode::Any, _, Some(_)) => self.chances_after_history.0.push((chance, sample.is_hit())),
-            (Mode::All, _, None) if sample.is_hit() => self.add_recall(sample),
-            (Mode::All, ..) => {}
+        match (sample.mode, sample.stop) {
+            (Mode::Any, _) => self.add_chance(sample, chance),
+            (Mode::All, Some(_)) if sample.last.is_none() && sample.is_hit() => self.add_recall(sample),
+            (Mode::All, _) => {}
+        }
+    }
+
+    fn add_chance(&mut self, sample: &Sample, chance: f64) {
+        let (undecided, budgeted) = match sample.last {
+            None => (&mut self.chances.0, &mut self.budgeted.0),
+            Some(_) => (&mut self.chances_after_history.0, &mut self.budgeted_after_history.0),
+        };
+        let is_hit = sample.is_hit();
+        if sample.stop.is_none() {
+            budgeted.extend(std::iter::repeat_n((f64::from(is_hit), is_hit), sample.decided));
+        } else {
+            undecided.push((chance, is_hit));
+            budgeted.push((chance, is_hit));
         }
     }
 
@@ -154,8 +169,8 @@ impl Scores {
         let costs = [&self.all, &self.any, &self.all_after_history, &self.any_after_history, &self.at_10, &self.at_50];
         let mean = |errors: &[f64]| text(errors.iter().sum::<f64>() / errors.len() as f64);
         let mut fields: Vec<String> = costs.into_iter().flat_map(Costs::fields).collect();
-        fields.extend(self.chances.fields());
-        fields.extend(self.chances_after_history.fields());
+        let chances = [&self.chances, &self.chances_after_history, &self.budgeted, &self.budgeted_after_history];
+        fields.extend(chances.into_iter().flat_map(Chances::fields));
         fields.extend([mean(&self.recalls), mean(&self.recalls_with_hits)]);
         fields
     }
@@ -165,11 +180,14 @@ impl Scores {
 /// 90 % quantile and the 10 % quantile.
 const COSTS: [&str; 6] = ["all", "any", "all_after_history", "any_after_history", "all_at_10", "all_at_50"];
 
+/// Columns of probabilities: how many were told, their Brier score and calibration error; for queries that their budget left
+/// undecided, and for all with a budget.
+const CHANCES: [&str; 4] = ["undecided", "undecided_after_history", "budgeted", "budgeted_after_history"];
+
 fn header() -> String {
     let costs =
         COSTS.iter().flat_map(|cost| ["median", "p90", "below_p90", "below_p10"].map(|f| format!("{cost}_{f}")));
-    let chances = ["", "_after_history"].into_iter();
-    let chances = chances.flat_map(|when| ["undecided", "brier", "ece"].map(|f| format!("{f}{when}")));
+    let chances = CHANCES.iter().flat_map(|of| ["count", "brier", "ece"].map(|f| format!("{of}_{f}")));
     let recalls = ["recall_mae", "recall_mae_with_hits"].map(str::to_owned);
     let names: Vec<String> = costs.chain(chances).chain(recalls).collect();
     format!("case,{}", names.join(","))

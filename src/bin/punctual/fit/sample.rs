@@ -27,6 +27,8 @@ pub struct Sample {
     pub hits: u64,
     /// [`pair_cost`] of the roots at the deepest.
     pub root_cost: f64,
+    /// How many of the [`STOPS`] come after its end, known before it began.
+    pub decided: usize,
     /// What is remembered of the frame before; `None` if the query had no memory.
     pub last: Option<Last>,
 }
@@ -95,9 +97,11 @@ impl Sampler<'_> {
             total: end.stats.counts(),
             hits: complete.found,
             root_cost: pair_cost(roots, 1.0).into(),
+            decided: 0,
             last,
         };
         let whole = run(query, &mut self.workspace, memory.cloned().as_mut(), None);
+        let before = self.samples.len();
         self.samples.push(sample(None, query.front_before(), &whole));
         for stop in STOPS {
             let limit = (stop * complete.stats.work as f64) as u64;
@@ -107,6 +111,8 @@ impl Sampler<'_> {
             {
                 let end = resume(query, &mut self.workspace, outcome, None);
                 self.samples.push(sample(Some(stop), front, &end));
+            } else {
+                self.samples[before].decided += 1;
             }
         }
     }
