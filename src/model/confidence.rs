@@ -3,7 +3,7 @@
 //!
 //! Both are logistic in features of the front ([`FrontSummary`]), fitted on stopped queries of known truth.
 
-use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, RECALL};
+use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL};
 use super::front::FrontSummary;
 use super::prediction::{dot, expected};
 use libm::{exp, log, log2};
@@ -73,7 +73,8 @@ pub fn probability(front: &FrontSummary, history: Option<&History>, prior: f64) 
     if front.is_done() {
         return 0.0;
     }
-    let from_front = dot(&HIT, &hit_features(front));
+    let weights = if front.is_begun() { &HIT } else { &HIT_BEFORE };
+    let from_front = dot(weights, &hit_features(front));
     let with = |history| dot(&HIT_AFTER_HISTORY, &history_features(from_front, front.deepest, history));
     let logit = history.map_or(from_front, with);
     let shift = odds(prior.clamp(0.0, 1.0)) / odds(BASE_RATE);

@@ -29,9 +29,9 @@ pub(super) const ROOT_MOST: [f64; 2] = [2.4574, 1.0382];
 /// The same if the first hit ends the query, weights of `features_of_any`.
 #[rustfmt::skip]
 pub(super) const ANY_LEFT: [[f64; 6]; 3] = [
-    [0.017455, 1.0232, -0.39719, -0.62069, -0.52125, 0.33202],
-    [-0.19050, 1.0276, 3.4995, 1.7719, -0.26288, -8.1146],
-    [0.033417, 0.99613, 5.4497, -0.22555, 0.038956, -8.1021],
+    [-0.075945, 1.0236, -2.4776, 1.1113, -0.70136, 4.0153],
+    [-0.24120, 1.0337, 3.6060, 2.7285, -0.38425, -7.4579],
+    [-0.038236, 1.0044, 4.5369, 1.2567, -0.11439, -6.3663],
 ];
 
 /// Quantiles of log2 (BV tests of a frame / those of the frame before).
@@ -52,11 +52,15 @@ pub(super) const TRIANGLE_TESTS_OF_BV_TESTS: [f64; 2] = [-2.5284, 0.87710];
 
 /// Logit of a hit, weights of `hit_features`.
 #[rustfmt::skip]
-pub(super) const HIT: [f64; 13] = [-2.8903, 0.40376, -0.080574, 0.34946, 0.10014, 0.24322, 1.8548, -0.37048, -0.12696, -0.22284, 0.30631, -0.24694, -0.91329];
+pub(super) const HIT: [f64; 13] = [-3.0126, 0.41350, 0.0077423, 0.46141, 0.083106, -0.57913, 1.4651, -0.50506, -0.25127, -0.58097, 0.32098, -0.38501, -0.78790];
+
+/// The same before the query.
+#[rustfmt::skip]
+pub(super) const HIT_BEFORE: [f64; 13] = [-3.2030, 0.75953, 0.0, 0.56137, 0.027721, 0.60233, 1.7058, -0.82757, 0.22816, -0.046876, -0.038381, 0.0, -1.3677];
 
 /// The same with the verdict of the frame before, weights of `history_features`.
 #[rustfmt::skip]
-pub(super) const HIT_AFTER_HISTORY: [f64; 6] = [0.25304, 1.5408, 0.71348, 0.21604, -3.2675, 1.0503];
+pub(super) const HIT_AFTER_HISTORY: [f64; 6] = [0.34642, 1.6874, 0.77742, 0.18369, -2.4346, 0.67469];
 
 /// Share of poses with a hit.
 #[rustfmt::skip]
@@ -68,4 +72,4 @@ pub(super) const RECALL: [f64; 9] = [-2.2001, -0.10534, 0.32089, 0.061233, 0.052
 
 /// Cost of a BV test, a triangle test, an opened node pair and a query, by `CostModel::measure`.
 #[rustfmt::skip]
-pub(super) const NANOSECONDS: [f64; 4] = [0.42747, 16.965, 15.926, 59.226];
+pub(super) const NANOSECONDS: [f64; 4] = [0.43416, 16.854, 15.225, 57.872];

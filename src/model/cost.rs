@@ -13,6 +13,18 @@ pub struct Counts {
     pub box_updates: f64,
 }
 
+impl Counts {
+    /// What was done since these counts.
+    #[must_use]
+    pub fn since(&self, before: &Self) -> Self {
+        Self {
+            bv_tests: self.bv_tests - before.bv_tests,
+            triangle_tests: self.triangle_tests - before.triangle_tests,
+            box_updates: self.box_updates - before.box_updates,
+        }
+    }
+}
+
 /// `T = N_v C_v + N_p C_p + N_u C_u + C_i`; all costs in one unit of time, the caller's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CostModel {

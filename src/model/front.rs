@@ -30,6 +30,11 @@ pub struct FrontSummary {
 }
 
 impl FrontSummary {
+    /// Whether the query has done anything yet.
+    pub fn is_begun(&self) -> bool {
+        self.bv_tests + self.triangle_tests > 0.0
+    }
+
     /// Whether nothing is left to do.
     pub fn is_done(&self) -> bool {
         self.looked + self.triangle_pairs + self.node_pairs == 0.0

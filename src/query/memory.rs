@@ -4,10 +4,11 @@ use super::order::Mode;
 use super::outcome::{Outcome, StopReason, Verdict};
 use crate::math::Pose;
 use crate::model::confidence::History;
-use crate::model::cost::CostModel;
+use crate::model::cost::{CostModel, Counts};
 use crate::tree::Tree;
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
+use core::time::Duration;
 
 /// Most witnesses that are remembered.
 pub(super) const WITNESSES: usize = 8;
@@ -17,6 +18,15 @@ const FRAMES_OF_RATE: f64 = 20.0;
 
 /// How many of them [`PairMemory::recheck`] tests.
 const RECHECKED: usize = 2;
+
+/// What was known of a frame before a call.
+#[derive(Clone, Copy)]
+pub(super) struct Before {
+    /// Whether the call went on with a stopped run.
+    pub resumed: bool,
+    /// Whether the surfaces were known to meet.
+    pub decided: bool,
+}
 
 /// Memory of one pair of trees between frames, owned by the caller and passed in.
 ///
@@ -107,7 +117,8 @@ impl PairMemory {
         &self.witnesses
     }
 
-    pub(super) fn remember(&mut self, mode: Mode, outcome: &Outcome, witness: Option<[u32; 2]>) {
+    /// After a call. One that went on with a stopped run belongs to the same frame.
+    pub(super) fn remember(&mut self, mode: Mode, outcome: &Outcome, witness: Option<[u32; 2]>, before: Before) {
         if let Some(witness) = witness {
             self.witnesses.retain(|known| *known != witness);
             self.witnesses.truncate(WITNESSES - 1);
@@ -116,19 +127,21 @@ impl PairMemory {
         if outcome.stop == StopReason::Finished || outcome.stop == StopReason::FirstHit {
             self.last_bv_tests = Some((mode, outcome.stats.bv_tests));
         }
-        self.frames_undecided = self.frames_undecided.saturating_add(1);
+        self.frames_undecided = self.frames_undecided.saturating_add(u32::from(!before.resumed));
         if outcome.verdict != Verdict::Undecided {
             let meet = outcome.verdict != Verdict::Separated;
-            if let Some(last) = self.last_verdict {
+            if let Some(last) = self.last_verdict.filter(|_| !before.decided) {
                 let rate = self.change_rate();
                 self.change_rate = Some(rate + (f64::from(last != meet) - rate) / FRAMES_OF_RATE);
             }
             self.last_verdict = Some(meet);
             self.frames_undecided = 0;
         }
-        if let Some(elapsed) = outcome.stats.elapsed {
-            let model = self.cost_model.unwrap_or_default();
-            self.cost_model = Some(model.learned(&outcome.stats.counts(), elapsed.as_nanos() as f64));
-        }
+    }
+
+    /// Moves the costs towards those of a call that did this and took so long.
+    pub(super) fn learn(&mut self, done: &Counts, elapsed: Duration) {
+        let model = self.cost_model.unwrap_or_default();
+        self.cost_model = Some(model.learned(done, elapsed.as_nanos() as f64));
     }
 }

@@ -38,6 +38,7 @@ use crate::tree::{Tree, WIDTH};
 use budget::Meter;
 use corners::Corners;
 use frames::Relation;
+use memory::Before;
 use queue::Pair;
 use traversal::Traversal;
 use workspace::Key;
@@ -243,6 +244,8 @@ impl<'t> Query<'t> {
         budget: Budget,
         clock: &C,
     ) -> Outcome {
+        let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
+        let counts_before = budget.time.map(|_| workspace.run.stats.counts());
         let meter = Meter::start(budget, self.options.poll_interval, clock, workspace.run.stats.work);
         // Waiting pairs are work: with a deadline, or when the first hit ends the query, they wait only for a full batch.
         let patient = self.options.mode == Mode::All && budget.time.is_none();
@@ -278,7 +281,10 @@ impl<'t> Query<'t> {
         let outcome = Outcome { verdict, stop, found: run.found, stats: run.stats };
         if let Some(memory) = memory {
             memory.witnesses(self.a, self.b);
-            memory.remember(self.options.mode, &outcome, run.witness.map(|[_, pair]| pair));
+            memory.remember(self.options.mode, &outcome, run.witness.map(|[_, pair]| pair), before);
+            if let (Some(elapsed), Some(counts)) = (elapsed, counts_before) {
+                memory.learn(&outcome.stats.counts().since(&counts), elapsed);
+            }
         }
         outcome
     }

@@ -31,8 +31,12 @@ pub fn fit(data: &Data) -> String {
     let roots = of(Mode::All).filter(|sample| sample.stop.is_none());
     let root_most = quantiles(roots, |s| ([1.0, s.root_cost.max(1.0).log2()], log_left(s)))[2];
 
-    let hit = regression(of(Mode::Any), |s| (hit_features(&s.front), f64::from(s.is_hit())));
-    let logit = |s: &Sample| dot(&hit, &hit_features(&s.front));
+    // Before a query and after a part of it are two questions; one answer to both would be the worse for each.
+    let [hit_before, hit] = [false, true].map(|begun| {
+        let moments = of(Mode::Any).filter(|sample| sample.front.is_begun() == begun);
+        regression(moments, |s| (hit_features(&s.front), f64::from(s.is_hit())))
+    });
+    let logit = |s: &Sample| dot(if s.front.is_begun() { &hit } else { &hit_before }, &hit_features(&s.front));
     let chance = |s: &Sample| 1.0 / (1.0 + (-logit(s)).exp());
     let any_left = quantiles(of(Mode::Any), |s| (features_of_any(&s.front, chance(s)), log_left(s)));
 
@@ -101,6 +105,7 @@ pub fn fit(data: &Data) -> String {
         "log2 of triangle tests: the same.",
     );
     constant(&mut source, "HIT", "[f64; 13]", &list(&hit), "Logit of a hit, weights of `hit_features`.");
+    constant(&mut source, "HIT_BEFORE", "[f64; 13]", &list(&hit_before), "The same before the query.");
     constant(
         &mut source,
         "HIT_AFTER_HISTORY",

@@ -58,7 +58,17 @@ impl<'a> Sweeper<'a> {
                 rows.push(None);
                 continue;
             };
-            rows.push(Some(self.answer(pose)?));
+            let memory = self.memory.clone();
+            let (outcome, least) = self.answer(pose)?;
+            // Only now, so that no prediction brings into the cache what the query is about to read.
+            let query = self.query(pose);
+            rows.push(Some(Row {
+                outcome,
+                least,
+                upper_bound: query.certificate(&self.workspace)?.upper_bound(),
+                predicted: query.predict(memory.as_ref()),
+                estimate: query.estimate(&self.workspace, self.memory.as_ref())?,
+            }));
             if let Some(file) = &mut pairs_out {
                 self.found.extend_from_slice(self.workspace.pairs());
                 file.write(i, &mut self.found)?;
@@ -71,16 +81,15 @@ impl<'a> Sweeper<'a> {
         self.memory = self.args.memory.then(PairMemory::new);
         for (listed, row) in poses.iter().zip(rows) {
             if let (Ok(pose), Some(row)) = (&listed.pose, row) {
-                row.least = row.least.min(self.answer(*pose)?.least);
+                row.least = row.least.min(self.answer(*pose)?.1);
             }
         }
         Ok(())
     }
 
     /// One query, timed from the pose to the outcome.
-    fn answer(&mut self, pose: Pose) -> Result<Row, Failure> {
+    fn answer(&mut self, pose: Pose) -> Result<(Outcome, Duration), Failure> {
         self.found.clear();
-        let predicted = self.query(pose).predict(self.memory.as_ref());
         let start = Instant::now();
         let query = self.query(pose);
         let clock = SystemClock::default();
@@ -91,10 +100,7 @@ impl<'a> Sweeper<'a> {
             let left = self.args.budget_left(start.elapsed(), outcome.stats.work);
             outcome = query.resume_with(&mut self.workspace, self.memory.as_mut(), left, &clock)?;
         }
-        let least = start.elapsed();
-        let upper_bound = query.certificate(&self.workspace)?.upper_bound();
-        let estimate = query.estimate(&self.workspace, self.memory.as_ref())?;
-        Ok(Row { outcome, upper_bound, least, predicted, estimate })
+        Ok((outcome, start.elapsed()))
     }
 
     fn query(&self, pose: Pose) -> Query<'a> {
