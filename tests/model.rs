@@ -9,7 +9,8 @@ use punctual::glam::{DMat3, DVec3};
 use punctual::model::confidence::DEFAULT_PRIOR;
 use punctual::model::prediction::Quantiles;
 use punctual::{
-    Budget, CostModel, ManualClock, Mode, Outcome, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
+    Budget, CostModel, ManualClock, Mode, Outcome, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace,
+    shapes,
 };
 
 fn trees() -> [Tree; 2] {

@@ -109,7 +109,8 @@ fn pair_tells_what_it_expects_and_how_sure_it_is() {
             assert_eq!(row.recall, (mode == "all").then_some(1.0));
         }
         let [low, usual, high] = ["0.01", "0.5", "0.99"].map(|p| tell(&format!("--budget-work 99 --prior {p}")));
-        for ((low, usual), high) in low.iter().zip(&usual).zip(&high).filter(|((row, _), _)| row.verdict == "undecided") {
+        for ((low, usual), high) in low.iter().zip(&usual).zip(&high).filter(|((row, _), _)| row.verdict == "undecided")
+        {
             assert!(low.probability < usual.probability && usual.probability < high.probability, "{low:?} {high:?}");
             assert!(usual.remaining > Some(0.0) && usual.predicted.is_some_and(|[p50, p90]| p50 <= p90), "{usual:?}");
             assert_eq!(usual.recall, (mode == "all").then_some(0.0));

@@ -31,7 +31,8 @@ pub(super) struct Before {
 /// Memory of one pair of trees between frames, owned by the caller and passed in.
 ///
 /// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never in a decided verdict.
-/// Handed to another pair of trees it forgets everything but the costs of this machine.
+/// Handed to another pair of trees it forgets everything but the costs of this machine; refitted trees it takes
+/// for the same.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PairMemory {
     trees: Option<[usize; 2]>,
@@ -94,7 +95,7 @@ impl PairMemory {
     }
 
     pub(super) fn is_of(&self, a: &Tree, b: &Tree) -> bool {
-        self.trees == Some([a.identity(), b.identity()])
+        self.trees == Some([a.lineage(), b.lineage()])
     }
 
     /// Tests the latest witnesses one by one, exactly: the first that still meets, ids of the input meshes. Costs a
@@ -111,7 +112,7 @@ impl PairMemory {
 
     pub(super) fn witnesses(&mut self, a: &Tree, b: &Tree) -> &[[u32; 2]] {
         if !self.is_of(a, b) {
-            let trees = Some([a.identity(), b.identity()]);
+            let trees = Some([a.lineage(), b.lineage()]);
             *self = Self { trees, cost_model: self.cost_model, ..Self::default() };
         }
         &self.witnesses

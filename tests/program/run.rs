@@ -140,7 +140,8 @@ impl Row {
         };
         assert_eq!(row.hit, hit, "{line}");
         assert_eq!(row.verdict == "error", row.stop.is_empty() && row.upper_bound < 0, "{line}");
-        let told = [row.predicted.is_some(), !fields[12].is_empty(), row.remaining.is_some(), row.probability.is_some()];
+        let told =
+            [row.predicted.is_some(), !fields[12].is_empty(), row.remaining.is_some(), row.probability.is_some()];
         assert_eq!(told, [!row.is_error(); 4], "{line}");
         row
     }

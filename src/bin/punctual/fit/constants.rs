@@ -51,7 +51,8 @@ pub fn fit(data: &Data) -> String {
     });
     let moved = remembered().map(|(sample, _)| sample).filter(|s| s.mode == Mode::Any && s.stop.is_some());
     let remembering = |s: &Sample| {
-        let features = s.last.map(|last| history_features(logit(s), s.front.deepest, &last.history)).unwrap_or_default();
+        let features =
+            s.last.map(|last| history_features(logit(s), s.front.deepest, &last.history)).unwrap_or_default();
         (features, f64::from(s.is_hit()))
     };
     let hit_after_history = regression(moved, remembering);
