@@ -5,6 +5,7 @@
 
 #![deny(unsafe_code)]
 
+mod compare;
 mod fit;
 mod info;
 mod load;
@@ -13,6 +14,7 @@ mod paper;
 mod poses;
 mod report;
 mod scene;
+mod sweep;
 mod text;
 mod triangles;
 
@@ -38,6 +40,8 @@ enum Command {
     Paper(paper::Args),
     Fit(fit::Args),
     Scene(scene::Args),
+    Sweep(sweep::Args),
+    Compare(compare::Args),
 }
 
 /// Whether every line of the input had an answer.
@@ -61,6 +65,8 @@ fn main() -> ExitCode {
         Command::Paper(args) => paper::run(args, &mut out),
         Command::Fit(args) => fit::run(args, &mut out),
         Command::Scene(args) => scene::run(args, &mut out),
+        Command::Sweep(args) => sweep::run(args, &mut out),
+        Command::Compare(args) => compare::run(args, &mut out),
     };
     let flushed = out.flush();
     match result.and_then(|completion| Ok(flushed.map(|()| completion)?)) {
