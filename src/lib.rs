@@ -2,7 +2,8 @@
 //!
 //! A [`Mesh`] is checked once; its [`Tree`] is built once; a [`Query`] asks about two trees at a [`Pose`], within a [`Budget`],
 //! in a [`Workspace`] that the caller keeps; the [`Outcome`] is a [`Verdict`] that is never wrong and never a bare `bool`,
-//! and what a stopped query left open is in its [`Certificate`].
+//! and what a stopped query left open is in its [`Certificate`]. What a query will cost, what is left of a stopped one, and
+//! how likely the surfaces meet are told by [`Query::predict`] and [`Query::estimate`].
 //!
 //! Many bodies that move, with one budget for each frame, are a [`Scene`].
 //!

@@ -1,6 +1,6 @@
 //! The fitted constants of the model; made by `punctual fit`, not by hand.
 //!
-//! On 2026-11-21, on x86_64 linux, by version 0.1.0, from 4385 poses (43811 moments of queries) of:
+//! On 2026-11-21, on x86_64 linux, by version 0.1.0, from 4385 poses (43736 moments of queries) of:
 //! delta_armadillo1k delta_armadillo4k delta_armadillo16k delta_armadillo86k delta_armadillo256k
 //! delta_propeller1k delta_propeller4k delta_propeller16k delta_propeller64k contact_gear_ring_pinion
 //! contact_spider_side contact_env_rob contact_spot_spot graze_env_rob tilted_env_rob tilted_gear_ring_pinion
@@ -17,50 +17,50 @@
 /// Quantiles of the BV tests left, for each the weights of `features_of_all`.
 #[rustfmt::skip]
 pub(super) const ALL_LEFT: [[f64; 3]; 3] = [
-    [-0.017449, 1.0018, -1.6245],
-    [-0.019735, 1.0026, -0.12061],
-    [0.0046677, 1.0074, 1.5669],
+    [-0.025026, 1.0026, -1.6487],
+    [-0.039575, 1.0050, -0.10988],
+    [0.14354, 0.99455, 1.7445],
 ];
 
 /// 90 % quantile of log2 of a whole query from log2 of the cost of its roots at the deepest: intercept, slope.
 #[rustfmt::skip]
-pub(super) const ROOT_MOST: [f64; 2] = [2.4574, 1.0382];
+pub(super) const ROOT_MOST: [f64; 2] = [2.3561, 1.0466];
 
 /// The same if the first hit ends the query, weights of `features_of_any`.
 #[rustfmt::skip]
 pub(super) const ANY_LEFT: [[f64; 6]; 3] = [
-    [-0.075945, 1.0236, -2.4776, 1.1113, -0.70136, 4.0153],
-    [-0.24120, 1.0337, 3.6060, 2.7285, -0.38425, -7.4579],
-    [-0.038236, 1.0044, 4.5369, 1.2567, -0.11439, -6.3663],
+    [-0.12679, 1.0314, -4.2191, 3.1162, -0.96917, 7.6594],
+    [-0.36729, 1.0507, 3.4655, 3.9960, -0.55471, -6.6849],
+    [-0.043740, 1.0054, 5.6508, 1.4306, -0.13363, -7.9369],
 ];
 
 /// Quantiles of log2 (BV tests of a frame / those of the frame before).
 #[rustfmt::skip]
-pub(super) const ALL_AFTER: [f64; 3] = [-0.29149, -0.0038481, 0.42103];
+pub(super) const ALL_AFTER: [f64; 3] = [-0.29039, -0.0029708, 0.43043];
 
 /// The same if the first hit ends the query.
 #[rustfmt::skip]
-pub(super) const ANY_AFTER: [f64; 3] = [-4.7952, 0.0040171, 5.5955];
+pub(super) const ANY_AFTER: [f64; 3] = [-5.3305, 0.0078160, 5.9325];
 
 /// log2 of opened node pairs: intercept, slope in log2 of BV tests.
 #[rustfmt::skip]
-pub(super) const OPENINGS_OF_BV_TESTS: [f64; 2] = [-4.9933, 1.0525];
+pub(super) const OPENINGS_OF_BV_TESTS: [f64; 2] = [-4.9203, 1.0445];
 
 /// log2 of triangle tests: the same.
 #[rustfmt::skip]
-pub(super) const TRIANGLE_TESTS_OF_BV_TESTS: [f64; 2] = [-2.5284, 0.87710];
+pub(super) const TRIANGLE_TESTS_OF_BV_TESTS: [f64; 2] = [-2.5719, 0.88080];
 
 /// Logit of a hit, weights of `hit_features`.
 #[rustfmt::skip]
-pub(super) const HIT: [f64; 13] = [-3.0126, 0.41350, 0.0077423, 0.46141, 0.083106, -0.57913, 1.4651, -0.50506, -0.25127, -0.58097, 0.32098, -0.38501, -0.78790];
+pub(super) const HIT: [f64; 13] = [-2.9030, 0.37150, -0.000096923, 0.41543, 0.089700, -0.43823, 1.2684, -0.56057, -0.46881, -0.63493, 0.34484, -0.34473, -0.72449];
 
 /// The same before the query.
 #[rustfmt::skip]
-pub(super) const HIT_BEFORE: [f64; 13] = [-3.2030, 0.75953, 0.0, 0.56137, 0.027721, 0.60233, 1.7058, -0.82757, 0.22816, -0.046876, -0.038381, 0.0, -1.3677];
+pub(super) const HIT_BEFORE: [f64; 13] = [-3.1240, 0.75563, 0.0, 0.54019, 0.037195, 0.65239, 1.6749, -0.79392, 0.049332, -0.11954, -0.11479, 0.0, -1.3529];
 
 /// The same with the verdict of the frame before, weights of `history_features`.
 #[rustfmt::skip]
-pub(super) const HIT_AFTER_HISTORY: [f64; 6] = [0.34642, 1.6874, 0.77742, 0.18369, -2.4346, 0.67469];
+pub(super) const HIT_AFTER_HISTORY: [f64; 6] = [0.26661, 1.8026, 0.75654, 0.18523, -1.7298, 0.51753];
 
 /// Share of poses with a hit.
 #[rustfmt::skip]
@@ -68,8 +68,8 @@ pub(super) const BASE_RATE: f64 = 0.59532;
 
 /// Logit of the recall, weights of `recall_features`.
 #[rustfmt::skip]
-pub(super) const RECALL: [f64; 9] = [-2.2001, -0.10534, 0.32089, 0.061233, 0.052297, 0.014263, -0.58047, -3.4141, 0.27734];
+pub(super) const RECALL: [f64; 9] = [0.24755, -0.59158, 0.27036, -0.073537, 0.48435, -0.031655, -0.14588, -0.66470, 0.13313];
 
 /// Cost of a BV test, a triangle test, an opened node pair and a query, by `CostModel::measure`.
 #[rustfmt::skip]
-pub(super) const NANOSECONDS: [f64; 4] = [0.43416, 16.854, 15.225, 57.872];
+pub(super) const NANOSECONDS: [f64; 4] = [0.46401, 16.805, 15.105, 64.699];

@@ -14,8 +14,10 @@
 //! | one stored number a node | [`cheap`] |
 //! | what the query has done so far | [`correction`] |
 //! | what the last frame cost | [`history`] |
+//! | the front of a query after a look ahead | [`prediction`], which the engine uses |
 //!
-//! [`cost`] turns counts into time, [`quantile`] a median into a range, and [`fit`] finds how counts grow.
+//! [`confidence`] tells from the same front how likely a hit is. [`cost`] turns counts into time, [`quantile`] a median into
+//! a range, [`fit`] finds how counts grow, and [`regression`] the constants.
 
 pub mod artificial;
 pub mod cheap;

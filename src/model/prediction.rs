@@ -7,6 +7,7 @@ use super::constants::{
     ALL_AFTER, ALL_LEFT, ANY_AFTER, ANY_LEFT, OPENINGS_OF_BV_TESTS, ROOT_MOST, TRIANGLE_TESTS_OF_BV_TESTS,
 };
 use super::front::FrontSummary;
+use super::history;
 use libm::{exp2, log2};
 
 /// A number that is not known: its median, and the ends of the range in which it is in four cases of five.
@@ -87,7 +88,7 @@ pub fn any_left(front: &FrontSummary, probability: f64) -> Quantiles {
 }
 
 /// BV tests left in a query that finds all intersections, if the previous one of the pair took so many in all and this one
-/// has made `used`. Quantiles of the model and of `log2(now / previous)` are blended as in [`super::history`]: at first the
+/// has made `used`. Quantiles of the model and of `log2(now / previous)` are blended as in [`history`]: at first the
 /// history counts, and the less the further this query has come.
 pub fn all_left_after(model: Quantiles, previous: f64, used: f64) -> Quantiles {
     with_history(model, previous, used, ALL_AFTER)
@@ -99,12 +100,10 @@ pub fn any_left_after(model: Quantiles, previous: f64, used: f64) -> Quantiles {
 }
 
 fn with_history(model: Quantiles, previous: f64, used: f64, changes: [f64; 3]) -> Quantiles {
-    let previous = previous.max(1.0);
-    let weight = (used / previous).clamp(0.0, 1.0);
-    let left = log2((previous - used).max(1.0));
-    let blend = |model: f64, change: f64| exp2((1.0 - weight) * (left + change) + weight * log2(model.max(1.0)));
+    let weight = history::weight(previous, used);
+    let after = |model: f64, change: f64| history::blend(previous, used, model) * exp2((1.0 - weight) * change);
     let [low, middle, high] = changes;
-    Quantiles::ordered([blend(model.p10, low), blend(model.p50, middle), blend(model.p90, high)], 0.0)
+    Quantiles::ordered([after(model.p10, low), after(model.p50, middle), after(model.p90, high)], 0.0)
 }
 
 /// Opened node pairs among so many BV tests, by a power law; at most one a test.

@@ -1,11 +1,11 @@
 //! Which meshes are asked about, and where: case folders, pairs of files, built-in shapes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use punctual::glam::{DQuat, DVec3};
 use punctual::{Budget, Mesh, Pose, Query, Tree, Verdict, Workspace, shapes};
 
-use crate::load::load;
+use crate::load::{load, load_of_case};
 use crate::poses;
 use crate::report::Failure;
 
@@ -23,10 +23,10 @@ impl Case {
     /// A folder with `a.*`, `b.*` and `poses.txt`.
     pub fn folder(folder: &Path, is_motion: bool) -> Result<Self, Failure> {
         let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
-        let [a, b] = [mesh_file(folder, "a")?, mesh_file(folder, "b")?];
         let listed = poses::load(&folder.join("poses.txt"))?;
         let poses = listed.into_iter().filter_map(|listed| listed.pose.ok()).collect();
-        Ok(Self { name, a: Tree::new(load(&a)?), b: Tree::new(load(&b)?), poses, is_motion })
+        let [a, b] = [load_of_case(folder, "a")?, load_of_case(folder, "b")?].map(Tree::new);
+        Ok(Self { name, a, b, poses, is_motion })
     }
 
     /// Two files `A,B`, approached from many sides.
@@ -61,12 +61,6 @@ impl Case {
         let poses = Approaches::new(&a, &b).poses();
         Self { name: format!("approach_{name}"), a, b, poses, is_motion: false }
     }
-}
-
-fn mesh_file(folder: &Path, stem: &str) -> Result<PathBuf, Failure> {
-    let known = ["obj", "stl", "ply", "glb"].map(|extension| folder.join(stem).with_extension(extension));
-    let found = known.into_iter().find(|file| file.exists());
-    found.ok_or_else(|| format!("{}: no mesh {stem}.obj, .stl, .ply or .glb", folder.display()).into())
 }
 
 /// Directions from which B comes.
