@@ -119,7 +119,7 @@ impl<'t> Query<'t> {
     }
 
     /// Node pairs of which fewer BV tests than this are expected are finished depth-first at once instead of being
-    /// queued; default 256. 0 queues every node pair.
+    /// queued; default 256. 0 queues every node pair, and infinity none.
     #[must_use]
     pub fn grain(mut self, bv_tests: f32) -> Self {
         self.options.grain = bv_tests;
@@ -231,6 +231,7 @@ impl<'t> Query<'t> {
     /// work is cut into pieces, so their size decides nothing.
     fn queues(&self, budget: Budget, memory: Option<&PairMemory>) -> bool {
         match self.options.order {
+            _ if self.options.grain == f32::INFINITY => false,
             Order::DepthFirst => false,
             Order::Penetration => budget.work.is_some() || budget.time.is_some_and(|limit| !self.fits(limit, memory)),
             _ => true,

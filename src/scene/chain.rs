@@ -6,7 +6,9 @@
 use super::body::Bodies;
 use super::guard::Guard;
 use super::pairs::{Key, Track, bodies};
-use crate::query::{Budget, Clock, MAX_STEP_WORK, Mode, Order, Query, StopReason, Workspace};
+use crate::math::Pose;
+use crate::query::{Budget, Clock, MAX_STEP_WORK, Mode, Query, StopReason, Workspace};
+use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::mem;
@@ -29,12 +31,17 @@ pub(super) fn workspace() -> Box<Workspace> {
     Box::new(Workspace::with_capacity(QUEUE, FOUND))
 }
 
+/// The query of a pair; a stopped one is found again by the same.
+pub(super) fn query<'t>([a, b]: [&'t Tree; 2], b_in_a: Pose, mode: Mode, grain: f32) -> Query<'t> {
+    Query::new(a, b, b_in_a).mode(mode).grain(grain)
+}
+
 /// What all chains of a round have in common.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Round {
     pub frame: u64,
     pub mode: Mode,
-    pub order: Order,
+    pub grain: f32,
     /// Whether pairs get no more than the test of their last witness.
     pub witnesses_only: bool,
     pub deadline: Option<Duration>,
@@ -63,8 +70,8 @@ pub(super) struct Item {
 pub(super) struct Chain {
     pub items: Vec<Item>,
     pub budget: u64,
-    /// The pair whose run was stopped by the end of the budget; the run is in the workspace.
-    pub held: Option<(Key, Order)>,
+    /// The pair whose run was stopped by the end of the budget, and its grain; the run is in the workspace.
+    pub held: Option<(Key, f32)>,
     workspace: Option<Box<Workspace>>,
 }
 
@@ -74,10 +81,16 @@ impl Chain {
         Self { workspace: Some(workspace()), ..Self::default() }
     }
 
+    /// The stopped run, if there is one, and the pair that it is of.
+    pub fn stopped(&self) -> Option<(Key, f32, &Workspace)> {
+        let (key, grain) = self.held?;
+        Some((key, grain, self.workspace.as_deref()?))
+    }
+
     /// The stopped run of a pair, if it is this chain that keeps it.
-    pub fn held(&self, key: Key) -> Option<(Order, &Workspace)> {
-        let (_, order) = self.held.filter(|&(held, _)| held == key)?;
-        Some((order, self.workspace.as_deref()?))
+    pub fn held(&self, key: Key) -> Option<(f32, &Workspace)> {
+        let (_, grain, workspace) = self.stopped().filter(|&(held, ..)| held == key)?;
+        Some((grain, workspace))
     }
 
     /// Changes stopped runs with another chain.
@@ -100,15 +113,15 @@ impl Chain {
                 break;
             }
             let held = self.held.filter(|&(key, _)| key == item.key);
-            let order = held.map_or(round.order, |(_, order)| order);
+            let grain = held.map_or(round.grain, |(_, grain)| grain);
             let kept = self.workspace.as_mut().filter(|_| held.is_some());
-            let run = Run { order, resumes: kept.is_some(), left, round };
+            let run = Run { grain, resumes: kept.is_some(), left, round };
             let ended = item.run(bodies, kept.unwrap_or(scratch), run, &mut guard);
             left = left.saturating_sub(item.spent[0]);
             match ended {
                 Ended::Complete if held.is_some() => self.held = None,
                 Ended::Stopped if held.is_none() => {
-                    self.held = Some((item.key, order));
+                    self.held = Some((item.key, grain));
                     mem::swap(self.workspace.get_or_insert_with(workspace), scratch);
                 }
                 _ => {}
@@ -119,7 +132,7 @@ impl Chain {
 
 /// One run of a pair.
 struct Run<'r> {
-    order: Order,
+    grain: f32,
     /// Whether the workspace may have a stopped run of it.
     resumes: bool,
     left: u64,
@@ -161,7 +174,7 @@ impl Item {
         if round.witnesses_only {
             return Ended::NotBegun;
         }
-        let query = Query::new(a, b, b_in_a).mode(round.mode).order(run.order);
+        let query = query([a, b], b_in_a, round.mode, run.grain);
         let clock = guard.clock();
         let mut ended = Ended::NotBegun;
         loop {

@@ -13,12 +13,13 @@ pub(super) struct Forecast {
     pub high: u32,
     /// The median if no remembered witness spares the search.
     pub search: u32,
-    /// Probability that it intersects if its last witnesses do not meet any more.
+    /// Probability that it intersects, and the same if its last witnesses do not meet any more.
+    pub still: f32,
     pub chance: f32,
 }
 
 impl Forecast {
-    pub const NONE: Self = Self { median: 0, high: 0, search: 0, chance: 0.0 };
+    pub const NONE: Self = Self { median: 0, high: 0, search: 0, still: 0.0, chance: 0.0 };
 
     /// From what is remembered, or else from the number of triangles of both meshes. `age`: frames since it was decided.
     pub fn new(track: &Track, triangles: [u32; 2], age: u64) -> Self {
@@ -28,14 +29,17 @@ impl Forecast {
             Verdict::Undecided => NEVER_DECIDED,
             Verdict::Separated => (NEW_CONTACT * track.search as f32 * age as f32).min(NEVER_DECIDED),
         };
-        let median = match track.verdict {
-            Verdict::Intersecting { .. } => track.cost.min(search),
-            _ => search,
+        let (median, still) = match track.verdict {
+            Verdict::Intersecting { .. } => (track.cost.min(search), libm::powf(GOES_ON, age as f32).max(chance)),
+            _ => (search, chance),
         };
         let capped = |work: u64| (work + WORK_PER_PAIR).min(u64::from(u32::MAX)) as u32;
-        Self { median: capped(median), high: capped(high), search: capped(search), chance }
+        Self { median: capped(median), high: capped(high), search: capped(search), still, chance }
     }
 }
+
+/// Probability that a pair that intersects still does so in the next frame (.993 and .985 measured on two scenes).
+const GOES_ON: f32 = 0.99;
 
 /// Chances that a pair intersects: whose remembered witnesses do not meet any more (.92 and .95 measured on two scenes); that
 /// was never decided; and for each unit of work that it took to find it apart, and each frame since (1e-5 and 1e-4).

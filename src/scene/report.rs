@@ -2,7 +2,7 @@
 
 use super::body::BodyId;
 use super::pairs::Track;
-use crate::query::Verdict;
+use crate::query::{Estimate, Verdict};
 use alloc::vec::Vec;
 use core::time::Duration;
 
@@ -20,6 +20,12 @@ pub struct PairReport {
     pub found: u64,
     /// Whether nothing is left to find: decided, in [`crate::Mode::Any`]; in [`crate::Mode::All`], all have been found.
     pub complete: bool,
+    /// Probability that the surfaces meet: 1 or 0 if that is decided. Otherwise by [`crate::Query::estimate`] for a pair whose
+    /// query was stopped in this frame, and by what is remembered for one that had no turn.
+    pub probability: f64,
+    /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, and 0 if nothing was found;
+    /// by [`crate::Query::estimate`] for a query that was stopped.
+    pub recall: f64,
     /// Frames since it was decided: 0 if it was in this one. A pair that never was counts from the frame before its boxes
     /// met.
     pub age: u64,
@@ -59,9 +65,9 @@ impl Report {
     }
 
     /// Adds a pair, with what is known about it when the frame begins.
-    pub(super) fn push(&mut self, a: BodyId, b: BodyId, track: &Track, frame: u64, complete: bool) {
-        let (verdict, age) = (Verdict::Undecided, frame - track.decided);
-        self.pairs.push(PairReport { a, b, verdict, found: 0, complete: false, age });
+    pub(super) fn push(&mut self, [a, b]: [BodyId; 2], track: &Track, probability: f32, complete: bool) {
+        let (verdict, age, probability) = (Verdict::Undecided, self.frame - track.decided, f64::from(probability));
+        self.pairs.push(PairReport { a, b, verdict, found: 0, complete: false, probability, recall: 0.0, age });
         if complete {
             self.note(self.pairs.len() - 1, track, [0; 2], true);
         }
@@ -78,9 +84,17 @@ impl Report {
                 self.intersecting += usize::from(track.verdict != Verdict::Separated);
             }
             (pair.verdict, pair.found, pair.age) = (track.verdict, track.found, 0);
+            pair.probability = f64::from(u8::from(track.verdict != Verdict::Separated));
         }
         self.complete += usize::from(complete);
         pair.complete = complete;
+        pair.recall = f64::from(u8::from(complete));
+    }
+
+    /// Takes note of what a stopped query says of its rest.
+    pub(super) fn estimate(&mut self, place: usize, estimate: &Estimate) {
+        let pair = &mut self.pairs[place];
+        (pair.probability, pair.recall) = (estimate.probability, estimate.recall);
     }
 
     pub(super) fn finish(&mut self) {

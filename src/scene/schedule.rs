@@ -22,11 +22,11 @@
 //! - Under a budget of work, all of this is the same on any number of threads.
 
 use super::body::Bodies;
-use super::chain::{Chain, Item, LEAST, Round, WORK_PER_WITNESS};
+use super::chain::{Chain, Item, LEAST, Round, WORK_PER_WITNESS, query};
 use super::forecast::Forecast;
 use super::pairs::{Key, Overlap, Pairs, bodies};
 use super::report::{PairCertificate, Report};
-use crate::query::{Budget, Clock, Mode, Order, Query, Verdict};
+use crate::query::{Budget, Clock, Mode, Query, Verdict};
 use alloc::vec::Vec;
 use core::time::Duration;
 
@@ -35,6 +35,10 @@ pub(super) const CHAINS: usize = 16;
 
 /// Under a budget of work, a chain has at least this much: about 20 us.
 const CHAIN_WORK: u64 = 1 << 16;
+
+/// Where all intersections are wanted in more time than there is, the deepest node pairs go first. To find one at all, a
+/// queue costs more than it saves: most pairs end after a few openings.
+const GRAIN: f32 = 256.0;
 
 /// The guaranteed share of the rota is this part of the budget.
 const GUARANTEED: u64 = 8;
@@ -60,6 +64,8 @@ struct Task {
     high: u32,
     /// Expected work if its witnesses do not decide it.
     search: u32,
+    /// Probability of an intersection if its witnesses do not decide it.
+    chance: f32,
     /// Sorts by importance, then by the chance of finding an intersection per expected work, both descending.
     rank: u64,
     /// The chain that holds its stopped run.
@@ -151,8 +157,8 @@ impl Schedule {
     /// What the stopped run of a pair left open, if it is kept.
     pub fn certificate(&self, key: Key, query: &Query) -> Option<PairCertificate> {
         let held = self.chains.iter().filter_map(|chain| chain.held(key));
-        let mut open = held.filter_map(|(order, workspace)| {
-            let query = query.order(order);
+        let mut open = held.filter_map(|(grain, workspace)| {
+            let query = query.grain(grain);
             let certificate = query.certificate(workspace).ok()?;
             let (upper_bound, largest_extent) = (certificate.upper_bound(), certificate.largest_extent());
             Some(PairCertificate { upper_bound, largest_extent })
@@ -171,7 +177,7 @@ impl Schedule {
         self.gather(frame, pairs, report);
         let deadline = frame.deadline(self.rest);
         let mut round =
-            Round { frame: frame.number, mode: frame.mode, order: Order::DepthFirst, witnesses_only: false, deadline };
+            Round { frame: frame.number, mode: frame.mode, grain: f32::INFINITY, witnesses_only: false, deadline };
         let mut last = None;
         let total = self.left(frame, deadline, 0);
         for number in 0..ROUNDS as u64 {
@@ -184,10 +190,10 @@ impl Schedule {
             self.find_homes();
             let [expected, high] = self.expected();
             if high <= left - reserve {
-                (round.order, round.witnesses_only) = (Order::DepthFirst, false);
+                (round.grain, round.witnesses_only) = (f32::INFINITY, false);
                 self.deal_all(left, reserve, expected, deadline.is_some(), pairs);
             } else {
-                round.order = Order::Penetration;
+                round.grain = if frame.mode == Mode::Any { f32::INFINITY } else { GRAIN };
                 round.witnesses_only = number == 0 && self.deal_witnesses(left - 2 * reserve, pairs);
                 if !round.witnesses_only {
                     self.deal_shares(left, reserve, deadline.map(|_| frame.threads), pairs);
@@ -206,12 +212,29 @@ impl Schedule {
                 self.speed.learn(spent as f64, nanos);
             }
         }
+        self.estimate(frame, pairs, report);
         report.finish();
         if let Some(ended) = last {
             // What another program took in between does not count.
-            let most = Duration::from_nanos(2_000 + 20 * report.pairs.len() as u64);
+            let stopped = self.chains.iter().filter(|chain| chain.held.is_some()).count() as u64;
+            let most = Duration::from_nanos(2_000 + 20 * report.pairs.len() as u64 + 5_000 * stopped);
             let rest = frame.clock.now().saturating_sub(ended).min(most);
             self.rest = (7 * self.rest + 2 * rest) / 8;
+        }
+    }
+
+    /// Asks the queries that were stopped how sure they are: at most one a chain.
+    fn estimate<C>(&self, frame: &Frame<C>, pairs: &mut Pairs, report: &mut Report) {
+        for chain in &self.chains {
+            let Some((key, grain, workspace)) = chain.stopped() else { continue };
+            let Ok(at) = self.tasks.binary_search_by_key(&key, |task| task.key) else { continue };
+            let Task { place, slot, .. } = self.tasks[at];
+            let [Some(a), Some(b)] = bodies(key).map(|body| frame.bodies.at(body)) else { continue };
+            let query = query([&a.body.tree, &b.body.tree], a.relative(b), frame.mode, grain);
+            let memory = pairs.track(slot).map(|track| &track.memory);
+            if let Ok(estimate) = query.estimate(workspace, memory) {
+                report.estimate(place as usize, &estimate);
+            }
         }
     }
 
@@ -246,12 +269,14 @@ impl Schedule {
                 self.overspent = false;
             }
             let complete = track.completed >= changed;
+            let mut probability = 0.0;
             if complete {
                 track.decided = frame.number;
             } else {
                 let age = frame.number - track.decided;
                 let forecast =
                     if forecasts { Forecast::new(track, [x.triangles, y.triangles], age) } else { Forecast::NONE };
+                probability = forecast.still;
                 self.tasks.push(Task {
                     key,
                     place: report.pairs.len() as u32,
@@ -259,13 +284,14 @@ impl Schedule {
                     median: forecast.median,
                     high: forecast.high,
                     search: forecast.search,
+                    chance: forecast.chance,
                     rank: rank(x.importance.max(y.importance), &forecast),
                     home: None,
                     witnessed: frame.mode == Mode::Any && matches!(track.verdict, Verdict::Intersecting { .. }),
                     state: State::Open,
                 });
             }
-            report.push(frame.bodies.id(a), frame.bodies.id(b), track, frame.number, complete);
+            report.push([a, b].map(|body| frame.bodies.id(body)), track, probability, complete);
         }
     }
 
@@ -416,6 +442,7 @@ impl Schedule {
             task.state = if complete { State::Done } else { State::Open };
             if !witnessed && core::mem::replace(&mut task.witnessed, false) {
                 task.median = task.search;
+                report.pairs[place as usize].probability = task.chance.into();
             }
             report.note(place as usize, &track, spent, complete);
             pairs.put_back(slot, track);

@@ -52,12 +52,15 @@ pub struct Args {
     /// Plays of the whole recording; times are the least of them, all else is of the first.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     reps: u32,
-    /// Write lines frame,a,b,verdict,age of all pairs whose boxes overlap, by the body numbers of the file.
+    /// Write lines frame,a,b,verdict,probability,age of all pairs whose boxes overlap, by the body numbers of the file.
     #[arg(long, value_name = "FILE")]
     pairs_out: Option<PathBuf>,
     /// Instead of the frames, a table over time budgets that are parts of the median frame without a budget.
     #[arg(long, conflicts_with_all = ["budget", "pairs_out"])]
     sweep: bool,
+    /// Draw the table of --sweep too: scene.svg and scene.png in this folder, which is made if it does not exist.
+    #[arg(long, value_name = "DIR", requires = "sweep")]
+    plot: Option<PathBuf>,
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
@@ -67,7 +70,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let recording = Recording::load(&args.dir)?;
     let settings = args.settings();
     if args.sweep {
-        sweep::run(&recording, &settings, out)?;
+        sweep::run(&recording, &settings, args.plot.as_deref(), out)?;
         return Ok(Completion::Full);
     }
     let mut pairs_out = match &args.pairs_out {
@@ -75,7 +78,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         None => None,
     };
     if let Some(file) = &mut pairs_out {
-        writeln!(file, "frame,a,b,verdict,age")?;
+        writeln!(file, "frame,a,b,verdict,probability,age")?;
     }
     let rows = play(&recording, &settings, |frame, pair| match &mut pairs_out {
         Some(file) => write_pair(file, frame, pair),
@@ -111,7 +114,8 @@ fn write_pair(out: &mut impl Write, frame: usize, pair: &PairReport) -> std::io:
         Verdict::Separated => "separated",
         Verdict::Undecided => "undecided",
     };
-    writeln!(out, "{frame},{},{},{verdict},{}", pair.a.index(), pair.b.index(), pair.age)
+    let PairReport { a, b, probability, age, .. } = pair;
+    writeln!(out, "{frame},{},{},{verdict},{probability:.4},{age}", a.index(), b.index())
 }
 
 fn print_rows(out: &mut impl Write, rows: &[FrameRow], budget: Option<Duration>) -> std::io::Result<()> {
