@@ -190,7 +190,8 @@ fn intro(cases: &[Measurement], total: usize, quick: bool, machine: &str) -> Vec
             cases.len(),
         ),
         "The oracle is a simulated traversal that knows the truth and opens only what leads to intersections: no order can do \
-         that. \"Plain query, cut off\" is an exact depth-first query of which nothing is known before it returns. A contact \
+         that. \"Plain query, cut off\" is an exact depth-first query of which nothing is known before it returns. \"Warm start\" takes \
+         the poses for frames of a motion and begins with what it remembers of the last one. A contact \
          region is a cell, 5 % of the smaller mesh wide, in which triangles intersect."
             .to_owned(),
     ];

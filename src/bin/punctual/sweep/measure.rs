@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use punctual::{Budget, Mode, Outcome, Query, StopReason, Verdict, Workspace};
+use punctual::{Budget, Mode, Order, Outcome, PairMemory, Query, StopReason, SystemClock, Verdict, Workspace};
 
 use super::case::Case;
-use super::contender::{CONTENDERS, CUT_OFF, DEPTH_FIRST, ORACLE};
+use super::contender::{CONTENDERS, CUT_OFF, DEPTH_FIRST, ORACLE, WARM};
 use super::oracle::{Oracle, Places};
 use super::truth::Truth;
 
@@ -131,6 +131,7 @@ fn share(part: usize, whole: usize) -> f64 {
 pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) -> Option<Measured> {
     let mut measured = Measured::default();
     let mut workspace = Workspace::with_capacity(4096, 1 << 16);
+    let mut memory = PairMemory::new();
     let places = (Places::new(&case.a), Places::new(&case.b));
     for (pose, truth) in truth.iter().enumerate() {
         let full = Query::new(&case.a, &case.b, case.poses[pose]).mode(Mode::All);
@@ -139,9 +140,11 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
         for contender in &CONTENDERS {
             let query = contender.query(&case.a, &case.b, case.poses[pose]);
             for mode in [Mode::Any, Mode::All] {
-                run.stops(&query.mode(mode), contender.name, mode, &mut workspace, &mut measured);
+                run.stops(&query.mode(mode), contender.name, mode, None, &mut workspace, &mut measured);
             }
         }
+        let query = Query::new(&case.a, &case.b, case.poses[pose]).order(Order::default());
+        run.stops(&query, WARM, Mode::Any, Some(&mut memory), &mut workspace, &mut measured);
         run.oracle(&Oracle::new(&places.0, &places.1, &truth.pairs), &mut measured);
         if let Some(&known) = case.known.get(pose)
             && known != truth.pairs.len() as u64
@@ -185,16 +188,18 @@ impl Run<'_> {
         query: &Query,
         order: &'static str,
         mode: Mode,
+        mut memory: Option<&mut PairMemory>,
         workspace: &mut Workspace,
         measured: &mut Measured,
     ) {
+        let clock = SystemClock::default();
         let mut judge = Judge::new(self.truth);
-        let mut outcome = query.run(workspace, Budget::work(0));
+        let mut outcome = query.run_with(workspace, memory.as_deref_mut(), Budget::work(0), &clock);
         for percent in PERCENT.map(Some).into_iter().chain([None]) {
             let limit = percent.map_or(u64::MAX, |percent| (self.full * u64::from(percent)).div_ceil(100));
             loop {
                 let left = limit.saturating_sub(outcome.stats.work);
-                match query.resume(workspace, Budget::work(left)) {
+                match query.resume_with(workspace, memory.as_deref_mut(), Budget::work(left), &clock) {
                     Ok(next) => outcome = next,
                     Err(_) => break,
                 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use punctual::Mode;
 
-use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE};
+use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
 use super::measure::{Limit, PERCENT};
 use super::punctuality::{MICROSECONDS, UNLIMITED};
 use super::summary::{
@@ -98,9 +98,10 @@ impl Report<'_> {
     ) -> Result<Section, Failure> {
         let at = |order, percent| over_cases(self.cases, Which { order, mode, budget: Limit::Work(percent) }, feature);
         let mut series: Vec<Series> = vec![self.band(mode, feature)];
-        for (i, order) in names().enumerate() {
+        for (i, order) in names(mode).enumerate() {
             let points = PERCENT.map(|percent| [f64::from(percent), at(order, percent)]).to_vec();
-            let shape = if order == ORACLE || order == CUT_OFF { Shape::Dashed(points) } else { Shape::Line(points) };
+            let shape =
+                if [ORACLE, CUT_OFF, WARM].contains(&order) { Shape::Dashed(points) } else { Shape::Line(points) };
             series.push(Series::new(label(order), i, shape));
         }
         let chart = Chart {
@@ -111,7 +112,7 @@ impl Report<'_> {
         };
         let header = std::iter::once("order".to_owned()).chain(PERCENT.map(|percent| format!("{percent} %")));
         let mut table = Table { header: header.collect(), rows: vec![] };
-        for order in names() {
+        for order in names(mode) {
             let values = PERCENT.map(|percent| format!("{:.2}", at(order, percent)));
             table.rows.push(std::iter::once(label(order)).chain(values).collect());
         }
@@ -159,7 +160,7 @@ impl Report<'_> {
 
     fn first_hit(&self) -> Section {
         let header = ["order", "less work than depth-first", "fewer BV tests"].map(str::to_owned).to_vec();
-        let orders = names().filter(|order| *order != CUT_OFF);
+        let orders = names(Mode::Any).filter(|order| *order != CUT_OFF);
         let row = |order| {
             std::iter::once(label(order)).chain(first_hit(self.cases, order).map(|x| format!("{x:.2}x"))).collect()
         };
@@ -372,14 +373,16 @@ fn verdict(holds: bool, in_part: bool) -> Verdict {
     }
 }
 
-fn names() -> impl Iterator<Item = &'static str> {
-    CONTENDERS.iter().map(|contender| contender.name).chain([ORACLE, CUT_OFF])
+fn names(mode: Mode) -> impl Iterator<Item = &'static str> {
+    let warm = (mode == Mode::Any).then_some(WARM);
+    CONTENDERS.iter().map(|contender| contender.name).chain([ORACLE, CUT_OFF]).chain(warm)
 }
 
 fn label(order: &str) -> String {
     match order {
         DEFAULT => format!("{order} (default)"),
         CUT_OFF => "plain query, cut off".to_owned(),
+        WARM => "default, warm start".to_owned(),
         _ => order.to_owned(),
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use punctual::{Mode, Pose};
 
 use super::case::Case;
-use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE};
+use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
 use super::measure::{Answer, Limit, Measured, PERCENT, Row};
 use super::punctuality::{MICROSECONDS, Round, UNLIMITED};
 use super::truth::Truth;
@@ -205,6 +205,9 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
             put(format!("first hit over depth-first {order} bv tests"), bv_tests);
         }
     }
+    let warm = Which { order: WARM, mode: Mode::Any, budget: Limit::Work(5) };
+    put(format!("any@5% {WARM}"), over_cases(cases, warm, DETECTED));
+    put(format!("first hit over depth-first {WARM} work"), first_hit(cases, WARM)[0]);
     for case in cases {
         for (name, mode, percent, feature) in [
             ("any@5%", Mode::Any, 5, DETECTED),
