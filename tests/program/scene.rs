@@ -63,7 +63,7 @@ fn every_frame_has_a_line_and_the_truth_is_compared() {
         let hits: u64 = rows.iter().map(|row| row[3]).sum();
         let pairs = folder.read("pairs.csv");
         assert_eq!(pairs.lines().next(), Some("frame,a,b,verdict,probability,age"));
-        assert_eq!(pairs.lines().filter(|line| line.ends_with(",intersecting,0")).count() as u64, hits);
+        assert_eq!(pairs.lines().filter(|line| line.ends_with(",intersecting,1.0000,0")).count() as u64, hits);
     }
 }
 

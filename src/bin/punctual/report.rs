@@ -3,12 +3,14 @@
 //! Text in plots is set in a font that comes with the program, so that a machine without fonts draws the same pictures.
 
 mod axis;
+mod chances;
 mod chart;
 mod frame;
 mod heat_map;
 mod page;
 
 pub use axis::Axis;
+pub use chances::Chances;
 pub use chart::{Chart, Series, Shape};
 pub use heat_map::HeatMap;
 pub use page::{Block, Page, Section, Table, Verdict};

@@ -2,6 +2,7 @@
 
 mod built_in;
 mod case;
+mod confidence;
 mod contender;
 mod machine;
 mod measure;

@@ -10,7 +10,7 @@ use punctual::model::prediction::{Quantiles, all_left, all_left_after, any_left,
 use super::Data;
 use super::plots;
 use super::sample::Sample;
-use crate::report::{self, Failure};
+use crate::report::{self, Chances, Failure};
 
 /// Errors `log2(predicted / actual)` of the whole cost, and whether the actual cost is below each quantile.
 #[derive(Default)]
@@ -18,10 +18,6 @@ pub struct Costs {
     pub errors: Vec<f64>,
     below: [usize; 3],
 }
-
-/// Probabilities told, and what came of them.
-#[derive(Default)]
-pub struct Chances(pub Vec<(f64, bool)>);
 
 /// What is measured of some samples.
 #[derive(Default)]
@@ -60,54 +56,8 @@ impl Costs {
     }
 }
 
-impl Chances {
-    fn fields(&self) -> Vec<String> {
-        [self.0.len() as f64, self.brier(), self.calibration_error()].map(text).to_vec()
-    }
-
-    /// Mean square of the difference between what was told (0 to 1) and what came (0 or 1).
-    pub fn brier(&self) -> f64 {
-        let squares = self.0.iter().map(|&(p, hit)| (p - f64::from(hit)).powi(2));
-        squares.sum::<f64>() / self.0.len() as f64
-    }
-
-    /// Mean difference, over ten bins, between what was told and how often it came.
-    pub fn calibration_error(&self) -> f64 {
-        let bins = self.bins();
-        bins.iter().map(|bin| bin.count * (bin.told - bin.came).abs()).sum::<f64>() / self.0.len() as f64
-    }
-
-    /// Ten bins of equal width, without the empty ones.
-    pub fn bins(&self) -> Vec<Bin> {
-        let bin = |i: usize| {
-            let inside = || self.0.iter().filter(move |(p, _)| ((p * 10.0) as usize).min(9) == i);
-            let count = inside().count() as f64;
-            let told = inside().map(|(p, _)| p).sum::<f64>() / count;
-            let came = inside().filter(|(_, hit)| *hit).count() as f64 / count;
-            Bin { count, told, came }
-        };
-        (0..10).map(bin).filter(|bin| bin.count > 0.0).collect()
-    }
-}
-
-/// Probabilities that are about the same.
-pub struct Bin {
-    pub count: f64,
-    /// Their mean.
-    pub told: f64,
-    /// The share that came true.
-    pub came: f64,
-}
-
-impl Bin {
-    /// The range of the true probability, 95 % (Wilson's score interval).
-    pub fn interval(&self) -> [f64; 2] {
-        const Z: f64 = 1.96;
-        let (n, p) = (self.count, self.came);
-        let middle = (p + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
-        let half = Z / (1.0 + Z * Z / n) * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
-        [(middle - half).max(0.0), (middle + half).min(1.0)]
-    }
+fn fields_of(chances: &Chances) -> Vec<String> {
+    [chances.0.len() as f64, chances.brier(), chances.calibration_error()].map(text).to_vec()
 }
 
 impl Scores {
@@ -170,7 +120,7 @@ impl Scores {
         let mean = |errors: &[f64]| text(errors.iter().sum::<f64>() / errors.len() as f64);
         let mut fields: Vec<String> = costs.into_iter().flat_map(Costs::fields).collect();
         let chances = [&self.chances, &self.chances_after_history, &self.budgeted, &self.budgeted_after_history];
-        fields.extend(chances.into_iter().flat_map(Chances::fields));
+        fields.extend(chances.into_iter().flat_map(fields_of));
         fields.extend([mean(&self.recalls), mean(&self.recalls_with_hits)]);
         fields
     }
@@ -227,16 +177,6 @@ fn text(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn scores_of_chances_by_hand() {
-        let chances = Chances(vec![(0.2, false), (0.2, true), (0.9, true), (1.0, true)]);
-        assert!((chances.brier() - (0.04 + 0.64 + 0.01) / 4.0).abs() < 1e-12);
-        // Told .2, came half of the time; told .95 on average, came always.
-        assert!((chances.calibration_error() - (2.0 * 0.3 + 2.0 * 0.05) / 4.0).abs() < 1e-12);
-        let [low, high] = chances.bins()[1].interval();
-        assert!(high == 1.0 && (low - 0.342).abs() < 1e-3, "{low}");
-    }
 
     #[test]
     fn quantiles_and_text() {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::evaluate::{Chances, Costs, Scores};
+use super::evaluate::{Costs, Scores};
 use crate::report::{Axis, Chart, Failure, Picture, Series, Shape};
 
 pub fn draw(scores: &Scores, folder: &Path) -> Result<(), Failure> {
@@ -12,7 +12,7 @@ pub fn draw(scores: &Scores, folder: &Path) -> Result<(), Failure> {
     ];
     for (name, title, chances) in reliability {
         if !chances.0.is_empty() {
-            Picture::render(&reliability_diagram(title, chances))?.write(folder, name)?;
+            Picture::render(&chances.diagram(title))?.write(folder, name)?;
         }
     }
     let before = [
@@ -26,29 +26,6 @@ pub fn draw(scores: &Scores, folder: &Path) -> Result<(), Failure> {
         .write(folder, "errors_before")?;
     Picture::render(&distribution("Error of the predicted BV tests, during the query", &during))?
         .write(folder, "errors_during")
-}
-
-fn reliability_diagram(title: &str, chances: &Chances) -> Chart {
-    let bins = chances.bins();
-    let points = bins.iter().map(|bin| [bin.told, bin.came]).collect();
-    let intervals = bins.iter().map(|bin| [bin.told, bin.interval()[0], bin.interval()[1]]).collect();
-    let total = chances.0.len() as f64;
-    let shares = (0..10).map(|i| {
-        let (low, high) = (f64::from(i) / 10.0, f64::from(i + 1) / 10.0);
-        let count: f64 = bins.iter().filter(|bin| bin.told >= low && bin.told < high).map(|bin| bin.count).sum();
-        [low, high, count / total]
-    });
-    Chart {
-        title: format!("{title}: Brier {:.3}, ECE {:.3}", chances.brier(), chances.calibration_error()),
-        x: Axis::linear("told").range(0.0..1.0),
-        y: Axis::linear("came true").range(0.0..1.0),
-        series: vec![
-            Series::new("share of the queries", 7, Shape::Columns(shares.collect())),
-            Series::new("as it should be", 6, Shape::Dashed(vec![[0.0, 0.0], [1.0, 1.0]])),
-            Series::new("95 % interval", 1, Shape::Intervals(intervals)),
-            Series::new("measured", 0, Shape::Points(points)),
-        ],
-    }
 }
 
 /// Share of queries with at most this error, over the error.

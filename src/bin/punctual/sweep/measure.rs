@@ -5,7 +5,8 @@ use std::time::Duration;
 use punctual::{Budget, Mode, Order, Outcome, PairMemory, Query, StopReason, SystemClock, Verdict, Workspace};
 
 use super::case::Case;
-use super::contender::{CONTENDERS, CUT_OFF, DEPTH_FIRST, ORACLE, WARM};
+use super::confidence::Guess;
+use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
 use super::oracle::{Oracle, Places};
 use super::truth::Truth;
 
@@ -60,6 +61,8 @@ pub struct Finished {
 pub struct Measured {
     pub rows: Vec<Row>,
     pub finished: Vec<Finished>,
+    /// What the default order told of its rest.
+    pub guesses: Vec<Guess>,
     /// Most work beyond a budget.
     pub overrun: u64,
     /// What differs from the truth, in words.
@@ -194,6 +197,14 @@ impl Run<'_> {
     ) {
         let clock = SystemClock::default();
         let mut judge = Judge::new(self.truth);
+        let tells = [DEFAULT, WARM].contains(&order);
+        // Of each guess the told BV tests of the whole query, until the true ones are known.
+        let mut guesses = vec![];
+        let guess =
+            Guess { pose: self.pose, order, mode, percent: 0, probability: None, recall_error: None, total_error: 0.0 };
+        if tells {
+            guesses.push(Guess { total_error: query.predict(memory.as_deref()).bv_tests.p50, ..guess });
+        }
         let mut outcome = query.run_with(workspace, memory.as_deref_mut(), Budget::work(0), &clock);
         for percent in PERCENT.map(Some).into_iter().chain([None]) {
             let limit = percent.map_or(u64::MAX, |percent| (self.full * u64::from(percent)).div_ceil(100));
@@ -219,6 +230,18 @@ impl Run<'_> {
             }
             let extent = query.certificate(workspace).map_or(f64::NAN, |certificate| certificate.largest_extent());
             let stopped = outcome.stop != StopReason::Finished && outcome.stop != StopReason::FirstHit;
+            if tells
+                && stopped
+                && let Ok(told) = query.estimate(workspace, memory.as_deref())
+            {
+                guesses.push(Guess {
+                    percent,
+                    probability: (outcome.found == 0).then_some(told.probability),
+                    recall_error: (mode == Mode::All).then_some(told.recall - judge.recall()),
+                    total_error: outcome.stats.bv_tests as f64 + told.remaining.bv_tests.p50,
+                    ..guess
+                });
+            }
             let row = Row {
                 pose: self.pose,
                 order,
@@ -235,6 +258,8 @@ impl Run<'_> {
             }
         }
         let (work, bv_tests) = (outcome.stats.work, outcome.stats.bv_tests);
+        let error = |told: f64| (told.max(1.0) / (bv_tests as f64).max(1.0)).log2();
+        measured.guesses.extend(guesses.into_iter().map(|g| Guess { total_error: error(g.total_error), ..g }));
         measured.finished.push(Finished { pose: self.pose, order, mode, work, bv_tests });
     }
 

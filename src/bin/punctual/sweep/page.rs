@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use punctual::Mode;
 
+use super::confidence;
 use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
 use super::measure::{Limit, PERCENT};
 use super::punctuality::{MICROSECONDS, UNLIMITED};
@@ -48,6 +49,7 @@ pub fn page(cases: &[Measurement], folder: &Path, intro: Vec<String>) -> Result<
         )?,
         report.first_hit(),
         report.time()?,
+        confidence::section(cases, |name, chart| report.plot(name, chart))?,
         report.punctuality()?,
         report.strata(),
         report.each_case(),

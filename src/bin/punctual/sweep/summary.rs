@@ -220,6 +220,8 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
             }
         }
     }
+    super::confidence::figures(cases, &mut figures);
+    let mut put = |name: String, value: f64| figures.insert(name, value);
     let wrong: usize = cases.iter().map(|case| case.work.wrong.len()).sum();
     put("wrong".to_owned(), wrong as f64);
     let overrun = cases.iter().map(|case| case.work.overrun).max().unwrap_or(0);
