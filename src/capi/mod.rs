@@ -2,7 +2,7 @@
 //!
 //! `include/punctual.h` is generated from these files, and their comments are its comments; `docs/c.md` is the guide.
 //! Pointers come in as `Option<&T>`, `Option<&mut T>` and `Option<Box<T>>`, which have the layout of a pointer that may be
-//! null, so that only arrays and the caller's clock need code that the compiler cannot check. [`status::door`] stands in
+//! null, so that only arrays and the caller's clock need code that the compiler cannot check. `status::door` stands in
 //! each call that does any work: no panic leaves it, every fault becomes a status and a text.
 
 #![allow(unsafe_code, reason = "exported names, arrays and a callback of the caller's")]
