@@ -355,7 +355,7 @@ typedef uint32_t punctual_reach;
 
 /**
  * Memory of one pair of trees between frames. It changes the speed of an answer, never the answer; handed to another pair of
- * trees, it forgets everything. One thread at a time may use it.
+ * trees, it forgets everything; refitted trees it takes for the same. One thread at a time may use it.
  */
 typedef struct punctual_memory punctual_memory;
 
@@ -607,7 +607,7 @@ typedef struct punctual_query {
    */
   uint64_t poll_interval;
   /**
-   * Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued; 4,096 by
+   * Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued; 256 by
    * default, 0 queues every pair.
    */
   float grain;

@@ -12,6 +12,8 @@ mod paper;
 mod run;
 #[path = "program/scene.rs"]
 mod scene;
+#[path = "program/sweep.rs"]
+mod sweep;
 #[path = "program/write.rs"]
 mod write;
 

@@ -7,7 +7,9 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::all_pairs;
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Budget, BuildOptions, Mesh, MeshError, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual::{
+    Budget, BuildOptions, Mesh, MeshError, Mode, PairMemory, Pose, Query, Tree, Verdict, Workspace, shapes,
+};
 
 fn vertices(mesh: &Mesh) -> Vec<DVec3> {
     (0..mesh.vertex_count()).map(|i| mesh.vertex(i)).collect()
@@ -155,6 +157,25 @@ fn a_query_is_not_resumed_over_a_refit() {
     let query = Query::new(&tree, &tree, Pose::IDENTITY).mode(Mode::All);
     let clock = punctual::ManualClock::new();
     assert!(query.resume_with(&mut workspace, None, ENOUGH, &clock).is_err());
+}
+
+/// The triangles that met are still those to try first when the mesh has moved a little.
+#[test]
+fn memory_outlives_a_refit() {
+    let mut tree = Tree::new(shapes::icosphere(4));
+    let moved: Vec<DVec3> = vertices(tree.mesh()).iter().map(|v| *v * 1.000001).collect();
+    let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.5, 0.2, 0.1)).unwrap();
+    let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
+    let clock = punctual::ManualClock::new();
+    let mut ask = |tree: &Tree| {
+        let query = Query::new(tree, tree, pose).mode(Mode::Any);
+        query.run_with(&mut workspace, Some(&mut memory), ENOUGH, &clock)
+    };
+    assert!(ask(&tree).stats.bv_tests > 0);
+    tree.refit_f64(&moved).unwrap();
+    let again = ask(&tree);
+    assert!(matches!(again.verdict, Verdict::Intersecting { .. }), "{again:?}");
+    assert_eq!(again.stats.bv_tests, 0);
 }
 
 #[test]

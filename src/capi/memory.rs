@@ -7,7 +7,7 @@ use crate::query::PairMemory;
 use core::mem::MaybeUninit;
 
 /// Memory of one pair of trees between frames. It changes the speed of an answer, never the answer; handed to another pair of
-/// trees, it forgets everything. One thread at a time may use it.
+/// trees, it forgets everything; refitted trees it takes for the same. One thread at a time may use it.
 #[derive(Debug)]
 pub struct punctual_memory(pub(super) Handle<PairMemory>);
 

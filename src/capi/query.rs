@@ -8,8 +8,8 @@ use super::status::{Fault, door, given, punctual_status};
 use super::tree::punctual_tree;
 use super::workspace::{punctual_triangle_pair, punctual_workspace};
 use crate::query::{
-    Budget, Clock, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, SystemClock,
-    Verdict, Workspace,
+    Budget, Clock, DEFAULT_GRAIN, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason,
+    SystemClock, Verdict, Workspace,
 };
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
@@ -132,7 +132,7 @@ pub struct punctual_query<'t> {
     pub pair_limit: usize,
     /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
     pub poll_interval: u64,
-    /// Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued; 4,096 by
+    /// Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued; 256 by
     /// default, 0 queues every pair.
     pub grain: f32,
 }
@@ -219,7 +219,7 @@ pub extern "C" fn punctual_query_new<'t>(
         seed: 0,
         pair_limit: usize::MAX,
         poll_interval: MAX_STEP_WORK,
-        grain: 4096.0,
+        grain: DEFAULT_GRAIN,
     }
 }
 

@@ -15,7 +15,7 @@ const RECHECKED: usize = 2;
 /// Memory of one pair of trees between frames, owned by the caller and passed in.
 ///
 /// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never in a decided verdict.
-/// Handed to another pair of trees it forgets everything.
+/// Handed to another pair of trees it forgets everything; refitted trees it takes for the same.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PairMemory {
     trees: Option<[usize; 2]>,
@@ -50,7 +50,7 @@ impl PairMemory {
     /// Tests the latest witnesses one by one, exactly: the first that still meets, ids of the input meshes. Costs a
     /// fraction of a query.
     pub(crate) fn recheck(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> Option<[u32; 2]> {
-        let known = self.trees == Some([a.identity(), b.identity()]);
+        let known = self.trees == Some([a.lineage(), b.lineage()]);
         let latest = self.witnesses.iter().take(if known { RECHECKED } else { 0 });
         latest.map(|&[x, y]| [a.ids()[x as usize], b.ids()[y as usize]]).find(|&[x, y]| {
             let of_a = a.mesh().triangle(x as usize);
@@ -60,7 +60,7 @@ impl PairMemory {
     }
 
     pub(super) fn witnesses(&mut self, a: &Tree, b: &Tree) -> &[[u32; 2]] {
-        let trees = Some([a.identity(), b.identity()]);
+        let trees = Some([a.lineage(), b.lineage()]);
         if self.trees != trees {
             *self = Self { trees, ..Self::default() };
         }

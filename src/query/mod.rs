@@ -36,6 +36,9 @@ use queue::Pair;
 use traversal::Traversal;
 use workspace::Key;
 
+/// See [`Query::grain`].
+pub(crate) const DEFAULT_GRAIN: f32 = 256.0;
+
 /// Everything about a query that is a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Options {
@@ -76,7 +79,7 @@ impl<'t> Query<'t> {
             order: Order::Penetration,
             pair_limit: usize::MAX,
             poll_interval: MAX_STEP_WORK,
-            grain: 4096.0,
+            grain: DEFAULT_GRAIN,
         };
         Self { a, b, b_in_a, options }
     }
@@ -111,7 +114,7 @@ impl<'t> Query<'t> {
     }
 
     /// Node pairs of which fewer BV tests than this are expected are finished depth-first at once instead of being
-    /// queued; default 4,096. 0 queues every node pair.
+    /// queued; default 256. 0 queues every node pair.
     #[must_use]
     pub fn grain(mut self, bv_tests: f32) -> Self {
         self.options.grain = bv_tests;
@@ -227,8 +230,8 @@ impl<'t> Query<'t> {
         clock: &C,
     ) -> Outcome {
         let meter = Meter::start(budget, self.options.poll_interval, clock, workspace.run.stats.work);
-        // Waiting pairs are work: with a deadline, or when the first hit ends the query, they wait only for a full batch.
-        let patient = self.options.mode == Mode::All && budget.time.is_none();
+        // Waiting pairs are work: within a budget, or when the first hit ends the query, they wait only for a full batch.
+        let patient = self.options.mode == Mode::All && budget == Budget::unlimited();
         let instructions = workspace.instructions;
         workspace.corners.iter_mut().for_each(Corners::clear);
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
@@ -241,7 +244,7 @@ impl<'t> Query<'t> {
             workspace,
             meter,
             depths: [[0.0; WIDTH]; WIDTH],
-            greedy: self.options.mode == Mode::Any,
+            greedy: self.options.mode == Mode::Any && self.options.order == Order::default(),
             batch: if patient { waiting::PATIENCE } else { 8 },
         };
         let stop = instructions.run(&mut traversal);

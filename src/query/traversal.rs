@@ -270,18 +270,20 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
     #[inline(never)]
     fn queue_all(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
         while hits != 0 {
-            self.queue(child(hits.trailing_zeros()));
+            let lane = hits.trailing_zeros();
             hits &= hits - 1;
+            self.queue(child(lane), self.depths.as_flattened()[lane as usize % 64]);
         }
     }
 
-    /// Queues a pair, unless it is a grain.
-    fn queue(&mut self, pair: Pair) {
+    /// Queues a pair whose boxes overlap by `depth`, unless it is a grain.
+    fn queue(&mut self, pair: Pair, depth: f32) {
         let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
         if libm::sqrtf(a.visits * b.visits) >= self.options.grain {
-            let boxes = BoxPair::new(a, b, self.relation);
+            let boxes = || BoxPair::new(a, b, self.relation);
             let random = &mut self.workspace.run.random;
-            let (bucket, first) = self.options.order.bucket(&boxes, a.alpha * b.alpha, random);
+            let depth = depth / (a.size + b.size * self.relation.scale);
+            let (bucket, first) = self.options.order.bucket(boxes, depth, a.alpha * b.alpha, random);
             self.workspace.front.queue(pair, bucket, first);
         } else {
             self.workspace.front.push(pair);

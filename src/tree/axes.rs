@@ -155,27 +155,46 @@ impl Candidates {
         let mut candidates = ArrayVec::new();
         candidates.push(Mat3A::from_cols(x, y, z));
         candidates.push(Mat3A::from_cols(normal, second, normal.cross(second)));
-        let [middle, longest] = of_triangle(&triangles[self.largest[lane] as usize]);
-        candidates.push(middle);
+        let largest = Sides::of(&triangles[self.largest[lane] as usize]);
+        candidates.push(largest.frame(largest.middle));
         if effort == Effort::Best {
-            candidates.push(longest);
+            candidates.push(largest.frame(largest.longest));
             candidates.push(Mat3A::IDENTITY);
         }
         candidates
     }
 }
 
-/// The normal of a triangle with its edge of middle length, which is a side of the rectangle where two make one up, and
-/// with its longest.
-fn of_triangle(triangle: &Triangle) -> [Mat3A; 2] {
-    let [a, b, c] = triangle.corners().map(Vec3A::from);
-    let mut edges = [b - a, c - a, c - b];
-    edges.sort_by(|e, f| e.length_squared().total_cmp(&f.length_squared()));
-    let Some(normal) = edges[1].cross(edges[2]).try_normalize() else { return [Mat3A::IDENTITY; 2] };
-    [edges[1], edges[2]].map(|edge| {
-        let edge = edge.normalize_or(Vec3A::X);
-        Mat3A::from_cols(normal, edge, normal.cross(edge))
-    })
+/// A triangle's normal and its edges of middle length, which is a side of the rectangle where two triangles make one up,
+/// and of largest.
+struct Sides {
+    normal: Vec3A,
+    middle: Vec3A,
+    longest: Vec3A,
+}
+
+impl Sides {
+    fn of(triangle: &Triangle) -> Self {
+        let [a, b, c] = triangle.corners().map(Vec3A::from);
+        let (e, f, g) = (b - a, c - a, c - b);
+        let (ee, ff, gg) = (e.length_squared(), f.length_squared(), g.length_squared());
+        let (longest, [(p, pp), (q, qq)]) = if ee >= ff.max(gg) {
+            (e, [(f, ff), (g, gg)])
+        } else if ff >= gg {
+            (f, [(e, ee), (g, gg)])
+        } else {
+            (g, [(e, ee), (f, ff)])
+        };
+        Self { normal: e.cross(f), middle: if pp >= qq { p } else { q }, longest }
+    }
+
+    /// The frame of the normal and `side`.
+    fn frame(&self, side: Vec3A) -> Mat3A {
+        match (self.normal.try_normalize(), side.try_normalize()) {
+            (Some(x), Some(y)) => Mat3A::from_cols(x, y, x.cross(y)),
+            _ => Mat3A::IDENTITY,
+        }
+    }
 }
 
 fn put(v: &mut F, lane: usize, x: f32) {

@@ -163,15 +163,22 @@ impl Splitter {
 /// Partitions at the borders of `N` bins an axis.
 fn partition_in<const N: usize>(items: &mut [Item], centers: Bounds) -> Option<usize> {
     let binning = Binning::<N>::new(centers);
+    let [on_x, on_y, on_z] = binning.axes;
     let mut bins = [[Bin::EMPTY; N]; 3];
     for item in &*items {
         let [x, y, z] = binning.bins_of(item);
-        bins[0][x].add(item);
-        bins[1][y].add(item);
-        bins[2][z].add(item);
+        if on_x {
+            bins[0][x].add(item);
+        }
+        if on_y {
+            bins[1][y].add(item);
+        }
+        if on_z {
+            bins[2][z].add(item);
+        }
     }
     let mut best = (0, 0, f32::INFINITY);
-    for (axis, bins) in bins.iter().enumerate() {
+    for (axis, bins) in bins.iter().enumerate().filter(|&(axis, _)| binning.axes[axis]) {
         let (border, cost) = cheapest_border(bins);
         if cost < best.2 {
             best = (axis, border, cost);
@@ -191,14 +198,18 @@ fn partition_in<const N: usize>(items: &mut [Item], centers: Bounds) -> Option<u
 struct Binning<const N: usize> {
     origin: Vec4,
     scale: Vec4,
+    /// Whether it pays to look for a border on this axis.
+    axes: [bool; 3],
 }
 
 impl<const N: usize> Binning<N> {
     fn new(centers: Bounds) -> Self {
+        // Splits across a short axis are hardly ever the cheapest, and where they are, they do not pay later.
+        const SHORT: f32 = 0.3;
         let extent = (centers.max - centers.min).with_w(0.0);
-        // An axis without extent puts everything into bin 0 and so is never split.
-        let scale = Vec4::select(extent.cmpgt(Vec4::splat(1e-30)), N as f32 * 0.9999 / extent, Vec4::ZERO);
-        Self { origin: centers.min, scale }
+        let axes = extent.cmpge(Vec4::splat((SHORT * extent.max_element()).max(1e-30)));
+        let scale = Vec4::select(axes, N as f32 * 0.9999 / extent, Vec4::ZERO);
+        Self { origin: centers.min, scale, axes: [axes.test(0), axes.test(1), axes.test(2)] }
     }
 
     /// The bins, and [`SHIFT`] added.

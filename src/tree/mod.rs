@@ -50,6 +50,7 @@ pub struct Tree {
     /// SAH cost after the build.
     built_cost: f32,
     identity: usize,
+    lineage: usize,
 }
 
 /// Numbers that describe a tree; index 0 of a list is the root's level.
@@ -109,7 +110,8 @@ impl Tree {
         update::update(&mut nodes, &triangles, &mut profiles);
         let built_cost = profiles.cost;
         let identity = next_identity();
-        let tree = Self { mesh, unit, nodes, triangles, ids: binary.order.into(), profiles, built_cost, identity };
+        let ids = binary.order.into();
+        let tree = Self { mesh, unit, nodes, triangles, ids, profiles, built_cost, identity, lineage: identity };
         debug_assert_eq!(tree.validate(), Ok(()));
         tree
     }
@@ -192,9 +194,14 @@ impl Tree {
         &self.ids
     }
 
-    /// Differs between any two trees built in this process, clones excepted.
+    /// Differs between any two trees built or refitted in this process, clones excepted.
     pub(crate) fn identity(&self) -> usize {
         self.identity
+    }
+
+    /// The identity that the tree was built with. Trees that share it have the same triangles in the same order.
+    pub(crate) fn lineage(&self) -> usize {
+        self.lineage
     }
 }
 

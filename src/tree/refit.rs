@@ -56,7 +56,7 @@ impl Tree {
             *triangle = new;
         }
         update(&mut self.nodes, &self.triangles, &mut self.profiles);
-        // Nothing that a query remembers of the old tree may be taken for the new one.
+        // A stopped query of the old boxes may not go on among the new ones.
         self.identity = next_identity();
         debug_assert_eq!(self.validate(), Ok(()));
     }

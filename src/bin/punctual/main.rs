@@ -5,6 +5,7 @@
 
 #![deny(unsafe_code)]
 
+mod compare;
 mod info;
 mod load;
 mod pair;
@@ -12,6 +13,7 @@ mod paper;
 mod poses;
 mod report;
 mod scene;
+mod sweep;
 mod text;
 mod triangles;
 
@@ -36,6 +38,8 @@ enum Command {
     Info(info::Args),
     Paper(paper::Args),
     Scene(scene::Args),
+    Sweep(sweep::Args),
+    Compare(compare::Args),
 }
 
 /// Whether every line of the input had an answer.
@@ -58,6 +62,8 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),
         Command::Scene(args) => scene::run(args, &mut out),
+        Command::Sweep(args) => sweep::run(args, &mut out),
+        Command::Compare(args) => compare::run(args, &mut out),
     };
     let flushed = out.flush();
     match result.and_then(|completion| Ok(flushed.map(|()| completion)?)) {

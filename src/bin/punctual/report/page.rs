@@ -31,8 +31,8 @@ pub enum Block {
 }
 
 pub struct Table {
-    header: Vec<String>,
-    rows: Vec<Vec<String>>,
+    pub header: Vec<String>,
+    pub rows: Vec<Vec<String>>,
 }
 
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -1,0 +1,284 @@
+//! What a stopped query is worth: the features of one stop, and the runs under budgets of work that give them.
+
+use std::time::Duration;
+
+use punctual::{Budget, Mode, Order, Outcome, PairMemory, Query, StopReason, SystemClock, Verdict, Workspace};
+
+use super::case::Case;
+use super::contender::{CONTENDERS, CUT_OFF, DEPTH_FIRST, ORACLE, WARM};
+use super::oracle::{Oracle, Places};
+use super::truth::Truth;
+
+/// Budgets of work, in percent of what a finished `all` run costs at the same pose.
+pub const PERCENT: [u32; 9] = [1, 2, 5, 10, 20, 30, 50, 70, 100];
+
+/// The features of one query at the moment its budget ended.
+#[derive(Clone, Copy)]
+pub struct Row {
+    pub pose: usize,
+    pub order: &'static str,
+    pub mode: Mode,
+    pub budget: Limit,
+    pub verdict: Answer,
+    /// Share of the intersecting pairs found; 1 where there are none.
+    pub recall: f64,
+    /// Share of the contact regions with a pair found; 1 where there are none.
+    pub coverage: f64,
+    /// Longest edge of a box in which pairs may be missing, in the box diagonal of the smaller mesh. Not a number for
+    /// baselines that are derived.
+    pub unresolved: f64,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Limit {
+    /// Percent of the work of a finished `all` run.
+    Work(u32),
+    Time(Duration),
+}
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Answer {
+    Detected,
+    Separated,
+    Undecided,
+    /// Said, and not true.
+    Wrong,
+}
+
+/// A run to the end.
+#[derive(Clone, Copy)]
+pub struct Finished {
+    pub pose: usize,
+    pub order: &'static str,
+    pub mode: Mode,
+    pub work: u64,
+    pub bv_tests: u64,
+}
+
+/// What a case gave under budgets of work.
+#[derive(Default)]
+pub struct Measured {
+    pub rows: Vec<Row>,
+    pub finished: Vec<Finished>,
+    /// Most work beyond a budget.
+    pub overrun: u64,
+    /// What differs from the truth, in words.
+    pub wrong: Vec<String>,
+}
+
+/// Progress of a query against the truth.
+pub struct Judge<'t> {
+    truth: &'t Truth,
+    seen: Vec<bool>,
+    seen_regions: Vec<bool>,
+    found: usize,
+    false_pairs: usize,
+}
+
+impl<'t> Judge<'t> {
+    pub fn new(truth: &'t Truth) -> Self {
+        Self {
+            truth,
+            seen: vec![false; truth.pairs.len()],
+            seen_regions: vec![false; truth.regions],
+            found: 0,
+            false_pairs: 0,
+        }
+    }
+
+    /// Takes note of a pair that the query reports. One that is not true, or comes twice, is false.
+    pub fn report(&mut self, pair: [u32; 2]) {
+        match self.truth.pairs.binary_search(&pair) {
+            Ok(at) if !self.seen[at] => self.see(at),
+            _ => self.false_pairs += 1,
+        }
+    }
+
+    fn see(&mut self, at: usize) {
+        self.seen[at] = true;
+        self.seen_regions[self.truth.region[at] as usize] = true;
+        self.found += 1;
+    }
+
+    pub fn recall(&self) -> f64 {
+        share(self.found, self.truth.pairs.len())
+    }
+
+    pub fn coverage(&self) -> f64 {
+        share(self.seen_regions.iter().filter(|seen| **seen).count(), self.truth.regions)
+    }
+
+    /// What the outcome says, if that is true.
+    pub fn answer(&self, outcome: &Outcome, mode: Mode) -> Answer {
+        let complete =
+            outcome.stop != StopReason::Finished || mode == Mode::Any || self.found == self.truth.pairs.len();
+        let truth = !self.truth.pairs.is_empty();
+        match outcome.verdict {
+            _ if self.false_pairs > 0 || !complete => Answer::Wrong,
+            Verdict::Intersecting { witness } if self.truth.pairs.binary_search(&witness).is_ok() => Answer::Detected,
+            Verdict::Separated if !truth => Answer::Separated,
+            Verdict::Undecided => Answer::Undecided,
+            _ => Answer::Wrong,
+        }
+    }
+}
+
+fn share(part: usize, whole: usize) -> f64 {
+    if whole == 0 { 1.0 } else { part as f64 / whole as f64 }
+}
+
+/// Runs every contender at every pose, in both modes, through all budgets of work to the end.
+pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) -> Option<Measured> {
+    let mut measured = Measured::default();
+    let mut workspace = Workspace::with_capacity(4096, 1 << 16);
+    let mut memory = PairMemory::new();
+    let places = (Places::new(&case.a), Places::new(&case.b));
+    for (pose, truth) in truth.iter().enumerate() {
+        let full = Query::new(&case.a, &case.b, case.poses[pose]).mode(Mode::All);
+        let full = finish(&full, &mut workspace);
+        let run = Run { case, truth, pose, full };
+        for contender in &CONTENDERS {
+            let query = contender.query(&case.a, &case.b, case.poses[pose]);
+            for mode in [Mode::Any, Mode::All] {
+                run.stops(&query.mode(mode), contender.name, mode, None, &mut workspace, &mut measured);
+            }
+        }
+        let query = Query::new(&case.a, &case.b, case.poses[pose]).order(Order::default());
+        run.stops(&query, WARM, Mode::Any, Some(&mut memory), &mut workspace, &mut measured);
+        run.oracle(&Oracle::new(&places.0, &places.1, &truth.pairs), &mut measured);
+        if let Some(&known) = case.known.get(pose)
+            && known != truth.pairs.len() as u64
+        {
+            let pairs = truth.pairs.len();
+            measured.wrong.push(format!("{} pose {pose}: {pairs} pairs, but truth.csv has {known}", case.name));
+        }
+        if !progress() {
+            return None;
+        }
+    }
+    Some(measured)
+}
+
+/// Work of a finished run.
+fn finish(query: &Query, workspace: &mut Workspace) -> u64 {
+    let mut outcome = query.run(workspace, Budget::work(u64::MAX));
+    while outcome.stop == StopReason::PairsFull {
+        drop(workspace.drain_pairs());
+        match query.resume(workspace, Budget::work(u64::MAX)) {
+            Ok(next) => outcome = next,
+            Err(_) => break,
+        }
+    }
+    outcome.stats.work
+}
+
+/// A pose of a case, with the work of a finished `all` run.
+struct Run<'c> {
+    case: &'c Case,
+    truth: &'c Truth,
+    pose: usize,
+    full: u64,
+}
+
+impl Run<'_> {
+    /// One query, stopped at every budget and resumed, which by the promise of the library gives the bits of a run with
+    /// that budget alone.
+    fn stops(
+        &self,
+        query: &Query,
+        order: &'static str,
+        mode: Mode,
+        mut memory: Option<&mut PairMemory>,
+        workspace: &mut Workspace,
+        measured: &mut Measured,
+    ) {
+        let clock = SystemClock::default();
+        let mut judge = Judge::new(self.truth);
+        let mut outcome = query.run_with(workspace, memory.as_deref_mut(), Budget::work(0), &clock);
+        for percent in PERCENT.map(Some).into_iter().chain([None]) {
+            let limit = percent.map_or(u64::MAX, |percent| (self.full * u64::from(percent)).div_ceil(100));
+            loop {
+                let left = limit.saturating_sub(outcome.stats.work);
+                match query.resume_with(workspace, memory.as_deref_mut(), Budget::work(left), &clock) {
+                    Ok(next) => outcome = next,
+                    Err(_) => break,
+                }
+                workspace.drain_pairs().for_each(|pair| judge.report(pair));
+                if outcome.stop != StopReason::PairsFull {
+                    break;
+                }
+            }
+            let answer = judge.answer(&outcome, mode);
+            if answer == Answer::Wrong {
+                let at = percent.map_or("finished".to_owned(), |percent| format!("{percent} %"));
+                measured.wrong.push(format!("{} pose {} {order} {mode:?} {at}: wrong", self.case.name, self.pose));
+            }
+            let Some(percent) = percent else { continue };
+            if outcome.stop == StopReason::WorkLimit {
+                measured.overrun = measured.overrun.max(outcome.stats.work.saturating_sub(limit));
+            }
+            let extent = query.certificate(workspace).map_or(f64::NAN, |certificate| certificate.largest_extent());
+            let stopped = outcome.stop != StopReason::Finished && outcome.stop != StopReason::FirstHit;
+            let row = Row {
+                pose: self.pose,
+                order,
+                mode,
+                budget: Limit::Work(percent),
+                verdict: answer,
+                recall: judge.recall(),
+                coverage: judge.coverage(),
+                unresolved: if stopped { extent / self.case.size() } else { 0.0 },
+            };
+            measured.rows.push(row);
+            if order == DEPTH_FIRST {
+                measured.rows.push(cut_off(row, stopped));
+            }
+        }
+        let (work, bv_tests) = (outcome.stats.work, outcome.stats.bv_tests);
+        measured.finished.push(Finished { pose: self.pose, order, mode, work, bv_tests });
+    }
+
+    fn oracle(&self, oracle: &Oracle, measured: &mut Measured) {
+        let mut judge = Judge::new(self.truth);
+        let mut found = oracle.found.iter().peekable();
+        let hit = !self.truth.pairs.is_empty();
+        for percent in PERCENT {
+            let limit = (self.full * u64::from(percent)).div_ceil(100);
+            while let Some((_, at)) = found.next_if(|(work, _)| *work <= limit) {
+                judge.see(*at as usize);
+            }
+            for mode in [Mode::Any, Mode::All] {
+                let detected = hit && oracle.first_hit[0] <= limit;
+                let verdict = if detected {
+                    Answer::Detected
+                } else if percent == 100 {
+                    Answer::Separated
+                } else {
+                    Answer::Undecided
+                };
+                measured.rows.push(Row {
+                    pose: self.pose,
+                    order: ORACLE,
+                    mode,
+                    budget: Limit::Work(percent),
+                    verdict,
+                    recall: judge.recall(),
+                    coverage: judge.coverage(),
+                    unresolved: f64::NAN,
+                });
+            }
+        }
+        let [work, bv_tests] = oracle.first_hit;
+        if hit {
+            measured.finished.push(Finished { pose: self.pose, order: ORACLE, mode: Mode::Any, work, bv_tests });
+        }
+    }
+}
+
+/// What is left of a row if nothing is told before the end.
+fn cut_off(row: Row, stopped: bool) -> Row {
+    let known = |share: f64| if stopped { 0.0 } else { share };
+    let (recall, coverage) = (known(row.recall), known(row.coverage));
+    let verdict = if stopped { Answer::Undecided } else { row.verdict };
+    Row { order: CUT_OFF, recall, coverage, verdict, unresolved: f64::NAN, ..row }
+}

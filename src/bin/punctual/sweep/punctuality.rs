@@ -1,0 +1,123 @@
+//! Budgets of time: what is known when they end, and how late that is.
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use cpu_time::ThreadTime;
+use punctual::{Budget, Mode, StopReason, Workspace};
+
+use super::case::Case;
+use super::contender::{CONTENDERS, DEFAULT};
+use super::measure::{Judge, Limit, Row};
+use super::truth::Truth;
+
+/// Budgets of time in microseconds.
+pub const MICROSECONDS: [u64; 9] = [2, 5, 10, 20, 50, 100, 200, 500, 1000];
+
+/// How far beyond its budget a query ended, in seconds.
+#[derive(Clone, Copy)]
+pub struct Overrun {
+    pub wall: f64,
+    /// Less what the reading of the clocks takes.
+    pub cpu: f64,
+    /// Of a loop that only looks at the clock, over the same time, directly after the query.
+    pub spin: f64,
+}
+
+/// One round over all poses of a case, in order, so that no query finds its own tracks in the caches.
+#[derive(Default)]
+pub struct Round {
+    pub rows: Vec<Row>,
+    /// Of the default order, where the deadline ended it.
+    pub overruns: Vec<Overrun>,
+    /// Seconds of a finished query.
+    pub finished: Vec<Time>,
+    pub wrong: usize,
+}
+
+#[derive(Clone, Copy)]
+pub struct Time {
+    pub order: &'static str,
+    pub mode: Mode,
+    pub seconds: f64,
+}
+
+/// The default order without any budget, which goes depth-first.
+pub const UNLIMITED: &str = "no budget";
+
+/// A round over the poses with these numbers; nothing if `progress`, called after each pass over the poses, says stop.
+pub fn round(case: &Case, truth: &[Truth], poses: &[usize], mut progress: impl FnMut() -> bool) -> Option<Round> {
+    let mut round = Round::default();
+    let mut workspace = Workspace::with_capacity(4096, 1 << 20);
+    let readings = clock_readings();
+    for contender in &CONTENDERS {
+        for mode in [Mode::Any, Mode::All] {
+            let query = |pose: usize| contender.query(&case.a, &case.b, case.poses[pose]).mode(mode);
+            let mut finish = |order: &'static str, budget: Budget| {
+                for &pose in poses {
+                    let start = Instant::now();
+                    let _ = black_box(query(pose).run(&mut workspace, budget));
+                    round.finished.push(Time { order, mode, seconds: start.elapsed().as_secs_f64() });
+                }
+            };
+            finish(contender.name, Budget::work(u64::MAX));
+            if contender.name == DEFAULT {
+                finish(UNLIMITED, Budget::unlimited());
+            }
+            for limit in MICROSECONDS.map(Duration::from_micros) {
+                for &pose in poses {
+                    let query = query(pose);
+                    let (cpu, start) = (ThreadTime::now(), Instant::now());
+                    let outcome = query.run(&mut workspace, Budget::time(limit));
+                    let (wall, cpu) = (start.elapsed(), cpu.elapsed());
+                    let mut judge = Judge::new(&truth[pose]);
+                    workspace.pairs().iter().for_each(|pair| judge.report(*pair));
+                    let verdict = judge.answer(&outcome, mode);
+                    round.wrong += usize::from(verdict == super::measure::Answer::Wrong);
+                    round.rows.push(Row {
+                        pose,
+                        order: contender.name,
+                        mode,
+                        budget: Limit::Time(limit),
+                        verdict,
+                        recall: judge.recall(),
+                        coverage: judge.coverage(),
+                        unresolved: f64::NAN,
+                    });
+                    if contender.name == DEFAULT && outcome.stop == StopReason::Deadline {
+                        let beyond = |time: Duration| time.as_secs_f64() - limit.as_secs_f64();
+                        let cpu = beyond(cpu) - readings;
+                        round.overruns.push(Overrun { wall: beyond(wall), cpu, spin: beyond(spin(limit)) });
+                    }
+                }
+            }
+            if !progress() {
+                return None;
+            }
+        }
+    }
+    Some(round)
+}
+
+/// Looks at the clock until the time is over; how long that took.
+fn spin(limit: Duration) -> Duration {
+    let start = Instant::now();
+    loop {
+        let elapsed = start.elapsed();
+        if elapsed >= limit {
+            return elapsed;
+        }
+    }
+}
+
+/// CPU time that is measured around nothing, in seconds: the median.
+fn clock_readings() -> f64 {
+    let once = |_| {
+        let (cpu, start) = (ThreadTime::now(), Instant::now());
+        black_box(start.elapsed());
+        cpu.elapsed().as_secs_f64()
+    };
+    let mut times: Vec<f64> = (0..101).map(once).collect();
+    times.sort_by(f64::total_cmp);
+    times[50]
+}
