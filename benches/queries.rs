@@ -45,6 +45,17 @@ fn build(c: &mut Criterion) {
     }
 }
 
+fn refit(c: &mut Criterion) {
+    for step in 0..3 {
+        let mut tree = Tree::new(shapes::icosphere(3 + step));
+        let vertices: Vec<DVec3> =
+            (0..tree.mesh().vertex_count()).map(|i| tree.mesh().vertex(i) * DVec3::new(1.0, 1.1, 0.9)).collect();
+        tree.refit_f64(&vertices).expect("finite vertices");
+        assert_eq!(tree.validate(), Ok(()));
+        c.bench_function(&format!("refit/{}", tree.mesh().len()), |bench| bench.iter(|| tree.refit_f64(&vertices)));
+    }
+}
+
 fn finished(c: &mut Criterion) {
     let mut workspace = Workspace::new();
     for step in 0..3 {
@@ -73,7 +84,7 @@ fn budgeted(c: &mut Criterion) {
         assert!(sound(&query.run(&mut workspace, budget)));
         c.bench_function(&format!("budget of time/{us} us"), |bench| bench.iter(|| query.run(&mut workspace, budget)));
     }
-    for work in [10_000, 50_000, 200_000] {
+    for work in [5_000, 20_000, 60_000] {
         let outcome = query.run(&mut workspace, Budget::work(work));
         assert!(sound(&outcome) && outcome.stop == StopReason::WorkLimit);
         c.bench_function(&format!("budget of work/{work}"), |bench| {
@@ -120,6 +131,6 @@ fn triangles(c: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(1));
-    targets = build, finished, budgeted, queue, triangles
+    targets = build, refit, finished, budgeted, queue, triangles
 }
 criterion_main!(benches);

@@ -611,6 +611,11 @@ typedef struct punctual_query {
    * default, 0 queues every pair.
    */
   float grain;
+  /**
+   * The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
+   * `punctual_query_estimate`; by default that of the poses for which the model was fitted.
+   */
+  double prior;
 } punctual_query;
 
 /**
@@ -704,6 +709,86 @@ typedef struct punctual_certificate {
    */
   double largest_extent;
 } punctual_certificate;
+
+/**
+ * Bounds below which a number stays with the given probability.
+ */
+typedef struct punctual_quantiles {
+  /**
+   * 10 %.
+   */
+  double p10;
+  /**
+   * The median.
+   */
+  double p50;
+  /**
+   * 90 %.
+   */
+  double p90;
+} punctual_quantiles;
+
+/**
+ * What a query, or the rest of one, is expected to take.
+ */
+typedef struct punctual_prediction {
+  /**
+   * BV tests.
+   */
+  struct punctual_quantiles bv_tests;
+  /**
+   * Triangle pairs tested.
+   */
+  struct punctual_quantiles triangle_tests;
+  /**
+   * Units of work.
+   */
+  struct punctual_quantiles work;
+  /**
+   * Time in nanoseconds, by the costs that the memory has learned, or else by those of the machine of the authors.
+   */
+  struct punctual_quantiles time;
+} punctual_prediction;
+
+/**
+ * What can be said of a stopped query. Not proven: only verdict and certificate are.
+ */
+typedef struct punctual_estimate {
+  /**
+   * What the query has still to do.
+   */
+  struct punctual_prediction remaining;
+  /**
+   * Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart.
+   */
+  double probability;
+  /**
+   * Expected share of the intersecting pairs that has been found, 0 to 1; for MODE_ANY, 1 as soon as it is decided.
+   */
+  double recall;
+} punctual_estimate;
+
+/**
+ * What the steps of a query cost, in nanoseconds.
+ */
+typedef struct punctual_cost_model {
+  /**
+   * One BV test.
+   */
+  double bv_test;
+  /**
+   * One triangle pair.
+   */
+  double triangle_test;
+  /**
+   * One node pair that is opened.
+   */
+  double box_update;
+  /**
+   * One query.
+   */
+  double setup;
+} punctual_cost_model;
 
 /**
  * A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of bodies may have the same.
@@ -1185,6 +1270,32 @@ punctual_status punctual_query_open_boxes(const struct punctual_query *query,
                                           struct punctual_aabb *boxes,
                                           size_t capacity,
                                           size_t *count);
+
+/**
+ * What this query will take, if nothing stops it, given what is remembered of the pair; `memory` may be null. Takes about a
+ * microsecond and allocates nothing.
+ */
+punctual_status punctual_query_predict(const struct punctual_query *query,
+                                       const struct punctual_memory *memory,
+                                       struct punctual_prediction *prediction);
+
+/**
+ * What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
+ * Takes about three microseconds and allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ */
+punctual_status punctual_query_estimate(const struct punctual_query *query,
+                                        const struct punctual_workspace *workspace,
+                                        const struct punctual_memory *memory,
+                                        struct punctual_estimate *estimate);
+
+/**
+ * Begins with these costs; they change with each query under a time budget.
+ *
+ * Fails with BAD_ARGUMENT if one is not finite.
+ */
+punctual_status punctual_memory_set_cost_model(struct punctual_memory *memory, struct punctual_cost_model costs);
 
 /**
  * A moving body that may meet all others. Checked when it is inserted.

@@ -212,6 +212,9 @@ public:
     return detail::filled<punctual_memory_facts>(
         [&](punctual_memory_facts *facts) { return punctual_memory_describe(get(), facts); });
   }
+  [[nodiscard]] punctual_status set_cost_model(const punctual_cost_model &costs) noexcept {
+    return punctual_memory_set_cost_model(get(), costs);
+  }
 };
 
 class Workspace : public detail::Handle<punctual_workspace, punctual_workspace_free> {
@@ -254,6 +257,16 @@ struct Query : punctual_query {
                                   const punctual_clock *clock = nullptr) const noexcept {
     return detail::filled<punctual_outcome>([&](punctual_outcome *outcome) {
       return punctual_query_resume(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock, outcome);
+    });
+  }
+  Result<punctual_prediction> predict(const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_prediction>([&](punctual_prediction *prediction) {
+      return punctual_query_predict(this, memory ? memory->get() : nullptr, prediction);
+    });
+  }
+  Result<punctual_estimate> estimate(const Workspace &workspace, const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_estimate>([&](punctual_estimate *estimate) {
+      return punctual_query_estimate(this, workspace.get(), memory ? memory->get() : nullptr, estimate);
     });
   }
   Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {

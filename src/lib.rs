@@ -2,7 +2,8 @@
 //!
 //! A [`Mesh`] is checked once; its [`Tree`] is built once; a [`Query`] asks about two trees at a [`Pose`], within a [`Budget`],
 //! in a [`Workspace`] that the caller keeps; the [`Outcome`] is a [`Verdict`] that is never wrong and never a bare `bool`,
-//! and what a stopped query left open is in its [`Certificate`].
+//! and what a stopped query left open is in its [`Certificate`]. What a query will cost, what is left of a stopped one, and
+//! how likely the surfaces meet are told by [`Query::predict`] and [`Query::estimate`].
 //!
 //! Many bodies that move, with one budget for each frame, are a [`Scene`].
 //!
@@ -30,9 +31,9 @@ pub use mesh::{Mesh, MeshError, shapes};
 #[cfg(feature = "std")]
 pub use query::SystemClock;
 pub use query::{
-    Budget, Certificate, Clock, LEVELS, MAX_STEP_WORK, ManualClock, Mode, Order, Outcome, PairMemory, Query,
-    ResumeError, Stats, StopReason, Verdict, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
-    Workspace,
+    Budget, Certificate, Clock, CostModel, Estimate, LEVELS, MAX_STEP_WORK, ManualClock, Mode, Order, Outcome,
+    PairMemory, Prediction, Query, ResumeError, Stats, StopReason, Verdict, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
+    WORK_PER_TRIANGLE_TEST, Workspace,
 };
 pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeStats};

@@ -16,8 +16,8 @@ use common::{MODES, ORDERS};
 use punctual::capi::*;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
 use punctual::{
-    Body, Budget, BuildOptions, Filter, ManualClock, Mode, Order, PairMemory, Pose, Query, Reach, Scene, StopReason,
-    Tree, Verdict, Workspace, shapes,
+    Body, Budget, BuildOptions, CostModel, Filter, ManualClock, Mode, Order, PairMemory, Pose, Query, Reach, Scene,
+    StopReason, Tree, Verdict, Workspace, shapes,
 };
 use std::sync::Arc;
 
@@ -173,6 +173,16 @@ fn null_is_refused_by_queries() {
         });
         null_is_seen(punctual_query_open_boxes(Some(&query), Some(&workspace), null_mut(), 1, Some(count)), "boxes");
     }
+    null_is_seen(punctual_query_predict(None, None, None), "query");
+    null_is_seen(punctual_query_predict(Some(&query), None, None), "prediction");
+    null_is_seen(punctual_query_estimate(None, None, None, None), "query");
+    null_is_seen(punctual_query_estimate(Some(&query), None, None, None), "estimate");
+    null_is_seen(punctual_query_estimate(Some(&query), None, None, Some(&mut MaybeUninit::uninit())), "workspace");
+    let costs = punctual_cost_model { bv_test: 1.0, triangle_test: 1.0, box_update: 1.0, setup: 1.0 };
+    null_is_seen(punctual_memory_set_cost_model(None, costs), "memory");
+    let costs = punctual_cost_model { setup: f64::NAN, ..costs };
+    let text = "punctual_memory_set_cost_model: a cost is NaN, which is not finite or too large";
+    fails(punctual_memory_set_cost_model(None, costs), Status::BadArgument, text);
     null_is_seen(punctual_workspace_pairs(Some(&workspace), None, None), "pairs");
     null_is_seen(punctual_workspace_pairs(Some(&workspace), Some(&mut MaybeUninit::uninit()), None), "count");
     null_is_seen(punctual_memory_describe(Some(&memory), None), "facts");
@@ -375,15 +385,19 @@ fn queries_answer_as_in_rust() {
         let mode_number = u32::from(mode == Mode::All);
         let mut query = punctual_query_new(Some(&ours), Some(&ours), raw(&pose));
         (query.mode, query.order, query.seed) = (mode_number, number, seed);
-        (query.pair_limit, query.poll_interval, query.grain) = (30, 1000, 64.0);
+        (query.pair_limit, query.poll_interval, query.grain, query.prior) = (30, 1000, 64.0, 0.2);
         let native = Query::new(&theirs, &theirs, pose).mode(mode).order(order);
-        let native = native.pair_limit(30).poll_interval(1000).grain(64.0);
+        let native = native.pair_limit(30).poll_interval(1000).grain(64.0).prior(0.2);
         let budgets = [
             (punctual_budget_work(3_000), Budget::work(3_000)),
             (punctual_budget_time(5_000), Budget::time(Duration::from_nanos(5_000))),
             (punctual_budget_unlimited(), Budget::unlimited()),
         ];
         let (mut memory, mut remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
+        let [bv_test, triangle_test, box_update, setup] = [0.5, 8.0, 30.0, 200.0];
+        let costs = punctual_cost_model { bv_test, triangle_test, box_update, setup };
+        assert_eq!(punctual_memory_set_cost_model(Some(&mut memory), costs), Status::Ok);
+        remembered.set_cost_model(CostModel { bv_test, triangle_test, box_update, setup });
         for (budget, native_budget) in budgets {
             let mut time = 0u64;
             let clock = punctual_clock { now: Some(tick), context: (&raw mut time).cast() };
@@ -414,6 +428,19 @@ fn queries_answer_as_in_rust() {
                 assert_eq!(count, open.open_pairs);
                 for (ours, theirs) in boxes.iter().zip(certificate.boxes()) {
                     assert_eq!([ours.min.x, ours.max.z], [theirs.min.x, theirs.max.z]);
+                }
+
+                let prediction = made(|out| punctual_query_predict(Some(&query), Some(&memory), out));
+                let estimate = made(|out| punctual_query_estimate(Some(&query), Some(&workspace), Some(&memory), out));
+                let expectation = native.predict(Some(&remembered));
+                let left = native.estimate(&other, Some(&remembered)).unwrap();
+                assert_eq!([estimate.probability, estimate.recall], [left.probability, left.recall]);
+                for (ours, theirs) in [(prediction, expectation), (estimate.remaining, left.remaining)] {
+                    assert_eq!(
+                        [ours.bv_tests.p10, ours.triangle_tests.p50],
+                        [theirs.bv_tests.p10, theirs.triangle_tests.p50]
+                    );
+                    assert_eq!([ours.work.p90, ours.time.p50], [theirs.work.p90, theirs.time_ns.p50]);
                 }
 
                 let facts = made(|facts| punctual_memory_describe(Some(&memory), facts));

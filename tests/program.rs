@@ -101,6 +101,30 @@ fn every_work_budget_is_kept_and_repeatable() {
 }
 
 #[test]
+fn pair_tells_what_it_expects_and_how_sure_it_is() {
+    let (folder, truth) = spheres();
+    for mode in ["any", "all"] {
+        let tell = |rest: &str| folder.run(&format!("pair a.obj b.obj poses.txt --mode {mode} {rest}")).rows();
+        for (row, truth) in tell("").iter().zip(&truth) {
+            let hit = f64::from(u8::from(*truth > 0));
+            assert_eq!((row.remaining, row.probability), (Some(0.0), Some(hit)), "{row:?}");
+            assert_eq!(row.recall, (mode == "all").then_some(1.0));
+        }
+        let [low, usual, high] = ["0.01", "0.5", "0.99"].map(|p| tell(&format!("--budget-work 99 --prior {p}")));
+        for ((low, usual), high) in low.iter().zip(&usual).zip(&high).filter(|((row, _), _)| row.verdict == "undecided")
+        {
+            assert!(low.probability < usual.probability && usual.probability < high.probability, "{low:?} {high:?}");
+            assert!(usual.remaining > Some(0.0) && usual.predicted.is_some_and(|[p50, p90]| p50 <= p90), "{usual:?}");
+            assert_eq!(usual.recall, (mode == "all").then_some(0.0));
+        }
+        assert!(usual.iter().filter(|row| row.verdict == "undecided").count() >= 2);
+    }
+    for prior in ["-0.1", "1.1", "nan", "x"] {
+        folder.run(&format!("pair a.obj b.obj poses.txt --prior {prior}")).assert_refused(&["--prior"]);
+    }
+}
+
+#[test]
 fn pairs_out_lists_the_pairs_sorted() {
     let (folder, truth) = spheres();
     folder.write("bad.txt", format!("nan {}{}", &IDENTITY[1..], folder.read("poses.txt")));
@@ -235,7 +259,7 @@ fn info_prints_a_table_for_each_mesh() {
 #[test]
 fn help_names_every_option_and_bad_options_are_refused() {
     let folder = Folder::new();
-    let options = "--mode --reps --budget-us --budget-work --order --seed --memory --pairs-out";
+    let options = "--mode --reps --budget-us --budget-work --order --seed --memory --prior --pairs-out";
     let help = folder.run("pair --help");
     assert_eq!(help.status, 0);
     assert!(options.split(' ').all(|option| help.out.contains(option)));

@@ -11,6 +11,7 @@
 
 mod arrays;
 mod body;
+mod estimate;
 mod handle;
 mod memory;
 mod mesh;
@@ -24,6 +25,7 @@ mod triangles;
 mod workspace;
 
 pub use body::*;
+pub use estimate::*;
 pub use memory::*;
 pub use mesh::*;
 pub use pose::*;

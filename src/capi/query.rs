@@ -7,6 +7,7 @@ use super::pose::punctual_pose;
 use super::status::{Fault, door, given, punctual_status};
 use super::tree::punctual_tree;
 use super::workspace::{punctual_triangle_pair, punctual_workspace};
+use crate::model::confidence::DEFAULT_PRIOR;
 use crate::query::{
     Budget, Clock, DEFAULT_GRAIN, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason,
     SystemClock, Verdict, Workspace,
@@ -135,6 +136,9 @@ pub struct punctual_query<'t> {
     /// Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued; 256 by
     /// default, 0 queues every pair.
     pub grain: f32,
+    /// The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
+    /// `punctual_query_estimate`; by default that of the poses for which the model was fitted.
+    pub prior: f64,
 }
 
 /// What a query has done, resumed calls included.
@@ -220,6 +224,7 @@ pub extern "C" fn punctual_query_new<'t>(
         pair_limit: usize::MAX,
         poll_interval: MAX_STEP_WORK,
         grain: DEFAULT_GRAIN,
+        prior: DEFAULT_PRIOR,
     }
 }
 
@@ -335,7 +340,7 @@ fn run(
 }
 
 impl punctual_query<'_> {
-    fn check(&self) -> Result<Query<'_>, Fault> {
+    pub(super) fn check(&self) -> Result<Query<'_>, Fault> {
         let a = given(self.a, "query->a")?.0.get("query->a")?;
         let b = given(self.b, "query->b")?.0.get("query->b")?;
         let order = match self.order {
@@ -350,8 +355,11 @@ impl punctual_query<'_> {
         if self.grain.is_nan() {
             return Err(Fault::Number("query->grain", f64::NAN));
         }
+        if self.prior.is_nan() {
+            return Err(Fault::Number("query->prior", self.prior));
+        }
         let query = Query::new(a, b, self.b_in_a.check()?).mode(check_mode(self.mode, "query->mode")?).order(order);
-        Ok(query.pair_limit(self.pair_limit).poll_interval(self.poll_interval).grain(self.grain))
+        Ok(query.pair_limit(self.pair_limit).poll_interval(self.poll_interval).grain(self.grain).prior(self.prior))
     }
 }
 

@@ -3,13 +3,17 @@
 //! On coherent motion the cost of the previous query of a pair is by far the best predictor of this one's; the further this
 //! one has come, the less it says about the rest.
 
+/// `w`, how much of it is gone: 0 at first, 1 from the cost of the previous query on.
+pub fn weight(previous: f64, used: f64) -> f64 {
+    (used / previous.max(1.0)).clamp(0.0, 1.0)
+}
+
 /// BV tests still to be made, from those of the whole previous query and of this one so far, and the prediction of the
 /// model for the rest (at least 1 each; a prediction below 1 counts as 1):
 /// `log2 E = (1 - w) log2 max(previous - used, 1) + w log2 model`, `w = clamp(used / previous, 0, 1)`.
 pub fn blend(previous: f64, used: f64, model: f64) -> f64 {
-    let previous = previous.max(1.0);
-    let weight = (used / previous).clamp(0.0, 1.0);
-    let left = (previous - used).max(1.0);
+    let weight = weight(previous, used);
+    let left = (previous.max(1.0) - used).max(1.0);
     libm::exp2((1.0 - weight) * libm::log2(left) + weight * libm::log2(model.max(1.0)))
 }
 

@@ -14,19 +14,26 @@
 //! | one stored number a node | [`cheap`] |
 //! | what the query has done so far | [`correction`] |
 //! | what the last frame cost | [`history`] |
+//! | the front of a query after a look ahead | [`prediction`], which the engine uses |
 //!
-//! [`cost`] turns counts into time, [`quantile`] a median into a range, and [`fit`] finds how counts grow.
+//! [`confidence`] tells from the same front how likely a hit is. [`cost`] turns counts into time, [`quantile`] a median into
+//! a range, [`fit`] finds how counts grow, and [`regression`] the constants.
 
 pub mod artificial;
 pub mod cheap;
+pub mod confidence;
+mod constants;
 pub mod correction;
 pub mod cost;
 pub mod delta;
 pub mod fit;
+pub mod front;
 pub mod history;
 pub mod moments;
 mod normal;
 pub mod offset;
 pub mod paper;
+pub mod prediction;
 pub mod quantile;
+pub mod regression;
 pub mod traversal;

@@ -1,29 +1,48 @@
 //! What one frame tells the next about a pair of meshes.
 
+use super::order::Mode;
 use super::outcome::{Outcome, StopReason, Verdict};
 use crate::math::Pose;
+use crate::model::confidence::History;
+use crate::model::cost::{CostModel, Counts};
 use crate::tree::Tree;
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
+use core::time::Duration;
 
 /// Most witnesses that are remembered.
 pub(super) const WITNESSES: usize = 8;
 
+/// Frames over which the rate of changes is averaged.
+const FRAMES_OF_RATE: f64 = 20.0;
+
 /// How many of them [`PairMemory::recheck`] tests.
 const RECHECKED: usize = 2;
+
+/// What was known of a frame before a call.
+#[derive(Clone, Copy)]
+pub(super) struct Before {
+    /// Whether the call went on with a stopped run.
+    pub resumed: bool,
+    /// Whether the surfaces were known to meet.
+    pub decided: bool,
+}
 
 /// Memory of one pair of trees between frames, owned by the caller and passed in.
 ///
 /// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never in a decided verdict.
-/// Handed to another pair of trees it forgets everything; refitted trees it takes for the same.
+/// Handed to another pair of trees it forgets everything but the costs of this machine; refitted trees it takes
+/// for the same.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PairMemory {
     trees: Option<[usize; 2]>,
     /// Triangle pairs in tree order that met in the last frame that found any, most recent first.
     witnesses: ArrayVec<[u32; 2], WITNESSES>,
     last_verdict: Option<bool>,
-    last_bv_tests: Option<u64>,
+    last_bv_tests: Option<(Mode, u64)>,
     frames_undecided: u32,
+    change_rate: Option<f64>,
+    cost_model: Option<CostModel>,
 }
 
 impl PairMemory {
@@ -39,7 +58,12 @@ impl PairMemory {
 
     /// BV tests of the last query that ran to its end; `None` if none did.
     pub fn last_bv_tests(&self) -> Option<u64> {
-        self.last_bv_tests
+        self.last_bv_tests.map(|(_, bv_tests)| bv_tests)
+    }
+
+    /// The same, if that query was of this mode.
+    pub(super) fn last_bv_tests_of(&self, mode: Mode) -> Option<u64> {
+        self.last_bv_tests.filter(|(of, _)| *of == mode).map(|(_, bv_tests)| bv_tests)
     }
 
     /// Frames since it was last decided.
@@ -47,10 +71,37 @@ impl PairMemory {
         self.frames_undecided
     }
 
+    /// How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about the last 20, at first
+    /// 1 in 8.
+    pub fn change_rate(&self) -> f64 {
+        self.change_rate.unwrap_or(0.125)
+    }
+
+    /// What a BV test, a triangle pair, an opened node pair and a query cost for this pair, in nanoseconds, as far as time
+    /// budgets have taught; `None` without any and without [`PairMemory::set_cost_model`].
+    pub fn cost_model(&self) -> Option<CostModel> {
+        self.cost_model
+    }
+
+    /// Begins with these costs, those of [`CostModel::measure`] for example. They change with each query under a time budget.
+    pub fn set_cost_model(&mut self, cost_model: CostModel) {
+        self.cost_model = Some(cost_model);
+    }
+
+    /// What the confidence goes by; `None` if the pair was never decided.
+    pub fn history(&self) -> Option<History> {
+        let Self { last_verdict, frames_undecided, .. } = *self;
+        last_verdict.map(|met| History { met, frames_undecided, change_rate: self.change_rate() })
+    }
+
+    pub(super) fn is_of(&self, a: &Tree, b: &Tree) -> bool {
+        self.trees == Some([a.lineage(), b.lineage()])
+    }
+
     /// Tests the latest witnesses one by one, exactly: the first that still meets, ids of the input meshes. Costs a
     /// fraction of a query.
     pub(crate) fn recheck(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> Option<[u32; 2]> {
-        let known = self.trees == Some([a.lineage(), b.lineage()]);
+        let known = self.is_of(a, b);
         let latest = self.witnesses.iter().take(if known { RECHECKED } else { 0 });
         latest.map(|&[x, y]| [a.ids()[x as usize], b.ids()[y as usize]]).find(|&[x, y]| {
             let of_a = a.mesh().triangle(x as usize);
@@ -60,26 +111,38 @@ impl PairMemory {
     }
 
     pub(super) fn witnesses(&mut self, a: &Tree, b: &Tree) -> &[[u32; 2]] {
-        let trees = Some([a.lineage(), b.lineage()]);
-        if self.trees != trees {
-            *self = Self { trees, ..Self::default() };
+        if !self.is_of(a, b) {
+            let trees = Some([a.lineage(), b.lineage()]);
+            *self = Self { trees, cost_model: self.cost_model, ..Self::default() };
         }
         &self.witnesses
     }
 
-    pub(super) fn remember(&mut self, outcome: &Outcome, witness: Option<[u32; 2]>) {
+    /// After a call. One that went on with a stopped run belongs to the same frame.
+    pub(super) fn remember(&mut self, mode: Mode, outcome: &Outcome, witness: Option<[u32; 2]>, before: Before) {
         if let Some(witness) = witness {
             self.witnesses.retain(|known| *known != witness);
             self.witnesses.truncate(WITNESSES - 1);
             self.witnesses.insert(0, witness);
         }
         if outcome.stop == StopReason::Finished || outcome.stop == StopReason::FirstHit {
-            self.last_bv_tests = Some(outcome.stats.bv_tests);
+            self.last_bv_tests = Some((mode, outcome.stats.bv_tests));
         }
-        self.frames_undecided = self.frames_undecided.saturating_add(1);
+        self.frames_undecided = self.frames_undecided.saturating_add(u32::from(!before.resumed));
         if outcome.verdict != Verdict::Undecided {
-            self.last_verdict = Some(outcome.verdict != Verdict::Separated);
+            let meet = outcome.verdict != Verdict::Separated;
+            if let Some(last) = self.last_verdict.filter(|_| !before.decided) {
+                let rate = self.change_rate();
+                self.change_rate = Some(rate + (f64::from(last != meet) - rate) / FRAMES_OF_RATE);
+            }
+            self.last_verdict = Some(meet);
             self.frames_undecided = 0;
         }
+    }
+
+    /// Moves the costs towards those of a call that did this and took so long.
+    pub(super) fn learn(&mut self, done: &Counts, elapsed: Duration) {
+        let model = self.cost_model.unwrap_or_default();
+        self.cost_model = Some(model.learned(done, elapsed.as_nanos() as f64));
     }
 }

@@ -7,7 +7,10 @@ mod boxes;
 mod budget;
 mod certificate;
 mod corners;
+mod estimate;
 mod frames;
+mod look;
+mod measure;
 mod memory;
 mod order;
 mod outcome;
@@ -16,22 +19,26 @@ mod traversal;
 mod waiting;
 mod workspace;
 
+pub use crate::model::cost::CostModel;
 #[cfg(feature = "std")]
 pub use budget::SystemClock;
 pub use budget::{
     Budget, Clock, MAX_STEP_WORK, ManualClock, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
 };
 pub use certificate::Certificate;
+pub use estimate::{Estimate, Prediction};
 pub use memory::PairMemory;
 pub use order::{Mode, Order};
 pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
 pub use workspace::{ResumeError, Workspace};
 
 use crate::math::Pose;
+use crate::model::confidence::DEFAULT_PRIOR;
 use crate::tree::{Tree, WIDTH};
 use budget::Meter;
 use corners::Corners;
 use frames::Relation;
+use memory::Before;
 use queue::Pair;
 use traversal::Traversal;
 use workspace::Key;
@@ -68,6 +75,7 @@ pub struct Query<'t> {
     b: &'t Tree,
     b_in_a: Pose,
     options: Options,
+    prior: f64,
 }
 
 impl<'t> Query<'t> {
@@ -81,7 +89,7 @@ impl<'t> Query<'t> {
             poll_interval: MAX_STEP_WORK,
             grain: DEFAULT_GRAIN,
         };
-        Self { a, b, b_in_a, options }
+        Self { a, b, b_in_a, options, prior: DEFAULT_PRIOR }
     }
 
     /// Any intersection (the default), or all of them.
@@ -118,6 +126,15 @@ impl<'t> Query<'t> {
     #[must_use]
     pub fn grain(mut self, bv_tests: f32) -> Self {
         self.options.grain = bv_tests;
+        self
+    }
+
+    /// The share of poses with an intersection among those that are asked about, 0 to 1; it shifts the probability of
+    /// [`Query::estimate`]. By default that of the poses for which the model was fitted,
+    /// [`crate::model::confidence::DEFAULT_PRIOR`].
+    #[must_use]
+    pub fn prior(mut self, share: f64) -> Self {
+        self.prior = share;
         self
     }
 
@@ -163,7 +180,7 @@ impl<'t> Query<'t> {
             }
         }
         if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
-            if self.queues(budget) {
+            if self.queues(budget, memory.as_deref()) {
                 workspace.front.queue(Pair::new(0, 0), 0, true);
             } else {
                 workspace.front.push(Pair::new(0, 0));
@@ -212,12 +229,13 @@ impl<'t> Query<'t> {
         Key { trees: [self.a.identity(), self.b.identity()], b_in_a: self.b_in_a, options: self.options }
     }
 
-    /// Whether node pairs are queued. What no budget can cut short is finished depth-first, which costs least, unless
-    /// another order was asked for.
-    fn queues(&self, budget: Budget) -> bool {
+    /// Whether node pairs are queued. What no budget can cut short, or a time budget is not expected to, is finished
+    /// depth-first, which costs least, unless another order was asked for. Work budgets promise the same bits however the
+    /// work is cut into pieces, so their size decides nothing.
+    fn queues(&self, budget: Budget, memory: Option<&PairMemory>) -> bool {
         match self.options.order {
             Order::DepthFirst => false,
-            Order::Penetration => budget != Budget::unlimited(),
+            Order::Penetration => budget.work.is_some() || budget.time.is_some_and(|limit| !self.fits(limit, memory)),
             _ => true,
         }
     }
@@ -229,6 +247,8 @@ impl<'t> Query<'t> {
         budget: Budget,
         clock: &C,
     ) -> Outcome {
+        let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
+        let counts_before = budget.time.map(|_| workspace.run.stats.counts());
         let meter = Meter::start(budget, self.options.poll_interval, clock, workspace.run.stats.work);
         // Waiting pairs are work: within a budget, or when the first hit ends the query, they wait only for a full batch.
         let patient = self.options.mode == Mode::All && budget == Budget::unlimited();
@@ -264,7 +284,10 @@ impl<'t> Query<'t> {
         let outcome = Outcome { verdict, stop, found: run.found, stats: run.stats };
         if let Some(memory) = memory {
             memory.witnesses(self.a, self.b);
-            memory.remember(&outcome, run.witness.map(|[_, pair]| pair));
+            memory.remember(self.options.mode, &outcome, run.witness.map(|[_, pair]| pair), before);
+            if let (Some(elapsed), Some(counts)) = (elapsed, counts_before) {
+                memory.learn(&outcome.stats.counts().since(&counts), elapsed);
+            }
         }
         outcome
     }

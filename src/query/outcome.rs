@@ -1,5 +1,7 @@
 //! What a query says.
 
+use super::budget::{WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
+use crate::model::cost::Counts;
 use core::time::Duration;
 
 /// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
@@ -54,6 +56,19 @@ pub struct Stats {
     /// Time of all calls together; measured only under a time budget, since a look at the clock costs as much as a small
     /// query.
     pub elapsed: Option<Duration>,
+}
+
+impl Stats {
+    /// The counts that time depends on; node pairs that were opened stand for box updates.
+    pub fn counts(&self) -> Counts {
+        let others =
+            self.bv_tests + self.primitive_tests * WORK_PER_TRIANGLE_TEST + self.exact_tests * WORK_PER_EXACT_TEST;
+        Counts {
+            bv_tests: self.bv_tests as f64,
+            triangle_tests: self.primitive_tests as f64,
+            box_updates: (self.work.saturating_sub(others) / WORK_PER_EXPANSION) as f64,
+        }
+    }
 }
 
 /// The answer of a query. Plain data; the found pairs stay in the workspace ([`crate::Workspace::pairs`]).

@@ -154,6 +154,10 @@ impl Front {
         pair
     }
 
+    pub fn len(&self) -> usize {
+        self.height + self.queued as usize
+    }
+
     pub fn is_empty(&self) -> bool {
         self.height == 0 && self.occupied == 0
     }

@@ -165,63 +165,44 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
         workspace.found.push(ids);
     }
 
-    /// Replaces a pair by the pairs of children that may meet.
+    #[inline(never)]
+    fn queue_all(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
+        while hits != 0 {
+            let lane = hits.trailing_zeros();
+            hits &= hits - 1;
+            self.queue(child(lane), self.depths.as_flattened()[lane as usize % 64]);
+        }
+    }
+
+    /// Queues a pair whose boxes overlap by `depth`, unless it is a grain.
+    fn queue(&mut self, pair: Pair, depth: f32) {
+        let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
+        if libm::sqrtf(a.visits * b.visits) >= self.options.grain {
+            let boxes = || BoxPair::new(a, b, self.relation);
+            let random = &mut self.workspace.run.random;
+            let depth = depth / (a.size + b.size * self.relation.scale);
+            let (bucket, first) = self.options.order.bucket(boxes, depth, a.alpha * b.alpha, random);
+            self.workspace.front.queue(pair, bucket, first);
+        } else {
+            self.workspace.front.push(pair);
+        }
+    }
+}
+
+impl<'q, C: Clock> Opener<'q> for Traversal<'q, '_, C> {
     #[inline(always)]
-    fn expand<L: Lanes>(&mut self, lanes: L, Pair { nodes, alive }: Pair, queued: bool) {
-        let [ia, ib] = nodes;
-        let relation = self.relation;
-        let scale = relation.scale;
-        let (a, b) = (&self.a.nodes()[ia as usize], &self.b.nodes()[ib as usize]);
-        let level = usize::from(a.depth) + usize::from(b.depth);
-        let frames = Frames::new(a, b, relation);
-        if !boxes::own(a, b, &frames, scale) {
-            return self.count(level, 1);
-        }
-        // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
-        let frames = core::hint::black_box(&frames);
-        let valid = [u32::from(alive[0]) & a.valid(), u32::from(alive[1]) & b.valid()];
-        let first = [a.first_child, b.first_child];
-        match open(a, b, scale) {
-            Open::Both => {
-                self.count(level + 2, valid[0].count_ones() * valid[1].count_ones() + 1);
-                let hits = boxes::both(lanes, [a, b], valid, frames, scale, &mut self.depths);
-                if a.is_cluster {
-                    self.workspace.waiting.push_all(hits, first);
-                } else {
-                    self.push(hits, queued, |lane| Pair::new(first[0] + lane / 8, first[1] + lane % 8));
-                }
-            }
-            Open::A => {
-                self.count(level + 1, u32::from(a.children) + 1);
-                let of = [&frames.of_a, &frames.of_b];
-                let hits = boxes::children(lanes, [a, b], of, [1.0, scale], &mut self.depths[0]);
-                self.push(hits.into(), queued, |i| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive[1]] });
-            }
-            Open::B => {
-                self.count(level + 1, u32::from(b.children) + 1);
-                let of = [&frames.of_b, &frames.of_a];
-                let hits = boxes::children(lanes, [b, a], of, [scale, 1.0], &mut self.depths[0]);
-                self.push(hits.into(), queued, |j| Pair { nodes: [ia, first[1] + j], alive: [alive[0], u8::MAX] });
-            }
-            Open::TrianglesOfA => {
-                self.count(level + 2, valid[0].count_ones() * u32::from(b.children) + 1);
-                let view = frames.triangles_of_a(b, relation);
-                let hits = boxes::triangles(lanes, b, scale, rows(self.a, a), valid[0], &view, relation.skew);
-                self.push_held(transposed(hits), |j, alive| Pair {
-                    nodes: [ia, first[1] + j],
-                    alive: [alive, u8::MAX],
-                });
-            }
-            Open::TrianglesOfB => {
-                self.count(level + 2, valid[1].count_ones() * u32::from(a.children) + 1);
-                let view = frames.triangles_of_b(a, relation);
-                let hits = boxes::triangles(lanes, a, 1.0, rows(self.b, b), valid[1], &view, relation.skew);
-                self.push_held(transposed(hits), |i, alive| Pair {
-                    nodes: [first[0] + i, ib],
-                    alive: [u8::MAX, alive],
-                });
-            }
-        }
+    fn trees(&self) -> [&'q Tree; 2] {
+        [self.a, self.b]
+    }
+
+    #[inline(always)]
+    fn relation(&self) -> &'q Relation {
+        self.relation
+    }
+
+    #[inline(always)]
+    fn depths(&mut self) -> &mut Depths {
+        &mut self.depths
     }
 
     #[inline(always)]
@@ -231,8 +212,6 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
         stats.work += WORK_PER_EXPANSION + u64::from(bv_tests);
     }
 
-    /// Puts pairs of children into the queue if their parent came from there, else on the stack, where the deepest goes on top
-    /// if the first hit is all that counts. `child` makes the pair of a bit of `hits`.
     #[inline(always)]
     fn push(&mut self, mut hits: u64, queued: bool, child: impl Fn(u32) -> Pair) {
         let (mut deepest, mut at) = (f32::NEG_INFINITY, 0);
@@ -256,8 +235,6 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
         }
     }
 
-    /// The triangles of a cluster, bit `8 i + j` for triangle `j` against child `i` of a node. Those of one child stay together:
-    /// they are the part of the cluster that is still alive.
     #[inline(always)]
     fn push_held(&mut self, hits: u64, child: impl Fn(u32, u8) -> Pair) {
         for (i, alive) in (0..).zip(hits.to_le_bytes()) {
@@ -267,26 +244,89 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
         }
     }
 
-    #[inline(never)]
-    fn queue_all(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
-        while hits != 0 {
-            let lane = hits.trailing_zeros();
-            hits &= hits - 1;
-            self.queue(child(lane), self.depths.as_flattened()[lane as usize % 64]);
-        }
+    #[inline(always)]
+    fn push_triangles(&mut self, hits: u64, first: [u32; 2]) {
+        self.workspace.waiting.push_all(hits, first);
     }
+}
 
-    /// Queues a pair whose boxes overlap by `depth`, unless it is a grain.
-    fn queue(&mut self, pair: Pair, depth: f32) {
-        let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
-        if libm::sqrtf(a.visits * b.visits) >= self.options.grain {
-            let boxes = || BoxPair::new(a, b, self.relation);
-            let random = &mut self.workspace.run.random;
-            let depth = depth / (a.size + b.size * self.relation.scale);
-            let (bucket, first) = self.options.order.bucket(boxes, depth, a.alpha * b.alpha, random);
-            self.workspace.front.queue(pair, bucket, first);
-        } else {
-            self.workspace.front.push(pair);
+/// What opens pairs, and where their children go.
+pub(super) trait Opener<'q> {
+    fn trees(&self) -> [&'q Tree; 2];
+
+    fn relation(&self) -> &'q Relation;
+
+    fn depths(&mut self) -> &mut Depths;
+
+    fn count(&mut self, level: usize, bv_tests: u32);
+
+    /// Puts pairs of children into the queue if their parent came from there, else on the stack, where the deepest goes on top
+    /// if the first hit is all that counts. `child` makes the pair of a bit of `hits`.
+    fn push(&mut self, hits: u64, queued: bool, child: impl Fn(u32) -> Pair);
+
+    /// The triangles of a cluster, bit `8 i + j` for triangle `j` against child `i` of a node. Those of one child stay together:
+    /// they are the part of the cluster that is still alive.
+    fn push_held(&mut self, hits: u64, child: impl Fn(u32, u8) -> Pair);
+
+    /// The triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`.
+    fn push_triangles(&mut self, hits: u64, first: [u32; 2]);
+
+    /// Replaces a pair by the pairs of children that may meet.
+    #[inline(always)]
+    fn expand<L: Lanes>(&mut self, lanes: L, Pair { nodes, alive }: Pair, queued: bool) {
+        let [ia, ib] = nodes;
+        let ([tree_a, tree_b], relation) = (self.trees(), self.relation());
+        let scale = relation.scale;
+        let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
+        let level = usize::from(a.depth) + usize::from(b.depth);
+        let frames = Frames::new(a, b, relation);
+        if !boxes::own(a, b, &frames, scale) {
+            return self.count(level, 1);
+        }
+        // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
+        let frames = core::hint::black_box(&frames);
+        let valid = [u32::from(alive[0]) & a.valid(), u32::from(alive[1]) & b.valid()];
+        let first = [a.first_child, b.first_child];
+        match open(a, b, scale) {
+            Open::Both => {
+                self.count(level + 2, valid[0].count_ones() * valid[1].count_ones() + 1);
+                let hits = boxes::both(lanes, [a, b], valid, frames, scale, self.depths());
+                if a.is_cluster {
+                    self.push_triangles(hits, first);
+                } else {
+                    self.push(hits, queued, |lane| Pair::new(first[0] + lane / 8, first[1] + lane % 8));
+                }
+            }
+            Open::A => {
+                self.count(level + 1, u32::from(a.children) + 1);
+                let of = [&frames.of_a, &frames.of_b];
+                let hits = boxes::children(lanes, [a, b], of, [1.0, scale], &mut self.depths()[0]);
+                self.push(hits.into(), queued, |i| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive[1]] });
+            }
+            Open::B => {
+                self.count(level + 1, u32::from(b.children) + 1);
+                let of = [&frames.of_b, &frames.of_a];
+                let hits = boxes::children(lanes, [b, a], of, [scale, 1.0], &mut self.depths()[0]);
+                self.push(hits.into(), queued, |j| Pair { nodes: [ia, first[1] + j], alive: [alive[0], u8::MAX] });
+            }
+            Open::TrianglesOfA => {
+                self.count(level + 2, valid[0].count_ones() * u32::from(b.children) + 1);
+                let view = frames.triangles_of_a(b, relation);
+                let hits = boxes::triangles(lanes, b, scale, rows(tree_a, a), valid[0], &view, relation.skew);
+                self.push_held(transposed(hits), |j, alive| Pair {
+                    nodes: [ia, first[1] + j],
+                    alive: [alive, u8::MAX],
+                });
+            }
+            Open::TrianglesOfB => {
+                self.count(level + 2, valid[1].count_ones() * u32::from(a.children) + 1);
+                let view = frames.triangles_of_b(a, relation);
+                let hits = boxes::triangles(lanes, a, 1.0, rows(tree_b, b), valid[1], &view, relation.skew);
+                self.push_held(transposed(hits), |i, alive| Pair {
+                    nodes: [first[0] + i, ib],
+                    alive: [u8::MAX, alive],
+                });
+            }
         }
     }
 }

@@ -257,6 +257,11 @@ impl<'t> Subtree<'t> {
         self.tree.profiles.shapes[self.index].alpha
     }
 
+    /// Expected BV tests against its like, averaged over the placements in which their boxes meet.
+    pub fn self_cost(&self) -> f32 {
+        self.node().visits
+    }
+
     /// Levels of boxes below it: 1 for a cluster, whose next level are its triangles.
     pub fn height(&self) -> usize {
         usize::from(self.node().height)

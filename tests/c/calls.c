@@ -197,6 +197,15 @@ static void queries(void) {
   CHECK(punctual_query_resume(&query, small, NULL, punctual_budget_unlimited(), NULL, &outcome) ==
         PUNCTUAL_STATUS_NOT_RESUMABLE);
 
+  /* What is expected, before and after. */
+  punctual_prediction prediction;
+  punctual_estimate estimate;
+  OK(punctual_memory_set_cost_model(memory, (punctual_cost_model){1, 10, 20, 100}));
+  OK(punctual_query_predict(&query, NULL, &prediction));
+  CHECK(prediction.work.p10 <= prediction.work.p50 && prediction.work.p50 <= prediction.work.p90);
+  OK(punctual_query_estimate(&query, workspace, memory, &estimate));
+  CHECK(estimate.probability == 1 && estimate.recall == 1 && estimate.remaining.time.p90 == 0);
+
   /* A clock that moves by a microsecond at every look. */
   uint64_t now = 0;
   punctual_clock clock = {tick, &now};

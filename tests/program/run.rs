@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-pub const HEADER: &str = "pose,hit,pairs,bv_tests,ns,verdict,stop,primitive_tests,work,upper_bound";
+pub const HEADER: &str = "pose,hit,pairs,bv_tests,ns,verdict,stop,primitive_tests,work,upper_bound,\
+    predicted_bv_tests,predicted_p90,predicted_ns,remaining_bv_tests,probability,recall";
 pub const IDENTITY: &str = "1 0 0 0 0 1 0 0 0 0 1 0\n";
 
 static FOLDERS: AtomicU32 = AtomicU32::new(0);
@@ -107,6 +108,12 @@ pub struct Row {
     pub work: u64,
     /// -1 in an error row.
     pub upper_bound: i64,
+    /// BV tests expected: the median, and the 90 % quantile; and those left at the end. None in an error row.
+    pub predicted: Option<[f64; 2]>,
+    pub remaining: Option<f64>,
+    pub probability: Option<f64>,
+    /// Only with `--mode all`.
+    pub recall: Option<f64>,
 }
 
 impl Row {
@@ -124,6 +131,10 @@ impl Row {
             stop: fields[6].into(),
             work: fields[8].parse().unwrap(),
             upper_bound: fields[9].parse().unwrap_or(-1),
+            predicted: fields[10].parse().ok().zip(fields[11].parse().ok()).map(<[f64; 2]>::from),
+            remaining: fields[13].parse().ok(),
+            probability: fields[14].parse().ok(),
+            recall: fields[15].parse().ok(),
         };
         let hit = match row.verdict.as_str() {
             "intersecting" => "1",
@@ -133,6 +144,9 @@ impl Row {
         };
         assert_eq!(row.hit, hit, "{line}");
         assert_eq!(row.verdict == "error", row.stop.is_empty() && row.upper_bound < 0, "{line}");
+        let told =
+            [row.predicted.is_some(), !fields[12].is_empty(), row.remaining.is_some(), row.probability.is_some()];
+        assert_eq!(told, [!row.is_error(); 4], "{line}");
         row
     }
 

@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 
 use punctual::{Mesh, MeshError};
 
+use crate::report::Failure;
+
 /// A file that cannot be used: which one, where in it, and why.
 #[derive(Debug)]
 pub struct FileError {
@@ -34,6 +36,14 @@ pub struct Surface {
     triangles: Vec<[u32; 3]>,
     /// Line of each vertex; empty if the format has no lines or checks its vertices itself.
     vertex_lines: Vec<usize>,
+}
+
+/// Reads a mesh of the folder of a case, `a` or `b`, whatever its format.
+pub fn load_of_case(folder: &Path, stem: &str) -> Result<Mesh, Failure> {
+    let files = ["obj", "stl", "ply", "glb"].map(|extension| folder.join(format!("{stem}.{extension}")));
+    let file = files.iter().find(|file| file.exists());
+    let file = file.ok_or_else(|| format!("{}: no mesh {stem}.obj, .stl, .ply or .glb", folder.display()))?;
+    Ok(load(file)?)
 }
 
 /// Reads the mesh of a file whose extension names its format.

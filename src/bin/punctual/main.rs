@@ -6,6 +6,7 @@
 #![deny(unsafe_code)]
 
 mod compare;
+mod fit;
 mod info;
 mod load;
 mod pair;
@@ -37,6 +38,7 @@ enum Command {
     Triangles(triangles::Args),
     Info(info::Args),
     Paper(paper::Args),
+    Fit(fit::Args),
     Scene(scene::Args),
     Sweep(sweep::Args),
     Compare(compare::Args),
@@ -61,6 +63,7 @@ fn main() -> ExitCode {
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),
+        Command::Fit(args) => fit::run(args, &mut out),
         Command::Scene(args) => scene::run(args, &mut out),
         Command::Sweep(args) => sweep::run(args, &mut out),
         Command::Compare(args) => compare::run(args, &mut out),

@@ -21,7 +21,9 @@ type Failure = Box<dyn std::error::Error>;
 /// Prints CSV, a line for each pose: hit is 1 only if an intersection is proven; pairs is the number of intersecting
 /// triangle pairs found (-1 with --mode any); ns is the least time of all sweeps, pose update included; verdict is
 /// intersecting, separated (proven), undecided (the budget ended first) or error; upper_bound is a number of
-/// intersecting pairs that is proven not to be exceeded. All but ns are of the first sweep.
+/// intersecting pairs that is proven not to be exceeded. Then what the model says: before the query, the median and the
+/// 90 % quantile of its BV tests, and the median time in ns; at its end, the BV tests still to be made, the probability of
+/// an intersection, and with --mode all the expected share of the pairs that was found. All but ns are of the first sweep.
 #[derive(clap::Args)]
 #[command(group = ArgGroup::new("budget"))]
 pub struct Args {
@@ -58,6 +60,10 @@ pub struct Args {
     /// Take the poses as consecutive frames: carry what one tells the next.
     #[arg(long)]
     memory: bool,
+    /// Share of poses with an intersection that is to be expected, 0 to 1; it shifts the probability. By default that of
+    /// the poses that the model was fitted to.
+    #[arg(long, value_name = "P", value_parser = parse_share)]
+    prior: Option<f64>,
     /// Write the intersecting pairs of the first sweep, lines `pose,a,b` with triangles counted from 0, sorted.
     ///
     /// Only with --mode all.
@@ -163,11 +169,17 @@ pub fn parse_microseconds(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(microseconds * 1e-6).map_err(|error| error.to_string())
 }
 
+fn parse_share(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
+    if (0.0..=1.0).contains(&share) { Ok(share) } else { Err("must be from 0 to 1".into()) }
+}
+
 fn print_rows(out: &mut impl Write, rows: &[Option<Row>], mode: ModeName) -> std::io::Result<()> {
-    writeln!(out, "pose,hit,pairs,bv_tests,ns,verdict,stop,primitive_tests,work,upper_bound")?;
+    const MODEL: &str = "predicted_bv_tests,predicted_p90,predicted_ns,remaining_bv_tests,probability,recall";
+    writeln!(out, "pose,hit,pairs,bv_tests,ns,verdict,stop,primitive_tests,work,upper_bound,{MODEL}")?;
     for (i, row) in rows.iter().enumerate() {
-        let Some(Row { outcome, upper_bound, least }) = row else {
-            writeln!(out, "{i},invalid,-1,0,0,error,,0,0,")?;
+        let Some(Row { outcome, upper_bound, least, predicted, estimate }) = row else {
+            writeln!(out, "{i},invalid,-1,0,0,error,,0,0,,,,,,,")?;
             continue;
         };
         let (hit, verdict) = match outcome.verdict {
@@ -181,13 +193,22 @@ fn print_rows(out: &mut impl Write, rows: &[Option<Row>], mode: ModeName) -> std
         };
         let stop = stop_name(outcome.stop);
         let stats = &outcome.stats;
+        let recall = match mode {
+            ModeName::Any => String::new(),
+            ModeName::All => format!("{:.4}", estimate.recall),
+        };
         writeln!(
             out,
-            "{i},{hit},{pairs},{},{},{verdict},{stop},{},{},{upper_bound}",
+            "{i},{hit},{pairs},{},{},{verdict},{stop},{},{},{upper_bound},{:.0},{:.0},{:.0},{:.0},{:.4},{recall}",
             stats.bv_tests,
             least.as_nanos(),
             stats.primitive_tests,
             stats.work,
+            predicted.bv_tests.p50,
+            predicted.bv_tests.p90,
+            predicted.time_ns.p50,
+            estimate.remaining.bv_tests.p50,
+            estimate.probability,
         )?;
     }
     Ok(())

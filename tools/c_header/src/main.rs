@@ -8,8 +8,20 @@ use std::process::ExitCode;
 use std::{env, error::Error, fs};
 
 /// In the order of the header.
-const SOURCES: [&str; 11] =
-    ["status", "pose", "mesh", "shapes", "triangles", "tree", "workspace", "memory", "query", "body", "scene"];
+const SOURCES: [&str; 12] = [
+    "status",
+    "pose",
+    "mesh",
+    "shapes",
+    "triangles",
+    "tree",
+    "workspace",
+    "memory",
+    "query",
+    "estimate",
+    "body",
+    "scene",
+];
 
 /// Enumerations that are passed as numbers, since C may pass any.
 const NUMBERS: [&str; 6] = [

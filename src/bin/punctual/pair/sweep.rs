@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use punctual::{Outcome, PairMemory, Pose, Query, StopReason, SystemClock, Tree, Workspace};
+use punctual::{Estimate, Outcome, PairMemory, Pose, Prediction, Query, StopReason, SystemClock, Tree, Workspace};
 
 use super::{Args, Failure};
 use crate::load::FileError;
@@ -22,6 +22,8 @@ pub struct Row {
     pub outcome: Outcome,
     pub upper_bound: u64,
     pub least: Duration,
+    pub predicted: Prediction,
+    pub estimate: Estimate,
 }
 
 /// Goes over the pose list: each sweep all poses once, so that no query finds its own tracks in the caches.
@@ -56,7 +58,17 @@ impl<'a> Sweeper<'a> {
                 rows.push(None);
                 continue;
             };
-            rows.push(Some(self.answer(pose)?));
+            let memory = self.memory.clone();
+            let (outcome, least) = self.answer(pose)?;
+            // Only now, so that no prediction brings into the cache what the query is about to read.
+            let query = self.query(pose);
+            rows.push(Some(Row {
+                outcome,
+                least,
+                upper_bound: query.certificate(&self.workspace)?.upper_bound(),
+                predicted: query.predict(memory.as_ref()),
+                estimate: query.estimate(&self.workspace, self.memory.as_ref())?,
+            }));
             if let Some(file) = &mut pairs_out {
                 self.found.extend_from_slice(self.workspace.pairs());
                 file.write(i, &mut self.found)?;
@@ -69,17 +81,17 @@ impl<'a> Sweeper<'a> {
         self.memory = self.args.memory.then(PairMemory::new);
         for (listed, row) in poses.iter().zip(rows) {
             if let (Ok(pose), Some(row)) = (&listed.pose, row) {
-                row.least = row.least.min(self.answer(*pose)?.least);
+                row.least = row.least.min(self.answer(*pose)?.1);
             }
         }
         Ok(())
     }
 
     /// One query, timed from the pose to the outcome.
-    fn answer(&mut self, pose: Pose) -> Result<Row, Failure> {
+    fn answer(&mut self, pose: Pose) -> Result<(Outcome, Duration), Failure> {
         self.found.clear();
         let start = Instant::now();
-        let query = Query::new(self.a, self.b, pose).mode(self.args.mode()).order(self.args.order());
+        let query = self.query(pose);
         let clock = SystemClock::default();
         let budget = self.args.budget();
         let mut outcome = query.run_with(&mut self.workspace, self.memory.as_mut(), budget, &clock);
@@ -88,9 +100,12 @@ impl<'a> Sweeper<'a> {
             let left = self.args.budget_left(start.elapsed(), outcome.stats.work);
             outcome = query.resume_with(&mut self.workspace, self.memory.as_mut(), left, &clock)?;
         }
-        let least = start.elapsed();
-        let upper_bound = query.certificate(&self.workspace)?.upper_bound();
-        Ok(Row { outcome, upper_bound, least })
+        Ok((outcome, start.elapsed()))
+    }
+
+    fn query(&self, pose: Pose) -> Query<'a> {
+        let query = Query::new(self.a, self.b, pose).mode(self.args.mode()).order(self.args.order());
+        self.args.prior.map_or(query, |share| query.prior(share))
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use punctual::glam::DVec3;
 use punctual::{Mesh, Pose, Tree};
 
-use crate::load::load;
+use crate::load::load_of_case;
 use crate::poses;
 use crate::report::Failure;
 
@@ -32,7 +32,7 @@ impl Case {
             .into_iter()
             .map(|listed| listed.pose.map_err(|what| format!("{}:{}: {what}", list.display(), listed.line).into()));
         let poses = poses.collect::<Result<Vec<Pose>, Failure>>()?;
-        let mut case = Self::new(&name, mesh(folder, "a")?, mesh(folder, "b")?, poses);
+        let mut case = Self::new(&name, load_of_case(folder, "a")?, load_of_case(folder, "b")?, poses);
         let truth = folder.join("truth.csv");
         if truth.exists() {
             case.known = known(&truth)?;
@@ -77,13 +77,6 @@ impl Case {
 
 pub fn size(mesh: &Mesh) -> f64 {
     if mesh.is_empty() { 0.0 } else { DVec3::length(mesh.aabb().max - mesh.aabb().min) }
-}
-
-fn mesh(folder: &Path, stem: &str) -> Result<Mesh, Failure> {
-    let files = ["obj", "stl", "ply", "glb"].map(|extension| folder.join(format!("{stem}.{extension}")));
-    let file = files.iter().find(|file| file.exists());
-    let file = file.ok_or_else(|| format!("{}: no mesh {stem}.obj, .stl, .ply or .glb", folder.display()))?;
-    Ok(load(file)?)
 }
 
 fn known(file: &Path) -> Result<Vec<u64>, Failure> {

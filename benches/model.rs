@@ -1,0 +1,78 @@
+//! What the model costs: `cargo bench --bench model`.
+//!
+//! Queries of 8,000 to 12,000 BV tests between built-in shapes, the least times of interleaved repetitions, means over poses:
+//! the query itself, what a time budget and a memory add to it (regime, clock, what is learned), and the two questions.
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use punctual::glam::{DMat3, DVec3};
+use punctual::{Budget, Mode, PairMemory, Pose, Query, SystemClock, Tree, Workspace, shapes};
+
+const REPETITIONS: usize = 200;
+
+fn main() {
+    let pairs = [
+        (Tree::new(shapes::icosphere(6)), Tree::new(shapes::torus(1.0, 0.3, 160))),
+        (Tree::new(shapes::torus_knot(2, 3, 0.1, 512)), Tree::new(shapes::gear(20, 3))),
+    ];
+    println!("nanoseconds   poses  BV tests  query  with time budget and memory  predict  estimate half way");
+    for (a, b) in &pairs {
+        for mode in [Mode::Any, Mode::All] {
+            let mut sums = [0.0; 5];
+            let mut poses = 0;
+            for pose in (0..4000).map(along) {
+                let query = Query::new(a, b, pose).mode(mode);
+                if let Some(times) = measure(&query) {
+                    sums = std::array::from_fn(|i| sums[i] + times[i]);
+                    poses += 1;
+                }
+                if poses == 40 {
+                    break;
+                }
+            }
+            let [tests, query, budgeted, predict, estimate] = sums.map(|sum| sum / f64::from(poses));
+            println!(
+                "{mode:11?} {poses:7} {tests:9.0} {query:6.0} {budgeted:28.0} {predict:8.0} {estimate:18.0}   ({:+.1} %)",
+                100.0 * (budgeted / query - 1.0)
+            );
+        }
+    }
+}
+
+fn along(i: u32) -> Pose {
+    let turn = DMat3::from_rotation_z(f64::from(i)) * DMat3::from_rotation_x(0.37 * f64::from(i));
+    Pose::new(turn, DVec3::new(0.0007 * f64::from(i), 0.1, 0.2)).expect("a rotation and a shift are a pose")
+}
+
+/// BV tests, and the least times of everything; `None` if the query is of another size.
+fn measure(query: &Query) -> Option<[f64; 5]> {
+    let clock = SystemClock::default();
+    let [mut workspace, mut half] = [Workspace::new(), Workspace::new()];
+    let stats = query.run(&mut workspace, Budget::unlimited()).stats;
+    if !(8_000..12_000).contains(&stats.bv_tests) {
+        return None;
+    }
+    let _ = query.run(&mut half, Budget::work(stats.work / 2));
+    let mut least = [f64::INFINITY; 4];
+    for _ in 0..REPETITIONS {
+        time(&mut least[0], || query.run_with(&mut workspace, None, Budget::unlimited(), &clock));
+        // A memory without witnesses: the same search.
+        let mut blank = PairMemory::new();
+        time(&mut least[1], || {
+            query.run_with(&mut workspace, Some(&mut blank), Budget::time(Duration::from_secs(1)), &clock)
+        });
+        time(&mut least[2], || query.predict(None));
+        time(&mut least[3], || query.estimate(&half, None));
+    }
+    let [plain, budgeted, predict, estimate] = least;
+    Some([stats.bv_tests as f64, plain, budgeted, predict, estimate])
+}
+
+fn time<T>(least: &mut f64, run: impl FnOnce() -> T) {
+    let start = Instant::now();
+    let result = run();
+    let elapsed = start.elapsed().as_nanos() as f64;
+    black_box(&result);
+    *least = least.min(elapsed);
+}

@@ -1,0 +1,71 @@
+//! Pictures: reliability diagrams, and distributions of errors.
+
+use std::path::Path;
+
+use super::evaluate::{Chances, Costs, Scores};
+use crate::report::{Axis, Chart, Failure, Picture, Series, Shape};
+
+pub fn draw(scores: &Scores, folder: &Path) -> Result<(), Failure> {
+    let reliability = [
+        ("reliability", "Probability of a hit", &scores.chances),
+        ("reliability_after_history", "Probability of a hit, last verdict known", &scores.chances_after_history),
+    ];
+    for (name, title, chances) in reliability {
+        if !chances.0.is_empty() {
+            Picture::render(&reliability_diagram(title, chances))?.write(folder, name)?;
+        }
+    }
+    let before = [
+        ("all", &scores.all),
+        ("any", &scores.any),
+        ("all, last frame known", &scores.all_after_history),
+        ("any, last frame known", &scores.any_after_history),
+    ];
+    let during = [("before", &scores.all), ("at 10 %", &scores.at_10), ("at 50 %", &scores.at_50)];
+    Picture::render(&distribution("Error of the predicted BV tests, before the query", &before))?
+        .write(folder, "errors_before")?;
+    Picture::render(&distribution("Error of the predicted BV tests, during the query", &during))?
+        .write(folder, "errors_during")
+}
+
+fn reliability_diagram(title: &str, chances: &Chances) -> Chart {
+    let bins = chances.bins();
+    let points = bins.iter().map(|bin| [bin.told, bin.came]).collect();
+    let intervals = bins.iter().map(|bin| [bin.told, bin.interval()[0], bin.interval()[1]]).collect();
+    let total = chances.0.len() as f64;
+    let shares = (0..10).map(|i| {
+        let (low, high) = (f64::from(i) / 10.0, f64::from(i + 1) / 10.0);
+        let count: f64 = bins.iter().filter(|bin| bin.told >= low && bin.told < high).map(|bin| bin.count).sum();
+        [low, high, count / total]
+    });
+    Chart {
+        title: format!("{title}: Brier {:.3}, ECE {:.3}", chances.brier(), chances.calibration_error()),
+        x: Axis::linear("told").range(0.0..1.0),
+        y: Axis::linear("came true").range(0.0..1.0),
+        series: vec![
+            Series::new("share of the queries", 7, Shape::Columns(shares.collect())),
+            Series::new("as it should be", 6, Shape::Dashed(vec![[0.0, 0.0], [1.0, 1.0]])),
+            Series::new("95 % interval", 1, Shape::Intervals(intervals)),
+            Series::new("measured", 0, Shape::Points(points)),
+        ],
+    }
+}
+
+/// Share of queries with at most this error, over the error.
+fn distribution(title: &str, costs: &[(&str, &Costs)]) -> Chart {
+    const STEPS: usize = 400;
+    let line = |costs: &Costs| {
+        let mut errors: Vec<f64> = costs.errors.iter().map(|error| error.abs()).collect();
+        errors.sort_unstable_by(f64::total_cmp);
+        let n = errors.len();
+        (0..=STEPS).map(|i| (i * (n - 1)) / STEPS).map(|i| [errors[i], (i + 1) as f64 / n as f64]).collect()
+    };
+    let known = costs.iter().filter(|(_, costs)| !costs.errors.is_empty());
+    let series = known.zip(0..).map(|((name, costs), color)| Series::new(*name, color, Shape::Line(line(costs))));
+    Chart {
+        title: title.into(),
+        x: Axis::linear("|log2(predicted / actual)|").range(0.0..4.0),
+        y: Axis::linear("share of the queries").range(0.0..1.0),
+        series: series.collect(),
+    }
+}

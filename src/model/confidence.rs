@@ -1,0 +1,118 @@
+//! How sure a partial answer is: the probability that surfaces meet which have not been seen to, and the share of all
+//! intersections that a query has found.
+//!
+//! Both are logistic in features of the front ([`FrontSummary`]), fitted on stopped queries of known truth.
+
+use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL};
+use super::front::FrontSummary;
+use super::prediction::{dot, expected};
+use libm::{exp, log, log2};
+
+/// Number of features of [`hit_features`].
+pub const HIT_FEATURES: usize = 13;
+
+/// Number of features of [`recall_features`].
+pub const RECALL_FEATURES: usize = 9;
+
+/// The prior for which the constants were fitted: the share of poses with an intersection among those.
+pub const DEFAULT_PRIOR: f64 = BASE_RATE;
+
+/// What speaks for a hit and against it: triangle pairs that wait (boxes that overlap down to the triangles), triangle tests
+/// without a hit, the size, depth and crossing of the open pairs.
+pub fn hit_features(front: &FrontSummary) -> [f64; HIT_FEATURES] {
+    let waiting = log2(front.triangle_pairs + 1.0);
+    let tested = log2(front.triangle_tests + 1.0);
+    let nodes = log2(front.node_pairs + 1.0);
+    let cost = front.cost.max(1e-9);
+    [
+        1.0,
+        waiting,
+        tested,
+        nodes,
+        log2(front.cost + 1.0),
+        front.crossing,
+        front.deepest,
+        front.largest / cost,
+        front.depth / cost,
+        f64::from(front.triangle_pairs == 0.0),
+        0.1 * waiting * waiting,
+        0.1 * waiting * tested,
+        0.1 * waiting * nodes,
+    ]
+}
+
+/// What is remembered of earlier frames of a pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct History {
+    /// Whether the surfaces met in the last decided frame.
+    pub met: bool,
+    /// Undecided frames since.
+    pub frames_undecided: u32,
+    /// How often the verdict changes from one decided frame to the next, 0 to 1.
+    pub change_rate: f64,
+}
+
+/// Number of features of [`history_features`].
+pub const HISTORY_FEATURES: usize = 6;
+
+/// What the logit of a hit depends on with a history: the logit from the front; the last verdict as +1 or -1, the less the
+/// longer ago; how surely it lasts, by the logit of the rate of changes; and the depth of the front, which tells more of a
+/// pair in motion than of one at some pose.
+pub fn history_features(logit: f64, deepest: f64, history: &History) -> [f64; HISTORY_FEATURES] {
+    let sign = if history.met { 1.0 } else { -1.0 };
+    let verdict = sign / (1.0 + f64::from(history.frames_undecided));
+    let rate = history.change_rate.clamp(1e-3, 1.0 - 1e-3);
+    [1.0, logit, verdict, verdict * log((1.0 - rate) / rate), deepest, verdict * deepest]
+}
+
+/// Probability that the surfaces meet, if the query has found no hit; 0 if nothing is left to look at.
+///
+/// `prior` is the share of hits among the poses that the caller asks about; it shifts the odds from [`DEFAULT_PRIOR`].
+/// Between 0 and 1, both excluded unless nothing is left or the prior is 0 or 1, and rising with the prior.
+pub fn probability(front: &FrontSummary, history: Option<&History>, prior: f64) -> f64 {
+    if front.is_done() {
+        return 0.0;
+    }
+    let weights = if front.is_begun() { &HIT } else { &HIT_BEFORE };
+    let from_front = dot(weights, &hit_features(front));
+    let with = |history| dot(&HIT_AFTER_HISTORY, &history_features(from_front, front.deepest, history));
+    let logit = history.map_or(from_front, with);
+    let shift = odds(prior.clamp(0.0, 1.0)) / odds(BASE_RATE);
+    let odds = exp(logit.clamp(-20.0, 20.0)) * shift;
+    if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 }
+}
+
+fn odds(probability: f64) -> f64 {
+    probability / (1.0 - probability)
+}
+
+/// What the recall depends on: hits found, the work done for them, and the work that is left.
+pub fn recall_features(front: &FrontSummary) -> [f64; RECALL_FEATURES] {
+    [
+        1.0,
+        log2(expected(front) + 1.0),
+        log2(front.found + 1.0),
+        log2(front.triangle_tests + 1.0),
+        log2(front.bv_tests + 1.0),
+        log2(front.triangle_pairs + 1.0),
+        front.deepest,
+        front.depth / front.cost.max(1e-9),
+        front.crossing,
+    ]
+}
+
+/// Expected share of the intersecting pairs that has been found: 1 if nothing is left, 0 if nothing is found yet.
+pub fn recall(front: &FrontSummary) -> f64 {
+    if front.is_done() {
+        1.0
+    } else if front.found == 0.0 {
+        0.0
+    } else {
+        1.0 / (1.0 + exp(-dot(&RECALL, &recall_features(front))))
+    }
+}
+
+/// The logit of a probability.
+pub fn logit(probability: f64) -> f64 {
+    log(odds(probability))
+}

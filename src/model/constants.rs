@@ -1,0 +1,75 @@
+//! The fitted constants of the model; made by `punctual fit`, not by hand.
+//!
+//! On 2026-11-21, on x86_64 linux, by version 0.1.0, from 4385 poses (43736 moments of queries) of:
+//! delta_armadillo1k delta_armadillo4k delta_armadillo16k delta_armadillo86k delta_armadillo256k
+//! delta_propeller1k delta_propeller4k delta_propeller16k delta_propeller64k contact_gear_ring_pinion
+//! contact_spider_side contact_env_rob contact_spot_spot graze_env_rob tilted_env_rob tilted_gear_ring_pinion
+//! coincident_gear_side path_env_rob_sweep path_roll_gear_side_pinion approach_spot_6k_gear_spider_12k
+//! approach_armadillo_16k_gear_stand_3k approach_robots16_iiwa2_robots16_iiwa5
+//! approach_robots16_iiwa7_robots16_iiwa3 approach_robots16_iiwa0_spot_6k approach_propeller_16k_propeller_16k
+//! approach_armadillo_4k_armadillo_4k approach_gear_ring_58k_gear_ring_58k
+//! approach_propeller_stl_7k_armadillo_86k approach_env_gear_pinion_15k approach_pile200_gear_pile200_quadknot
+//! approach_rob_spot_6k approach_robots16_iiwa1_robots16_iiwa4 approach_robots16_iiwa6_gear_pinion_15k
+//! approach_armadillo_86k_gear_spider_12k approach_propeller_16k_spot_6k approach_spot_6k_env
+//! approach_propeller_4k_gear_side_12k approach_armadillo_16k_propeller_64k
+//! approach_pile200_armadillo_robots16_iiwa4 approach_gear_side_12k_gear_side_12k
+
+/// Quantiles of the BV tests left, for each the weights of `features_of_all`.
+#[rustfmt::skip]
+pub(super) const ALL_LEFT: [[f64; 3]; 3] = [
+    [-0.025026, 1.0026, -1.6487],
+    [-0.039575, 1.0050, -0.10988],
+    [0.14354, 0.99455, 1.7445],
+];
+
+/// 90 % quantile of log2 of a whole query from log2 of the cost of its roots at the deepest: intercept, slope.
+#[rustfmt::skip]
+pub(super) const ROOT_MOST: [f64; 2] = [2.3561, 1.0466];
+
+/// The same if the first hit ends the query, weights of `features_of_any`.
+#[rustfmt::skip]
+pub(super) const ANY_LEFT: [[f64; 6]; 3] = [
+    [-0.12679, 1.0314, -4.2191, 3.1162, -0.96917, 7.6594],
+    [-0.36729, 1.0507, 3.4655, 3.9960, -0.55471, -6.6849],
+    [-0.043740, 1.0054, 5.6508, 1.4306, -0.13363, -7.9369],
+];
+
+/// Quantiles of log2 (BV tests of a frame / those of the frame before).
+#[rustfmt::skip]
+pub(super) const ALL_AFTER: [f64; 3] = [-0.29039, -0.0029708, 0.43043];
+
+/// The same if the first hit ends the query.
+#[rustfmt::skip]
+pub(super) const ANY_AFTER: [f64; 3] = [-5.3305, 0.0078160, 5.9325];
+
+/// log2 of opened node pairs: intercept, slope in log2 of BV tests.
+#[rustfmt::skip]
+pub(super) const OPENINGS_OF_BV_TESTS: [f64; 2] = [-4.9203, 1.0445];
+
+/// log2 of triangle tests: the same.
+#[rustfmt::skip]
+pub(super) const TRIANGLE_TESTS_OF_BV_TESTS: [f64; 2] = [-2.5719, 0.88080];
+
+/// Logit of a hit, weights of `hit_features`.
+#[rustfmt::skip]
+pub(super) const HIT: [f64; 13] = [-2.9030, 0.37150, -0.000096923, 0.41543, 0.089700, -0.43823, 1.2684, -0.56057, -0.46881, -0.63493, 0.34484, -0.34473, -0.72449];
+
+/// The same before the query.
+#[rustfmt::skip]
+pub(super) const HIT_BEFORE: [f64; 13] = [-3.1240, 0.75563, 0.0, 0.54019, 0.037195, 0.65239, 1.6749, -0.79392, 0.049332, -0.11954, -0.11479, 0.0, -1.3529];
+
+/// The same with the verdict of the frame before, weights of `history_features`.
+#[rustfmt::skip]
+pub(super) const HIT_AFTER_HISTORY: [f64; 6] = [0.26661, 1.8026, 0.75654, 0.18523, -1.7298, 0.51753];
+
+/// Share of poses with a hit.
+#[rustfmt::skip]
+pub(super) const BASE_RATE: f64 = 0.59532;
+
+/// Logit of the recall, weights of `recall_features`.
+#[rustfmt::skip]
+pub(super) const RECALL: [f64; 9] = [0.24755, -0.59158, 0.27036, -0.073537, 0.48435, -0.031655, -0.14588, -0.66470, 0.13313];
+
+/// Cost of a BV test, a triangle test, an opened node pair and a query, by `CostModel::measure`.
+#[rustfmt::skip]
+pub(super) const NANOSECONDS: [f64; 4] = [0.46401, 16.805, 15.105, 64.699];

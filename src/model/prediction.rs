@@ -1,0 +1,125 @@
+//! How many BV tests are left to be made, from a front in numbers: a median and a range.
+//!
+//! A quantile of the rest is `log2 Q = w . x` in a few features of the front, each with its own `w`, fitted by quantile
+//! regression. Before a query the front is its root, and the rest is all.
+
+use super::constants::{
+    ALL_AFTER, ALL_LEFT, ANY_AFTER, ANY_LEFT, OPENINGS_OF_BV_TESTS, ROOT_MOST, TRIANGLE_TESTS_OF_BV_TESTS,
+};
+use super::front::FrontSummary;
+use super::history;
+use libm::{exp2, log2};
+
+/// A number that is not known: its median, and the ends of the range in which it is in four cases of five.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quantiles {
+    /// Below this with probability 10 %.
+    pub p10: f64,
+    /// The median.
+    pub p50: f64,
+    /// Below this with probability 90 %.
+    pub p90: f64,
+}
+
+impl Quantiles {
+    /// Known for sure.
+    pub const fn exactly(x: f64) -> Self {
+        Self { p10: x, p50: x, p90: x }
+    }
+
+    /// In order, and not below `least`.
+    fn ordered([p10, p50, p90]: [f64; 3], least: f64) -> Self {
+        let p50 = p50.max(least);
+        Self { p10: p10.clamp(least, p50), p50, p90: p90.max(p50) }
+    }
+
+    /// Each of them through a rising function.
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self { p10: f(self.p10), p50: f(self.p50), p90: f(self.p90) }
+    }
+}
+
+/// BV tests expected in the rest of a query that finds all intersections: those seen on trial, and what the pair costs stand
+/// for. At least 1.
+pub fn expected(front: &FrontSummary) -> f64 {
+    (front.looked + front.cost).max(1.0)
+}
+
+/// The share of [`expected`] that has not been seen on trial.
+fn unseen(front: &FrontSummary) -> f64 {
+    front.cost / expected(front)
+}
+
+/// What [`all_left`] looks at: 1, the logarithm of what is expected, and the share of it that is only guessed.
+pub fn features_of_all(front: &FrontSummary) -> [f64; 3] {
+    [1.0, log2(expected(front)), unseen(front)]
+}
+
+/// The same for [`any_left`], with the probability of a hit, which ends the query.
+pub fn features_of_any(front: &FrontSummary, probability: f64) -> [f64; 6] {
+    let [one, size, unseen] = features_of_all(front);
+    [one, size, unseen, probability, probability * size, probability * unseen]
+}
+
+/// BV tests left in a query that finds all intersections.
+pub fn all_left(front: &FrontSummary) -> Quantiles {
+    if front.is_done() {
+        return Quantiles::exactly(0.0);
+    }
+    let x = features_of_all(front);
+    Quantiles::ordered(ALL_LEFT.map(|w| exp2(dot(&w, &x))), front.looked)
+}
+
+/// The 90 % quantile of a whole query, from the [`super::front::pair_cost`] of its roots at the deepest, without a look at
+/// where they are.
+pub fn most(root_cost: f64) -> f64 {
+    power_law(ROOT_MOST, root_cost.max(1.0))
+}
+
+/// BV tests left in a query that ends with the first intersection, if there is one with this probability.
+pub fn any_left(front: &FrontSummary, probability: f64) -> Quantiles {
+    if front.is_done() {
+        return Quantiles::exactly(0.0);
+    }
+    let x = features_of_any(front, probability);
+    let Quantiles { p90, .. } = all_left(front);
+    let most = |q: f64| q.min(p90);
+    Quantiles::ordered(ANY_LEFT.map(|w| most(exp2(dot(&w, &x)))), 1.0)
+}
+
+/// BV tests left in a query that finds all intersections, if the previous one of the pair took so many in all and this one
+/// has made `used`. Quantiles of the model and of `log2(now / previous)` are blended as in [`history`]: at first the
+/// history counts, and the less the further this query has come.
+pub fn all_left_after(model: Quantiles, previous: f64, used: f64) -> Quantiles {
+    with_history(model, previous, used, ALL_AFTER)
+}
+
+/// The same for a query that ends with the first intersection.
+pub fn any_left_after(model: Quantiles, previous: f64, used: f64) -> Quantiles {
+    with_history(model, previous, used, ANY_AFTER)
+}
+
+fn with_history(model: Quantiles, previous: f64, used: f64, changes: [f64; 3]) -> Quantiles {
+    let weight = history::weight(previous, used);
+    let after = |model: f64, change: f64| history::blend(previous, used, model) * exp2((1.0 - weight) * change);
+    let [low, middle, high] = changes;
+    Quantiles::ordered([after(model.p10, low), after(model.p50, middle), after(model.p90, high)], 0.0)
+}
+
+/// Opened node pairs among so many BV tests, by a power law; at most one a test.
+pub fn openings(bv_tests: f64) -> f64 {
+    power_law(OPENINGS_OF_BV_TESTS, bv_tests).min(bv_tests)
+}
+
+/// Triangle tests that go with so many BV tests, by a power law.
+pub fn triangle_tests(bv_tests: f64) -> f64 {
+    power_law(TRIANGLE_TESTS_OF_BV_TESTS, bv_tests)
+}
+
+fn power_law([intercept, slope]: [f64; 2], x: f64) -> f64 {
+    if x > 0.0 { exp2(intercept + slope * log2(x)) } else { 0.0 }
+}
+
+pub(super) fn dot(w: &[f64], x: &[f64]) -> f64 {
+    w.iter().zip(x).map(|(w, x)| w * x).sum()
+}

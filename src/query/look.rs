@@ -1,0 +1,188 @@
+//! A look ahead: a front in numbers, after its costliest pairs have been opened on trial.
+//!
+//! What a pair will cost is hard to tell from outside, and easy to tell from a level below. So the costliest pairs are
+//! replaced by the pairs of their children that may meet, a few times; the rest is summed up. Nothing is kept, the query
+//! does not notice.
+
+use super::boxes::Depths;
+use super::frames::{Frames, Relation};
+use super::queue::Pair;
+use super::traversal::Opener;
+use crate::math::lanes::{Instructions, Kernel, Lanes};
+use crate::model::front::{FrontSummary, pair_cost};
+use crate::tree::{Node, Tree, WIDTH, xyz};
+use wide::f32x4;
+
+/// Pairs that can be opened; those that find no room are only counted.
+const ROOM: usize = 64;
+
+/// Effort of opening a pair, besides that of its children: one for each, about 30 ns.
+const PER_OPENING: usize = 2;
+
+/// A front, the costliest pairs of which are opened one after the other.
+pub(super) struct Look<'q> {
+    trees: [&'q Tree; 2],
+    relation: &'q Relation,
+    depths: Depths,
+    costs: [f32; ROOM],
+    pairs: [Open; ROOM],
+    len: usize,
+    /// How much more may be spent.
+    effort: usize,
+    summary: FrontSummary,
+}
+
+/// An open pair and how its boxes lie to one another.
+#[derive(Clone, Copy)]
+struct Open {
+    pair: Pair,
+    penetration: f32,
+    crossing: f32,
+}
+
+impl<'q> Look<'q> {
+    pub fn new(trees: [&'q Tree; 2], relation: &'q Relation, summary: FrontSummary) -> Self {
+        Self {
+            trees,
+            relation,
+            depths: [[0.0; WIDTH]; WIDTH],
+            costs: [0.0; ROOM],
+            pairs: [Open { pair: Pair::new(0, 0), penetration: 0.0, crossing: 0.0 }; ROOM],
+            len: 0,
+            effort: 0,
+            summary,
+        }
+    }
+
+    /// Adds a pair that may meet.
+    #[inline(always)]
+    pub fn add(&mut self, pair: Pair) {
+        self.effort = self.effort.saturating_sub(1);
+        let [a, b] = self.nodes(pair);
+        let (penetration, crossing) = overlap(a, b, self.relation);
+        let cost = pair_cost([a.visits, b.visits], penetration);
+        let open = Open { pair, penetration, crossing };
+        if self.len < ROOM {
+            self.costs[self.len] = cost;
+            self.pairs[self.len] = open;
+            self.len += 1;
+        } else {
+            self.sum_up(cost, open);
+        }
+    }
+
+    #[inline(always)]
+    fn nodes(&self, pair: Pair) -> [&'q Node; 2] {
+        [&self.trees[0].nodes()[pair.nodes[0] as usize], &self.trees[1].nodes()[pair.nodes[1] as usize]]
+    }
+
+    #[inline(always)]
+    fn sum_up(&mut self, cost: f32, open: Open) {
+        let (cost, penetration) = (f64::from(cost), f64::from(open.penetration));
+        let summary = &mut self.summary;
+        summary.node_pairs += 1.0;
+        summary.cost += cost;
+        summary.largest = summary.largest.max(cost);
+        summary.deepest = summary.deepest.max(penetration);
+        summary.depth += cost * penetration;
+        summary.crossing = summary.crossing.max(open.crossing.into());
+    }
+
+    /// Opens the costliest pairs, as long as the effort lasts, and sums up what is left.
+    pub fn finish(mut self, instructions: Instructions, effort: usize) -> FrontSummary {
+        self.effort = effort;
+        instructions.run(&mut self);
+        for i in 0..self.len {
+            self.sum_up(self.costs[i], self.pairs[i]);
+        }
+        self.summary
+    }
+}
+
+impl Kernel for &mut Look<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        while self.len > 0 && self.effort > 0 {
+            self.effort = self.effort.saturating_sub(PER_OPENING);
+            let mut costliest = 0;
+            for i in 1..self.len {
+                if self.costs[i] > self.costs[costliest] {
+                    costliest = i;
+                }
+            }
+            let pair = self.pairs[costliest].pair;
+            self.len -= 1;
+            self.costs[costliest] = self.costs[self.len];
+            self.pairs[costliest] = self.pairs[self.len];
+            self.expand(lanes, pair, false);
+        }
+    }
+}
+
+impl<'q> Opener<'q> for Look<'q> {
+    #[inline(always)]
+    fn trees(&self) -> [&'q Tree; 2] {
+        self.trees
+    }
+
+    #[inline(always)]
+    fn relation(&self) -> &'q Relation {
+        self.relation
+    }
+
+    #[inline(always)]
+    fn depths(&mut self) -> &mut Depths {
+        &mut self.depths
+    }
+
+    #[inline(always)]
+    fn count(&mut self, _level: usize, bv_tests: u32) {
+        self.summary.looked += f64::from(bv_tests);
+    }
+
+    #[inline(always)]
+    fn push(&mut self, mut hits: u64, _queued: bool, child: impl Fn(u32) -> Pair) {
+        while hits != 0 {
+            self.add(child(hits.trailing_zeros()));
+            hits &= hits - 1;
+        }
+    }
+
+    #[inline(always)]
+    fn push_held(&mut self, hits: u64, child: impl Fn(u32, u8) -> Pair) {
+        for (i, alive) in (0..).zip(hits.to_le_bytes()) {
+            if alive != 0 {
+                self.add(child(i, alive));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn push_triangles(&mut self, hits: u64, _first: [u32; 2]) {
+        self.summary.triangle_pairs += f64::from(hits.count_ones());
+    }
+}
+
+/// Relative penetration, the least `(s - |d|) / s` over the six face axes of two boxes, and crossing, the largest
+/// `(e - f - |d|) / s` of one that reaches `e` against one that reaches `f`, whose own axis it is. `s = e + f`, `d` is the
+/// offset of the centres.
+#[inline(always)]
+fn overlap(a: &Node, b: &Node, relation: &Relation) -> (f32, f32) {
+    let frames = Frames::new(a, b, relation);
+    let scale = f32x4::splat(relation.scale);
+    let (center, half) = (b.own_center * scale, b.own_half * scale);
+    let in_a = shares(frames.of_b.point(center), frames.of_b.half(half), a.own_center, a.own_half);
+    let in_b = shares(frames.of_a.point(a.own_center), frames.of_a.half(a.own_half), center, half);
+    let [x, y, z] = xyz(in_a.0.fast_min(in_b.0));
+    let [u, v, w] = xyz(in_a.1.fast_max(in_b.1));
+    (x.min(y).min(z).max(0.0), u.max(v).max(w))
+}
+
+/// Both, on three axes. The margin in `reach` keeps the sum above 0.
+#[inline(always)]
+fn shares(seen: f32x4, reach: f32x4, center: f32x4, half: f32x4) -> (f32x4, f32x4) {
+    let (sum, distance) = (reach + half, (seen - center).abs());
+    ((sum - distance) / sum, (reach - distance - half) / sum)
+}

@@ -1,0 +1,85 @@
+//! What things cost on this machine: a few queries, timed.
+
+use super::budget::{Budget, Clock};
+use super::order::Mode;
+use super::workspace::Workspace;
+use super::{CostModel, Query};
+use crate::math::Pose;
+use crate::mesh::shapes;
+use crate::model::regression::least_squares;
+use crate::tree::Tree;
+use alloc::vec::Vec;
+use core::time::Duration;
+use glam::{DMat3, DVec3};
+
+/// Poses, and repetitions of each query, of which the least time counts.
+const POSES: u32 = 24;
+const REPETITIONS: usize = 12;
+
+/// How much the shares of the costs are held to those of the default model.
+const PULL: f64 = 2.0;
+
+impl CostModel {
+    /// Measures the costs on this machine with the system clock, in nanoseconds: queries of two built-in shapes, in cache.
+    /// Takes a few milliseconds.
+    #[cfg(feature = "std")]
+    pub fn measure() -> Self {
+        Self::measure_with(&super::SystemClock::default())
+    }
+
+    /// The same with a clock of the caller's. The default model, if the clock stands still.
+    pub fn measure_with<C: Clock>(clock: &C) -> Self {
+        let (a, b) = (Tree::new(shapes::icosphere(3)), Tree::new(shapes::torus(1.0, 0.3, 24)));
+        let mut workspace = Workspace::with_capacity(0, 1 << 14);
+        let (mut features, mut times) = (Vec::new(), Vec::new());
+        for i in 0..POSES {
+            let translation = DVec3::new(2.4 * f64::from(i) / f64::from(POSES), 0.3, 0.2);
+            let Ok(pose) = Pose::new(DMat3::from_rotation_y(f64::from(i)), translation) else { continue };
+            for mode in [Mode::Any, Mode::All] {
+                let query = Query::new(&a, &b, pose).mode(mode);
+                let mut least = Duration::MAX;
+                for _ in 0..REPETITIONS {
+                    let start = clock.now();
+                    let outcome = query.run_with(&mut workspace, None, Budget::unlimited(), clock);
+                    least = least.min(clock.now().saturating_sub(start));
+                    core::hint::black_box(outcome.found);
+                }
+                let counts = workspace.run.stats.counts();
+                features.push([counts.bv_tests, counts.triangle_tests, counts.box_updates, 1.0]);
+                times.push(least.as_nanos() as f64);
+            }
+        }
+        Self::fitted(&features, &times)
+    }
+
+    /// The costs that explain the times best, relative to each time; in doubt, those of the default model, all larger or
+    /// smaller by one factor.
+    fn fitted(features: &[[f64; 4]], times: &[f64]) -> Self {
+        let default = Self::default();
+        let known = [default.bv_test, default.triangle_test, default.box_update, default.setup];
+        let expected = features.iter().map(|x| x.iter().zip(known).map(|(x, c)| x * c).sum::<f64>());
+        let mut ratios: Vec<f64> = times.iter().zip(expected).map(|(time, expected)| time / expected).collect();
+        ratios.sort_unstable_by(f64::total_cmp);
+        let Some(&factor) = ratios.get(ratios.len() / 2).filter(|factor| factor.is_finite() && **factor > 0.0) else {
+            return default;
+        };
+        let mut x: Vec<[f64; 4]> = features.to_vec();
+        let mut y = times.to_vec();
+        let mut weights: Vec<f64> = times.iter().map(|time| 1.0 / (time * time).max(1.0)).collect();
+        for (k, cost) in known.into_iter().enumerate() {
+            let mut row = [0.0; 4];
+            row[k] = 1.0;
+            x.push(row);
+            y.push(factor * cost);
+            weights.push(PULL / (factor * cost * factor * cost));
+        }
+        let least = |fitted: f64, cost: f64| fitted.max(0.1 * factor * cost);
+        let [bv_test, triangle_test, box_update, setup] = least_squares(&x, &y, &weights);
+        Self {
+            bv_test: least(bv_test, default.bv_test),
+            triangle_test: least(triangle_test, default.triangle_test),
+            box_update: least(box_update, default.box_update),
+            setup: least(setup, default.setup),
+        }
+    }
+}

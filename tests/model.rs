@@ -1,0 +1,267 @@
+//! What the model promises of a query: before it, when it is stopped, and at its end.
+
+mod common;
+
+use std::time::Duration;
+
+use common::random::{Drift, Family, Random, pose_about, soup};
+use punctual::glam::{DMat3, DVec3};
+use punctual::model::confidence::DEFAULT_PRIOR;
+use punctual::model::prediction::Quantiles;
+use punctual::{
+    Budget, CostModel, ManualClock, Mode, Outcome, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace,
+    shapes,
+};
+
+fn trees() -> [Tree; 2] {
+    [Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64))]
+}
+
+fn run(query: &Query, workspace: &mut Workspace, memory: Option<&mut PairMemory>, budget: Budget) -> Outcome {
+    query.run_with(workspace, memory, budget, &ManualClock::new())
+}
+
+fn along_x(x: f64) -> Pose {
+    Pose::new(DMat3::from_rotation_z(0.7), DVec3::new(x, 0.1, 0.2)).unwrap()
+}
+
+/// Poses from far inside to far outside.
+fn poses() -> impl Iterator<Item = Pose> {
+    (0..40).map(|i| along_x(0.07 * f64::from(i)))
+}
+
+#[track_caller]
+fn assert_ordered(q: Quantiles) {
+    assert!(q.p10 >= 0.0 && q.p10 <= q.p50 && q.p50 <= q.p90 && q.p90.is_finite(), "{q:?}");
+}
+
+#[test]
+fn quantiles_are_in_order_and_the_same_each_time() {
+    let [a, b] = trees();
+    for mode in [Mode::Any, Mode::All] {
+        for pose in poses() {
+            let query = Query::new(&a, &b, pose).mode(mode);
+            let prediction = query.predict(None);
+            for q in [prediction.bv_tests, prediction.triangle_tests, prediction.work, prediction.time_ns] {
+                assert_ordered(q);
+            }
+            assert_eq!(prediction, query.predict(None));
+            assert_eq!(prediction, query.predict(Some(&PairMemory::new())), "a memory that knows nothing");
+        }
+    }
+}
+
+#[test]
+fn predictions_of_shapes_that_were_not_fitted_are_about_right() {
+    let [a, b] = trees();
+    let mut workspace = Workspace::new();
+    let (mut errors, mut covered) = (Vec::new(), 0);
+    for pose in poses() {
+        let query = Query::new(&a, &b, pose).mode(Mode::All);
+        let predicted = query.predict(None).bv_tests;
+        let actual = run(&query, &mut workspace, None, Budget::unlimited()).stats.bv_tests as f64;
+        errors.push((predicted.p50 / actual).log2().abs());
+        covered += usize::from(actual <= predicted.p90 + 0.5);
+    }
+    errors.sort_unstable_by(f64::total_cmp);
+    assert!(errors[20] < 1.0 && errors[36] < 3.0, "{errors:?}");
+    assert!(covered >= 32, "{covered} of 40");
+}
+
+#[test]
+fn boxes_that_do_not_meet_cost_one_test() {
+    let [a, b] = trees();
+    let pose = along_x(50.0);
+    for mode in [Mode::Any, Mode::All] {
+        let tests = Query::new(&a, &b, pose).mode(mode).predict(None).bv_tests;
+        assert!((0.5..2.0).contains(&tests.p50), "{tests:?}");
+    }
+    let empty = Tree::new(soup(Family::Uniform, 0, &mut Random::new(0)));
+    let query = Query::new(&a, &empty, pose);
+    assert_eq!(query.predict(None).bv_tests, Quantiles::exactly(0.0));
+    let mut workspace = Workspace::new();
+    assert_eq!(run(&query, &mut workspace, None, Budget::work(0)).verdict, Verdict::Separated);
+    assert_eq!(query.estimate(&workspace, None).unwrap().probability, 0.0);
+}
+
+#[test]
+fn what_is_decided_is_certain() {
+    let [a, b] = trees();
+    let mut workspace = Workspace::new();
+    for mode in [Mode::Any, Mode::All] {
+        for pose in poses() {
+            let query = Query::new(&a, &b, pose).mode(mode).prior(0.3);
+            let outcome = run(&query, &mut workspace, None, Budget::unlimited());
+            let estimate = query.estimate(&workspace, None).unwrap();
+            let met = outcome.verdict != Verdict::Separated;
+            assert_eq!(estimate.probability, f64::from(u8::from(met)));
+            assert_eq!((estimate.recall, estimate.remaining.bv_tests.p90), (1.0, 0.0));
+        }
+    }
+}
+
+#[test]
+fn what_is_undecided_is_neither_certain_nor_free() {
+    let [a, b] = trees();
+    let mut workspace = Workspace::new();
+    let mut undecided = 0;
+    for mode in [Mode::Any, Mode::All] {
+        for pose in poses() {
+            for budget in [0, 300, 1000, 3000] {
+                let query = Query::new(&a, &b, pose).mode(mode);
+                let outcome = run(&query, &mut workspace, None, Budget::work(budget));
+                let estimate = query.estimate(&workspace, None).unwrap();
+                assert_ordered(estimate.remaining.bv_tests);
+                assert!((0.0..=1.0).contains(&estimate.recall));
+                if outcome.verdict == Verdict::Undecided {
+                    undecided += 1;
+                    assert!(estimate.probability > 0.0 && estimate.probability < 1.0, "{estimate:?}");
+                    assert_eq!(estimate.recall, 0.0);
+                    assert!(estimate.remaining.bv_tests.p90 > 0.0 || workspace.pairs().is_empty());
+                }
+                assert_eq!(query.estimate(&workspace, None), Ok(estimate), "the same each time");
+            }
+        }
+    }
+    assert!(undecided > 50, "{undecided}");
+}
+
+#[test]
+fn the_probability_rises_with_the_prior() {
+    let [a, b] = trees();
+    let mut workspace = Workspace::new();
+    let query = Query::new(&a, &b, along_x(1.9));
+    let outcome = run(&query, &mut workspace, None, Budget::work(500));
+    assert_eq!(outcome.verdict, Verdict::Undecided);
+    let at = |prior: f64| query.prior(prior).estimate(&workspace, None).unwrap().probability;
+    let rising = [0.0, 1e-6, 0.1, 0.5, 0.9, 1.0].map(at);
+    assert!(rising.windows(2).all(|two| two[0] < two[1]), "{rising:?}");
+    assert_eq!([rising[0], rising[5]], [0.0, 1.0]);
+    assert_eq!(at(DEFAULT_PRIOR), query.estimate(&workspace, None).unwrap().probability);
+    assert_eq!([at(-3.0), at(7.0)], [0.0, 1.0], "a prior beyond its range counts as its end");
+}
+
+#[test]
+fn a_memory_makes_predictions_of_a_motion_better() {
+    let [a, b] = trees();
+    let mut workspace = Workspace::new();
+    let mut memory = PairMemory::new();
+    let mut errors = [0.0, 0.0];
+    for i in 0..60 {
+        let query = Query::new(&a, &b, along_x(1.0 + 0.002 * f64::from(i))).mode(Mode::All);
+        let predicted = [query.predict(None), query.predict(Some(&memory))];
+        let actual = run(&query, &mut workspace, Some(&mut memory), Budget::unlimited()).stats.bv_tests as f64;
+        for (error, predicted) in errors.iter_mut().zip(predicted) {
+            *error += (predicted.bv_tests.p50 / actual).log2().abs();
+        }
+    }
+    assert!(errors[1] < 0.5 * errors[0], "{errors:?}");
+}
+
+#[test]
+fn the_last_verdict_counts() {
+    let [a, b] = trees();
+    let mut workspace = Workspace::new();
+    let told = [0.5, 3.0].map(|x| {
+        let mut memory = PairMemory::new();
+        let _ = run(&Query::new(&a, &b, along_x(x)), &mut workspace, Some(&mut memory), Budget::unlimited());
+        let query = Query::new(&a, &b, along_x(1.95));
+        let outcome = run(&query, &mut workspace, None, Budget::work(300));
+        assert_eq!(outcome.verdict, Verdict::Undecided);
+        query.estimate(&workspace, Some(&memory)).unwrap().probability
+    });
+    assert!(told[0] > told[1] + 0.1, "after a hit {}, after none {}", told[0], told[1]);
+}
+
+#[test]
+fn an_estimate_wants_the_run_it_is_of() {
+    let [a, b] = trees();
+    let mut workspace = Workspace::new();
+    let query = Query::new(&a, &b, along_x(1.0));
+    assert!(query.estimate(&workspace, None).is_err());
+    let _ = run(&query, &mut workspace, None, Budget::work(100));
+    assert!(query.estimate(&workspace, None).is_ok());
+    assert!(query.mode(Mode::All).estimate(&workspace, None).is_err());
+}
+
+#[test]
+fn what_is_left_shrinks_to_nothing() {
+    let [a, b] = trees();
+    let mut workspace = Workspace::new();
+    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All);
+    let total = run(&query, &mut workspace, None, Budget::work(u64::MAX)).stats;
+    let mut outcome = run(&query, &mut workspace, None, Budget::work(0));
+    let mut errors = Vec::new();
+    while outcome.stop == StopReason::WorkLimit {
+        let left = query.estimate(&workspace, None).unwrap().remaining.bv_tests.p50;
+        errors.push((((outcome.stats.bv_tests as f64 + left) / total.bv_tests as f64).log2().abs(), left));
+        outcome = query.resume_with(&mut workspace, None, Budget::work(total.work / 10), &ManualClock::new()).unwrap();
+    }
+    assert!(errors.len() >= 9 && errors[1].0 < 1.0 && errors[5].0 < 0.5, "{errors:?}");
+    assert!(errors[errors.len() - 1].1 < errors[0].1);
+}
+
+#[test]
+fn time_budgets_teach_the_costs() {
+    let [a, b] = trees();
+    let mut workspace = Workspace::new();
+    let mut memory = PairMemory::new();
+    assert_eq!(memory.cost_model(), None);
+    let slow = CostModel::default();
+    let slow = CostModel { bv_test: 10.0 * slow.bv_test, ..slow };
+    memory.set_cost_model(slow);
+    // Every look at this clock takes a nanosecond: a machine that is far faster.
+    let clock = ManualClock::ticking(Duration::from_nanos(1));
+    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All);
+    let before = query.predict(Some(&memory)).time_ns.p50;
+    for _ in 0..10 {
+        let _ = query.run_with(&mut workspace, Some(&mut memory), Budget::time(Duration::from_secs(1)), &clock);
+    }
+    assert!(memory.cost_model().unwrap().bv_test < 0.5 * slow.bv_test);
+    assert!(query.predict(Some(&memory)).time_ns.p50 < before);
+}
+
+/// Generous time: depth-first, no queue. Too little: the queue. Either way the answer is the same.
+#[test]
+fn the_time_budget_decides_whether_pairs_are_queued() {
+    let (a, b) = (Tree::new(shapes::icosphere(6)), Tree::new(shapes::torus(1.0, 0.3, 256)));
+    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All).grain(0.0);
+    let mut workspace = Workspace::new();
+    let peaks = [Duration::from_secs(100), Duration::from_nanos(100)].map(|limit| {
+        let outcome = query.run_with(&mut workspace, None, Budget::time(limit), &ManualClock::new());
+        (outcome.stats.queue_peak > 0, outcome.found)
+    });
+    assert_eq!(peaks[0], (false, peaks[1].1));
+    assert!(peaks[1].0);
+}
+
+#[test]
+fn measured_costs_are_positive() {
+    #[cfg(feature = "std")]
+    {
+        let costs = CostModel::measure();
+        let all = [costs.bv_test, costs.triangle_test, costs.box_update, costs.setup];
+        assert!(all.iter().all(|&cost| cost > 0.0 && cost < 1e5), "{all:?}");
+    }
+    assert_eq!(CostModel::measure_with(&ManualClock::new()), CostModel::default(), "a clock that stands still");
+}
+
+/// No pose and no stop makes a number that is none.
+#[test]
+fn random_queries_give_numbers() {
+    let mut random = Random::new(5);
+    let mut workspace = Workspace::with_capacity(8, 64);
+    let tiny = Tree::new(shapes::cuboid(punctual::glam::Vec3::splat(1e-6), 2));
+    let large = Tree::new(shapes::height_field(40, 1));
+    for _ in 0..300 {
+        let pose = pose_about(DVec3::ZERO, 1.5, Drift::None, &mut random);
+        for (a, b) in [(&large, &large), (&tiny, &large), (&large, &tiny), (&tiny, &tiny)] {
+            let query = Query::new(a, b, pose).mode(Mode::All).grain(0.0);
+            assert_ordered(query.predict(None).bv_tests);
+            let _ = run(&query, &mut workspace, None, Budget::work(random.below(3000) as u64));
+            let estimate = query.estimate(&workspace, None).unwrap();
+            assert_ordered(estimate.remaining.work);
+            assert!((0.0..=1.0).contains(&estimate.probability) && (0.0..=1.0).contains(&estimate.recall));
+        }
+    }
+}
