@@ -78,7 +78,7 @@ pub struct punctual_cost_model {
     pub setup: f64,
 }
 
-fn known<'m>(memory: Option<&'m punctual_memory>) -> Result<Option<&'m PairMemory>, Fault> {
+fn known(memory: Option<&punctual_memory>) -> Result<Option<&PairMemory>, Fault> {
     memory.map(|memory| memory.0.get("memory")).transpose()
 }
 
