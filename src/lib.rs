@@ -15,6 +15,8 @@
 
 extern crate alloc;
 
+#[cfg(feature = "capi")]
+pub mod capi;
 mod math;
 mod mesh;
 pub mod model;

@@ -43,6 +43,9 @@ use queue::Pair;
 use traversal::Traversal;
 use workspace::Key;
 
+/// See [`Query::grain`].
+pub(crate) const DEFAULT_GRAIN: f32 = 256.0;
+
 /// Everything about a query that is a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Options {
@@ -84,7 +87,7 @@ impl<'t> Query<'t> {
             order: Order::Penetration,
             pair_limit: usize::MAX,
             poll_interval: MAX_STEP_WORK,
-            grain: 256.0,
+            grain: DEFAULT_GRAIN,
         };
         Self { a, b, b_in_a, options, prior: DEFAULT_PRIOR }
     }

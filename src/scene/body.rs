@@ -20,6 +20,16 @@ impl BodyId {
     pub fn index(self) -> usize {
         self.index as usize
     }
+
+    /// All of the id as a number, for other languages: the index in the low half.
+    pub fn to_bits(self) -> u64 {
+        u64::from(self.generation) << 32 | u64::from(self.index)
+    }
+
+    /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are ids of its bodies.
+    pub fn from_bits(bits: u64) -> Self {
+        Self { index: bits as u32, generation: (bits >> 32) as u32 }
+    }
 }
 
 impl fmt::Display for BodyId {

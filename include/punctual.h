@@ -1,0 +1,1458 @@
+/*
+ * punctual: mesh collision detection that answers by the deadline, and says how sure it is.
+ *
+ * Generated from src/capi by tools/c_header; do not edit. The guide is docs/c.md. C99 or newer, or C++17 (punctual.hpp).
+ *
+ * Errors. What can fail returns a punctual_status, and has then written no output. punctual_last_error() tells in words what
+ * was wrong and where. No call ends the process, but for two cases that no library can return from: memory runs out while a
+ * mesh, a tree or a scene grows, or a function of the caller's that was called back throws.
+ *
+ * Pointers. Unless a function says otherwise, no pointer may be null; null gives PUNCTUAL_STATUS_NULL. A handle must be one
+ * that was made by this library and not freed since. Other pointers must be aligned, and point to as many elements as the
+ * length beside them says. An output may be uninitialised; no output may overlap another argument of the same call.
+ *
+ * Ownership. What *_new, punctual_workspace_with_capacity, punctual_shape_*, punctual_tree_mesh and punctual_scene_tree make is
+ * the caller's, to be freed by the *_free of its type, in any order. Everything that is passed in is copied or shared, never
+ * taken over, but for the trees of a punctual_query, which it borrows.
+ *
+ * Threads. Any number of threads may use a handle through pointers to const. A call that takes a handle that is not const
+ * needs it for itself alone. Nothing is bound to the thread that made it. punctual_last_error() is each thread's own.
+ *
+ * Units. One length unit, the caller's, for all coordinates; matrices row by row; time in nanoseconds; triangles and vertices
+ * counted from 0.
+ */
+
+#ifndef PUNCTUAL_H
+#define PUNCTUAL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/** The version of this header. */
+#define PUNCTUAL_VERSION "0.1.0"
+
+/**
+ * Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
+ */
+#define PUNCTUAL_LEVELS 32
+
+/**
+ * The most work between two looks at a work budget, which can be overrun by no more; the default poll interval.
+ */
+#define PUNCTUAL_MAX_STEP_WORK 352
+
+/**
+ * How a call ended. Unless it is `PUNCTUAL_STATUS_OK`, nothing was written to the outputs and nothing was changed
+ * (but see `PUNCTUAL_STATUS_PANIC`), and `punctual_last_error` has a text that names the place.
+ */
+enum punctual_status
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Done.
+   */
+  PUNCTUAL_STATUS_OK = 0,
+  /**
+   * A pointer that must not be null is null.
+   */
+  PUNCTUAL_STATUS_NULL = 1,
+  /**
+   * A number is out of its range: an unknown value of an enumeration, an index or a length, or NaN.
+   */
+  PUNCTUAL_STATUS_BAD_ARGUMENT = 2,
+  /**
+   * Vertices and triangles are no mesh, or new vertices do not fit it.
+   */
+  PUNCTUAL_STATUS_BAD_MESH = 3,
+  /**
+   * Numbers are no pose: not finite, no rotation, or too far out.
+   */
+  PUNCTUAL_STATUS_BAD_POSE = 4,
+  /**
+   * A body id is not valid in this scene.
+   */
+  PUNCTUAL_STATUS_NO_SUCH_BODY = 5,
+  /**
+   * The scene has no id left.
+   */
+  PUNCTUAL_STATUS_SCENE_FULL = 6,
+  /**
+   * The workspace does not hold a run of this query: same trees, pose and options.
+   */
+  PUNCTUAL_STATUS_NOT_RESUMABLE = 7,
+  /**
+   * A tree is unsound. None that was built here is.
+   */
+  PUNCTUAL_STATUS_BAD_TREE = 8,
+  /**
+   * There is not that much memory.
+   */
+  PUNCTUAL_STATUS_OUT_OF_MEMORY = 9,
+  /**
+   * The operating system gives no thread.
+   */
+  PUNCTUAL_STATUS_NO_THREAD = 10,
+  /**
+   * An earlier call ended with `PUNCTUAL_STATUS_PANIC` while it changed this handle, which can only be freed now.
+   */
+  PUNCTUAL_STATUS_POISONED = 11,
+  /**
+   * A fault of the library was caught. The handles that the call was to change are poisoned.
+   */
+  PUNCTUAL_STATUS_PANIC = 12,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_status punctual_status;
+#else
+typedef uint32_t punctual_status;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
+ */
+enum punctual_verdict
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * The budget ended first. It says nothing about contact: do not treat it as separated.
+   */
+  PUNCTUAL_VERDICT_UNDECIDED = 0,
+  /**
+   * Proven: the witness triangles share a point.
+   */
+  PUNCTUAL_VERDICT_INTERSECTING = 1,
+  /**
+   * Proven: no triangle of A shares a point with one of B.
+   */
+  PUNCTUAL_VERDICT_SEPARATED = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_verdict punctual_verdict;
+#else
+typedef uint32_t punctual_verdict;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Why a query returned.
+ */
+enum punctual_stop_reason
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Nothing is left to visit: the answer is complete.
+   */
+  PUNCTUAL_STOP_REASON_FINISHED = 0,
+  /**
+   * The first intersection was found, which is all that MODE_ANY asks for.
+   */
+  PUNCTUAL_STOP_REASON_FIRST_HIT = 1,
+  /**
+   * The time was up.
+   */
+  PUNCTUAL_STOP_REASON_DEADLINE = 2,
+  /**
+   * The work was spent.
+   */
+  PUNCTUAL_STOP_REASON_WORK_LIMIT = 3,
+  /**
+   * The pair buffer was full. Drain it and resume.
+   */
+  PUNCTUAL_STOP_REASON_PAIRS_FULL = 4,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_stop_reason punctual_stop_reason;
+#else
+typedef uint32_t punctual_stop_reason;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * How much time a build may take to make queries faster.
+ */
+enum punctual_effort
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * For meshes that change or are asked about only a few times.
+   */
+  PUNCTUAL_EFFORT_FAST = 0,
+  /**
+   * The default.
+   */
+  PUNCTUAL_EFFORT_NORMAL = 1,
+  /**
+   * For meshes that are built once and asked about often.
+   */
+  PUNCTUAL_EFFORT_BEST = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_effort punctual_effort;
+#else
+typedef uint32_t punctual_effort;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What a query looks for.
+ */
+enum punctual_mode
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Whether there is an intersection: stops at the first.
+   */
+  PUNCTUAL_MODE_ANY = 0,
+  /**
+   * Every intersecting pair of triangles.
+   */
+  PUNCTUAL_MODE_ALL = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_mode punctual_mode;
+#else
+typedef uint32_t punctual_mode;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Which node pair is visited next. All orders give the same finished answer; they differ in what is known when a budget ends.
+ */
+enum punctual_order
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Deepest relative penetration of the boxes first; the default, and best at finding intersections early.
+   */
+  PUNCTUAL_ORDER_PENETRATION = 0,
+  /**
+   * Lowest product of the two alphas first.
+   */
+  PUNCTUAL_ORDER_LOW_ALPHA = 1,
+  /**
+   * Largest relative volume of the boxes' overlap first.
+   */
+  PUNCTUAL_ORDER_OVERLAP_VOLUME = 2,
+  /**
+   * Depth-first: no queue at all, the least overhead.
+   */
+  PUNCTUAL_ORDER_DEPTH_FIRST = 3,
+  /**
+   * Level by level.
+   */
+  PUNCTUAL_ORDER_BREADTH_FIRST = 4,
+  /**
+   * At random, by `seed`.
+   */
+  PUNCTUAL_ORDER_RANDOM = 5,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_order punctual_order;
+#else
+typedef uint32_t punctual_order;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What `limit` of a budget limits.
+ */
+enum punctual_budget_kind
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Nothing.
+   */
+  PUNCTUAL_BUDGET_KIND_UNLIMITED = 0,
+  /**
+   * Time from the start of the call, in nanoseconds.
+   */
+  PUNCTUAL_BUDGET_KIND_TIME = 1,
+  /**
+   * Units of work: where it stops depends on the input alone.
+   */
+  PUNCTUAL_BUDGET_KIND_WORK = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_budget_kind punctual_budget_kind;
+#else
+typedef uint32_t punctual_budget_kind;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Whether a body can meet others of its kind.
+ */
+enum punctual_body_kind
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Meets moving and fixed bodies.
+   */
+  PUNCTUAL_BODY_KIND_MOVING = 0,
+  /**
+   * Part of the surroundings: two fixed bodies are never looked at. It may be given new poses all the same.
+   */
+  PUNCTUAL_BODY_KIND_FIXED = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_body_kind punctual_body_kind;
+#else
+typedef uint32_t punctual_body_kind;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Which boxes the broad phase compares.
+ */
+enum punctual_reach
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Those around the bodies where they are: pairs that are not reported do not meet.
+   */
+  PUNCTUAL_REACH_HERE = 0,
+  /**
+   * Those around the way of each body since the last frame. Pairs that may have met in between are reported as well, with
+   * what is true of them here.
+   */
+  PUNCTUAL_REACH_WAY = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_reach punctual_reach;
+#else
+typedef uint32_t punctual_reach;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Memory of one pair of trees between frames. It changes the speed of an answer, never the answer; handed to another pair of
+ * trees, it forgets everything; refitted trees it takes for the same. One thread at a time may use it.
+ */
+typedef struct punctual_memory punctual_memory;
+
+/**
+ * A triangle surface: checked once when it is made, never changed after. Any number of threads may read it.
+ */
+typedef struct punctual_mesh punctual_mesh;
+
+/**
+ * Bodies that move, and the question which of them meet. One thread at a time may use it; it may start threads of its own.
+ */
+typedef struct punctual_scene punctual_scene;
+
+/**
+ * The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as none refits or frees it.
+ */
+typedef struct punctual_tree punctual_tree;
+
+/**
+ * Every buffer that a query needs, and what the last query found and left open. Allocated once: queries do not allocate. One
+ * thread at a time may use it.
+ */
+typedef struct punctual_workspace punctual_workspace;
+
+/**
+ * A rotation followed by a translation: the 3 x 4 matrix `[R|t]`, row by row. `b_in_a` maps coordinates of B to those of A:
+ * `((m[0]*x + m[1]*y) + m[2]*z) + m[3]` and so on, in double, rounded after each operation.
+ *
+ * It is checked wherever it is used (finite, no entry of `|R^T R - I|` above 1e-3, no mirror) and then used as it is.
+ */
+typedef struct punctual_pose {
+  /**
+   * Row by row; `m[3]`, `m[7]` and `m[11]` are the translation, in the length unit of the meshes.
+   */
+  double m[12];
+} punctual_pose;
+
+/**
+ * A point or a vector, in the length unit of the mesh.
+ */
+typedef struct punctual_point {
+  /**
+   * Along the x axis.
+   */
+  double x;
+  /**
+   * Along the y axis.
+   */
+  double y;
+  /**
+   * Along the z axis.
+   */
+  double z;
+} punctual_point;
+
+/**
+ * A box that is parallel to the axes; empty if `min` exceeds `max`.
+ */
+typedef struct punctual_aabb {
+  /**
+   * Smallest coordinates.
+   */
+  struct punctual_point min;
+  /**
+   * Largest coordinates.
+   */
+  struct punctual_point max;
+} punctual_aabb;
+
+/**
+ * Numbers that describe a mesh.
+ */
+typedef struct punctual_mesh_facts {
+  /**
+   * Triangles.
+   */
+  size_t triangles;
+  /**
+   * Vertices, those that no triangle uses included.
+   */
+  size_t vertices;
+  /**
+   * Memory on the heap.
+   */
+  size_t bytes;
+  /**
+   * Whether the vertices are stored as float, which is then exact.
+   */
+  bool is_f32;
+  /**
+   * The smallest box around all vertices in use, in the frame of the mesh; empty without triangles.
+   */
+  struct punctual_aabb bounds;
+} punctual_mesh_facts;
+
+/**
+ * Three corners, each x, y, z.
+ */
+typedef struct punctual_triangle {
+  /**
+   * Corner by corner.
+   */
+  double corners[3][3];
+} punctual_triangle;
+
+/**
+ * How a tree is built. Begin with `punctual_build_options_default()`.
+ */
+typedef struct punctual_build_options {
+  /**
+   * A `punctual_effort`.
+   */
+  uint32_t effort;
+  /**
+   * Whether boxes may be turned to where they are smallest: 0 or not 0.
+   */
+  uint32_t frames;
+  /**
+   * Most threads to build in; more than one only for large meshes. The tree is the same, to the bit.
+   */
+  size_t threads;
+} punctual_build_options;
+
+/**
+ * Numbers that describe a tree.
+ */
+typedef struct punctual_tree_facts {
+  /**
+   * Triangles of the mesh.
+   */
+  size_t triangles;
+  /**
+   * Nodes, clusters included.
+   */
+  size_t nodes;
+  /**
+   * Nodes whose children are triangles.
+   */
+  size_t clusters;
+  /**
+   * Levels of nodes; 0 for an empty mesh.
+   */
+  size_t depth;
+  /**
+   * Memory on the heap, the mesh included.
+   */
+  size_t bytes;
+  /**
+   * How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no unit.
+   */
+  float degradation;
+} punctual_tree_facts;
+
+/**
+ * One level of a tree.
+ */
+typedef struct punctual_tree_level {
+  /**
+   * Nodes on it.
+   */
+  size_t nodes;
+  /**
+   * Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a binary level, 0 to 1.
+   */
+  float alpha[3];
+} punctual_tree_level;
+
+/**
+ * Two triangles that intersect: ids of the input meshes, from 0.
+ */
+typedef struct punctual_triangle_pair {
+  /**
+   * Triangle of A.
+   */
+  uint32_t a;
+  /**
+   * Triangle of B.
+   */
+  uint32_t b;
+} punctual_triangle_pair;
+
+/**
+ * What is remembered.
+ */
+typedef struct punctual_memory_facts {
+  /**
+   * When it was last decided: 1 if the surfaces met, 0 if not; -1 if it never was.
+   */
+  int32_t last_verdict;
+  /**
+   * Frames since it was last decided.
+   */
+  uint32_t frames_undecided;
+  /**
+   * BV tests of the last query that ran to its end; -1 if none did.
+   */
+  int64_t last_bv_tests;
+} punctual_memory_facts;
+
+/**
+ * What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and `punctual_budget_work`.
+ */
+typedef struct punctual_budget {
+  /**
+   * Nanoseconds or units of work.
+   */
+  uint64_t limit;
+  /**
+   * A `punctual_budget_kind`.
+   */
+  uint32_t kind;
+} punctual_budget;
+
+/**
+ * A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
+ * borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
+ */
+typedef struct punctual_query {
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * A `punctual_mode`; MODE_ANY by default.
+   */
+  uint32_t mode;
+  /**
+   * A `punctual_order`; ORDER_PENETRATION by default.
+   */
+  uint32_t order;
+  /**
+   * For ORDER_RANDOM.
+   */
+  uint64_t seed;
+  /**
+   * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
+   */
+  size_t pair_limit;
+  /**
+   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+   */
+  uint64_t poll_interval;
+  /**
+   * Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued; 256 by
+   * default, 0 queues every pair.
+   */
+  float grain;
+  /**
+   * The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
+   * `punctual_query_estimate`; by default that of the poses for which the model was fitted.
+   */
+  double prior;
+} punctual_query;
+
+/**
+ * A clock of the caller's. It must not unwind (throw), and not use what the call that asks it is using.
+ */
+typedef struct punctual_clock {
+  /**
+   * Nanoseconds since some fixed moment, never less than before. `context` is the one below.
+   */
+  uint64_t (*now)(void *context);
+  /**
+   * Passed on to `now`.
+   */
+  void *context;
+} punctual_clock;
+
+/**
+ * What a query has done, resumed calls included.
+ */
+typedef struct punctual_stats {
+  /**
+   * Box overlap tests.
+   */
+  uint64_t bv_tests;
+  /**
+   * Triangle pairs tested.
+   */
+  uint64_t primitive_tests;
+  /**
+   * Those among them that needed exact arithmetic.
+   */
+  uint64_t exact_tests;
+  /**
+   * Units of work; one is about 0.3 ns.
+   */
+  uint64_t work;
+  /**
+   * BV tests by level; the last entry has all deeper levels.
+   */
+  uint64_t bv_tests_per_level[PUNCTUAL_LEVELS];
+  /**
+   * Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+  /**
+   * Most node pairs that waited in the queue at once.
+   */
+  uint32_t queue_peak;
+} punctual_stats;
+
+/**
+ * The answer of a query. The found pairs stay in the workspace: `punctual_workspace_pairs`.
+ */
+typedef struct punctual_outcome {
+  /**
+   * Whether the surfaces meet.
+   */
+  punctual_verdict verdict;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * If they meet, two triangles that do; else zeros.
+   */
+  struct punctual_triangle_pair witness;
+  /**
+   * Intersecting pairs found, resumed calls and drained pairs included; at most 1 for MODE_ANY.
+   */
+  uint64_t found;
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_outcome;
+
+/**
+ * What a query left open.
+ */
+typedef struct punctual_certificate {
+  /**
+   * Open pairs, of nodes or triangles; 0 means that nothing was missed.
+   */
+  size_t open_pairs;
+  /**
+   * No more triangle pairs than this intersect, those found included.
+   */
+  uint64_t upper_bound;
+  /**
+   * Every missed intersection lies in a box with no edge longer than this, in the length unit of the meshes.
+   */
+  double largest_extent;
+} punctual_certificate;
+
+/**
+ * Bounds below which a number stays with the given probability.
+ */
+typedef struct punctual_quantiles {
+  /**
+   * 10 %.
+   */
+  double p10;
+  /**
+   * The median.
+   */
+  double p50;
+  /**
+   * 90 %.
+   */
+  double p90;
+} punctual_quantiles;
+
+/**
+ * What a query, or the rest of one, is expected to take.
+ */
+typedef struct punctual_prediction {
+  /**
+   * BV tests.
+   */
+  struct punctual_quantiles bv_tests;
+  /**
+   * Triangle pairs tested.
+   */
+  struct punctual_quantiles triangle_tests;
+  /**
+   * Units of work.
+   */
+  struct punctual_quantiles work;
+  /**
+   * Time in nanoseconds, by the costs that the memory has learned, or else by those of the machine of the authors.
+   */
+  struct punctual_quantiles time;
+} punctual_prediction;
+
+/**
+ * What can be said of a stopped query. Not proven: only verdict and certificate are.
+ */
+typedef struct punctual_estimate {
+  /**
+   * What the query has still to do.
+   */
+  struct punctual_prediction remaining;
+  /**
+   * Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart.
+   */
+  double probability;
+  /**
+   * Expected share of the intersecting pairs that has been found, 0 to 1; for MODE_ANY, 1 as soon as it is decided.
+   */
+  double recall;
+} punctual_estimate;
+
+/**
+ * What the steps of a query cost, in nanoseconds.
+ */
+typedef struct punctual_cost_model {
+  /**
+   * One BV test.
+   */
+  double bv_test;
+  /**
+   * One triangle pair.
+   */
+  double triangle_test;
+  /**
+   * One node pair that is opened.
+   */
+  double box_update;
+  /**
+   * One query.
+   */
+  double setup;
+} punctual_cost_model;
+
+/**
+ * A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of bodies may have the same.
+ */
+typedef struct punctual_body {
+  /**
+   * Its tree.
+   */
+  const struct punctual_tree *tree;
+  /**
+   * Maps coordinates of the mesh to those of the scene.
+   */
+  struct punctual_pose pose;
+  /**
+   * A `punctual_body_kind`; moving by default.
+   */
+  uint32_t kind;
+  /**
+   * The groups it belongs to, a bit each; all by default.
+   */
+  uint32_t groups;
+  /**
+   * The groups it meets, if they meet its own; all by default.
+   */
+  uint32_t mask;
+  /**
+   * How much its pairs matter when the budget does not reach all; 0 by default. A pair counts as the more important of its
+   * two bodies, and goes before all that are less important.
+   */
+  float importance;
+} punctual_body;
+
+/**
+ * Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
+ */
+typedef struct punctual_body_id {
+  /**
+   * A small number that no other body now in the scene has; those of removed bodies are given out again.
+   */
+  uint32_t index;
+  /**
+   * Tells bodies of the same index apart.
+   */
+  uint32_t generation;
+} punctual_body_id;
+
+/**
+ * What is known about two bodies whose boxes overlap.
+ */
+typedef struct punctual_pair_report {
+  /**
+   * The body of the lower index: A of the pair.
+   */
+  struct punctual_body_id a;
+  /**
+   * The other one.
+   */
+  struct punctual_body_id b;
+  /**
+   * Whether their surfaces meet, in this frame.
+   */
+  punctual_verdict verdict;
+  /**
+   * Whether nothing is left to find.
+   */
+  bool complete;
+  /**
+   * If they meet, two triangles that do; else zeros.
+   */
+  struct punctual_triangle_pair witness;
+  /**
+   * Intersecting pairs of triangles found; at most 1 for MODE_ANY.
+   */
+  uint64_t found;
+  /**
+   * Frames since it was decided: 0 if it was in this one.
+   */
+  uint64_t age;
+} punctual_pair_report;
+
+/**
+ * What a frame found. Bodies that are not in `pairs` together, and may meet, do not: their boxes are apart.
+ */
+typedef struct punctual_report {
+  /**
+   * Frames so far, this one included.
+   */
+  uint64_t frame;
+  /**
+   * All pairs of bodies whose boxes overlap and that may meet, ascending by index. The scene's; valid until its next frame.
+   */
+  const struct punctual_pair_report *pairs;
+  /**
+   * How many they are.
+   */
+  size_t pair_count;
+  /**
+   * How many of them are decided in this frame; the others are undecided.
+   */
+  size_t decided;
+  /**
+   * How many of them intersect.
+   */
+  size_t intersecting;
+  /**
+   * How many of them are complete.
+   */
+  size_t complete;
+  /**
+   * The largest age of a pair.
+   */
+  uint64_t worst_age;
+  /**
+   * Work done, without the broad phase.
+   */
+  uint64_t work;
+  /**
+   * BV tests of the queries.
+   */
+  uint64_t bv_tests;
+  /**
+   * Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_report;
+
+/**
+ * What is not known about a pair.
+ */
+typedef struct punctual_pair_certificate {
+  /**
+   * No more triangle pairs than this intersect.
+   */
+  uint64_t upper_bound;
+  /**
+   * Each intersection that was not found lies in a box no longer than this, in the length unit of the scene.
+   */
+  double largest_extent;
+} punctual_pair_certificate;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/**
+ * The text of the last call on this thread that failed, in UTF-8: the function, the place and the fault. Empty if none
+ * did. Valid until the next call on this thread that fails; calls that succeed leave it.
+ */
+const char *punctual_last_error(void);
+
+/**
+ * The version of the library, such as "1.2.3". Compare it with `PUNCTUAL_VERSION`, that of the header.
+ */
+const char *punctual_version(void);
+
+/**
+ * The pose that maps every point to itself.
+ */
+struct punctual_pose punctual_pose_identity(void);
+
+/**
+ * A pose from a quaternion, which is normalised first, and a translation.
+ *
+ * Fails with BAD_POSE if the quaternion is zero or a number is not finite.
+ */
+punctual_status punctual_pose_from_quaternion(double x,
+                                              double y,
+                                              double z,
+                                              double w,
+                                              struct punctual_point translation,
+                                              struct punctual_pose *pose);
+
+/**
+ * `outer` after `inner`, rounded: of `b_in_a` and `c_in_b`, `c_in_a`.
+ *
+ * Fails with BAD_POSE if one of them or the result is no pose.
+ */
+punctual_status punctual_pose_compose(struct punctual_pose outer,
+                                      struct punctual_pose inner,
+                                      struct punctual_pose *pose);
+
+/**
+ * The inverse map, rounded: of `b_in_a`, `a_in_b`.
+ *
+ * Fails with BAD_POSE if it or the result is no pose.
+ */
+punctual_status punctual_pose_inverse(struct punctual_pose of, struct punctual_pose *pose);
+
+/**
+ * Makes a mesh from `3 * vertex_count` coordinates and `3 * triangle_count` vertex indices, from 0, which are copied.
+ *
+ * Coordinates are in one length unit, the caller's, in the frame of the mesh, and kept to the bit. Triangles may be
+ * degenerate, share vertices or overlap; vertices that none uses may hold anything. No triangles are fine. Takes linear
+ * time.
+ *
+ * Fails with BAD_MESH if an index is out of range or a coordinate in use is not finite.
+ */
+punctual_status punctual_mesh_new_f32(const float *vertices,
+                                      size_t vertex_count,
+                                      const uint32_t *triangles,
+                                      size_t triangle_count,
+                                      struct punctual_mesh **mesh);
+
+/**
+ * Like `punctual_mesh_new_f32`. The mesh is stored as float if that keeps every bit of the vertices in use.
+ *
+ * Fails with BAD_MESH also if a coordinate in use exceeds 2^1000.
+ */
+punctual_status punctual_mesh_new_f64(const double *vertices,
+                                      size_t vertex_count,
+                                      const uint32_t *triangles,
+                                      size_t triangle_count,
+                                      struct punctual_mesh **mesh);
+
+/**
+ * Frees a mesh; null is fine. Trees have copies of their own.
+ */
+void punctual_mesh_free(struct punctual_mesh *mesh);
+
+/**
+ * Describes a mesh. Takes constant time.
+ */
+punctual_status punctual_mesh_describe(const struct punctual_mesh *mesh, struct punctual_mesh_facts *facts);
+
+/**
+ * The vertex indices of all triangles, three for each, in the order given. Valid as long as the mesh.
+ */
+punctual_status punctual_mesh_indices(const struct punctual_mesh *mesh, const uint32_t **indices);
+
+/**
+ * One vertex, exact if a triangle uses it.
+ *
+ * Fails with BAD_ARGUMENT if there is no such vertex.
+ */
+punctual_status punctual_mesh_vertex(const struct punctual_mesh *mesh, size_t index, struct punctual_point *vertex);
+
+/**
+ * A sphere of radius 1 around the origin, `20 * 4^subdivisions` triangles; at most 12 subdivisions. As for all shapes,
+ * arguments that are out of range are moved into it, and the same arguments give the same mesh.
+ */
+punctual_status punctual_shape_icosphere(uint32_t subdivisions, struct punctual_mesh **mesh);
+
+/**
+ * A box around the origin of these half extents, 1e-6 to 1e6; each face is a grid of `cells` by `cells` squares, 1 to 8192:
+ * `12 * cells^2` triangles.
+ */
+punctual_status punctual_shape_cuboid(float half_x,
+                                      float half_y,
+                                      float half_z,
+                                      uint32_t cells,
+                                      struct punctual_mesh **mesh);
+
+/**
+ * A torus around the z axis: a tube of radius `minor`, 0.01 to 0.99 times `major`, along a circle of radius `major`, 1e-6 to
+ * 1e6; `2 * resolution * max(3, resolution / 2)` triangles, `resolution` 3 to 16384.
+ */
+punctual_status punctual_shape_torus(float major,
+                                     float minor,
+                                     uint32_t resolution,
+                                     struct punctual_mesh **mesh);
+
+/**
+ * A tube of radius `tube`, 0.01 to 0.3, along a knot that winds `p` times around the z axis while it winds `q` times around
+ * the tube of a torus of radii 2/3 and 1/3; `2 * resolution * max(3, resolution / 8)` triangles.
+ */
+punctual_status punctual_shape_torus_knot(uint32_t p,
+                                          uint32_t q,
+                                          float tube,
+                                          uint32_t resolution,
+                                          struct punctual_mesh **mesh);
+
+/**
+ * A spur gear of outer radius 1 and thickness 0.3 around the z axis, `32 * teeth * resolution^2` triangles; `teeth` is 3 to
+ * 4096, `resolution` 1 to 64.
+ */
+punctual_status punctual_shape_gear(uint32_t teeth,
+                                    uint32_t resolution,
+                                    struct punctual_mesh **mesh);
+
+/**
+ * Hills over the square from -1 to 1 in x and y, an open surface of `2 * resolution^2` triangles. Each seed has its own.
+ */
+punctual_status punctual_shape_height_field(uint32_t resolution,
+                                            uint64_t seed,
+                                            struct punctual_mesh **mesh);
+
+/**
+ * Whether two closed triangles share at least one point, exactly for the given coordinates. Touching is intersecting; a
+ * degenerate triangle is the segment or point that it is.
+ *
+ * Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
+ */
+punctual_status punctual_triangles_intersect(struct punctual_triangle a, struct punctual_triangle b, bool *intersect);
+
+/**
+ * Boxes that may be turned, normal effort, one thread.
+ */
+struct punctual_build_options punctual_build_options_default(void);
+
+/**
+ * Builds the tree of a mesh, of which it keeps a copy. `options` may be null: the defaults. Takes `n log n` time.
+ *
+ * Fails with BAD_ARGUMENT if `options->effort` is unknown.
+ */
+punctual_status punctual_tree_new(const struct punctual_mesh *mesh,
+                                  const struct punctual_build_options *options,
+                                  struct punctual_tree **tree);
+
+/**
+ * Frees a tree; null is fine. Scenes keep what they share.
+ */
+void punctual_tree_free(struct punctual_tree *tree);
+
+/**
+ * Moves the vertices of the mesh, which keeps its triangles: all of them, `3 * vertex_count` coordinates in the order of the
+ * mesh. Queries stay exact. Takes linear time, a small part of a build, and allocates nothing, unless a scene shares the
+ * tree: the scene then keeps the old one (see `punctual_scene_refit_f32`). Stopped queries cannot be resumed afterwards.
+ *
+ * Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the tree is unchanged then.
+ */
+punctual_status punctual_tree_refit_f32(struct punctual_tree *tree,
+                                        const float *vertices,
+                                        size_t vertex_count);
+
+/**
+ * Like `punctual_tree_refit_f32`. Allocates only once, if the mesh was stored as float and needs double now.
+ */
+punctual_status punctual_tree_refit_f64(struct punctual_tree *tree, const double *vertices, size_t vertex_count);
+
+/**
+ * A copy of the mesh of a tree, as it is now.
+ */
+punctual_status punctual_tree_mesh(const struct punctual_tree *tree, struct punctual_mesh **mesh);
+
+/**
+ * Describes a tree. Takes linear time and allocates.
+ */
+punctual_status punctual_tree_describe(const struct punctual_tree *tree, struct punctual_tree_facts *facts);
+
+/**
+ * Describes the levels of a tree, the root's first: as many as `capacity` allows are written to `levels`, and how many there
+ * are to `count`. Takes linear time and allocates.
+ */
+punctual_status punctual_tree_levels(const struct punctual_tree *tree,
+                                     struct punctual_tree_level *levels,
+                                     size_t capacity,
+                                     size_t *count);
+
+/**
+ * Checks that every triangle is in one cluster and inside every box above it. Takes linear time and allocates.
+ *
+ * Fails with BAD_TREE if not, which no tree that was built here does.
+ */
+punctual_status punctual_tree_validate(const struct punctual_tree *tree);
+
+/**
+ * Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 830 kB.
+ */
+punctual_status punctual_workspace_new(struct punctual_workspace **workspace);
+
+/**
+ * Makes a workspace with room for `queue` node pairs (a full queue costs order, no answer) and `pairs` found pairs, at
+ * least 1 (when they are full, the query stops with PAIRS_FULL, to be drained and resumed): `16 queue + 8 pairs` bytes and
+ * about 240 kB.
+ *
+ * Fails with OUT_OF_MEMORY if there is not that much.
+ */
+punctual_status punctual_workspace_with_capacity(size_t queue,
+                                                 size_t pairs,
+                                                 struct punctual_workspace **workspace);
+
+/**
+ * Frees a workspace; null is fine.
+ */
+void punctual_workspace_free(struct punctual_workspace *workspace);
+
+/**
+ * Uses the portable kernels from now on, whatever the machine offers: slower, the same bits.
+ */
+punctual_status punctual_workspace_use_portable_kernels(struct punctual_workspace *workspace);
+
+/**
+ * The intersecting pairs that the last query found, in order of discovery, without those drained. They stay the
+ * workspace's, and are valid until it is used again.
+ */
+punctual_status punctual_workspace_pairs(const struct punctual_workspace *workspace,
+                                         const struct punctual_triangle_pair **pairs,
+                                         size_t *count);
+
+/**
+ * Forgets the found pairs, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
+ */
+punctual_status punctual_workspace_drain_pairs(struct punctual_workspace *workspace);
+
+/**
+ * Makes a memory that knows nothing, of about 100 bytes.
+ */
+punctual_status punctual_memory_new(struct punctual_memory **memory);
+
+/**
+ * Frees a memory; null is fine.
+ */
+void punctual_memory_free(struct punctual_memory *memory);
+
+/**
+ * Tells what is remembered.
+ */
+punctual_status punctual_memory_describe(const struct punctual_memory *memory, struct punctual_memory_facts *facts);
+
+/**
+ * As much as it takes.
+ */
+struct punctual_budget punctual_budget_unlimited(void);
+
+/**
+ * Stop within this time from the start of the call.
+ */
+struct punctual_budget punctual_budget_time(uint64_t nanoseconds);
+
+/**
+ * Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later: the same bits on every machine, in every run.
+ */
+struct punctual_budget punctual_budget_work(uint64_t units);
+
+/**
+ * The question whether `a` and `b` intersect, with the default options. Checked when it is run.
+ */
+struct punctual_query punctual_query_new(const struct punctual_tree *a,
+                                         const struct punctual_tree *b,
+                                         struct punctual_pose b_in_a);
+
+/**
+ * Runs a query within a budget. It does not allocate, lock or panic. `memory` may be null; `clock` may be null: the clock of
+ * the system.
+ *
+ * Under a time budget it returns at most one poll interval of work late, under a work budget at most
+ * PUNCTUAL_MAX_STEP_WORK units later. What it finds stays in the workspace.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ */
+punctual_status punctual_query_run(const struct punctual_query *query,
+                                   struct punctual_workspace *workspace,
+                                   struct punctual_memory *memory,
+                                   struct punctual_budget budget,
+                                   const struct punctual_clock *clock,
+                                   struct punctual_outcome *outcome);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets,
+ * the outcome at the end is that of one uninterrupted run.
+ *
+ * Fails as `punctual_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or is
+ * complete.
+ */
+punctual_status punctual_query_resume(const struct punctual_query *query,
+                                      struct punctual_workspace *workspace,
+                                      struct punctual_memory *memory,
+                                      struct punctual_budget budget,
+                                      const struct punctual_clock *clock,
+                                      struct punctual_outcome *outcome);
+
+/**
+ * What the last run of this query in the workspace left open. Takes time linear in the open pairs; allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ */
+punctual_status punctual_query_certificate(const struct punctual_query *query,
+                                           const struct punctual_workspace *workspace,
+                                           struct punctual_certificate *certificate);
+
+/**
+ * Boxes in A's frame, one for each open pair: every missed intersection has all its points in one of them; a box
+ * may be empty. As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+ *
+ * Fails as `punctual_query_certificate`.
+ */
+punctual_status punctual_query_open_boxes(const struct punctual_query *query,
+                                          const struct punctual_workspace *workspace,
+                                          struct punctual_aabb *boxes,
+                                          size_t capacity,
+                                          size_t *count);
+
+/**
+ * What this query will take, if nothing stops it, given what is remembered of the pair; `memory` may be null. Takes about a
+ * microsecond and allocates nothing.
+ */
+punctual_status punctual_query_predict(const struct punctual_query *query,
+                                       const struct punctual_memory *memory,
+                                       struct punctual_prediction *prediction);
+
+/**
+ * What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
+ * Takes about three microseconds and allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ */
+punctual_status punctual_query_estimate(const struct punctual_query *query,
+                                        const struct punctual_workspace *workspace,
+                                        const struct punctual_memory *memory,
+                                        struct punctual_estimate *estimate);
+
+/**
+ * Begins with these costs; they change with each query under a time budget.
+ *
+ * Fails with BAD_ARGUMENT if one is not finite.
+ */
+punctual_status punctual_memory_set_cost_model(struct punctual_memory *memory, struct punctual_cost_model costs);
+
+/**
+ * A moving body that may meet all others. Checked when it is inserted.
+ */
+struct punctual_body punctual_body_new(const struct punctual_tree *tree, struct punctual_pose pose);
+
+/**
+ * Makes a scene without bodies. `mode` is a `punctual_mode` (any intersection of each pair, or the number of all), `reach` a
+ * `punctual_reach`.
+ *
+ * Fails with BAD_ARGUMENT if one of them is unknown.
+ */
+punctual_status punctual_scene_new(uint32_t mode,
+                                   uint32_t reach,
+                                   struct punctual_scene **scene);
+
+/**
+ * Frees a scene and ends its threads; null is fine.
+ */
+void punctual_scene_free(struct punctual_scene *scene);
+
+/**
+ * Shares the work of `punctual_scene_detect` among `threads` threads, the caller's included. They wait between frames.
+ *
+ * Fails with BAD_ARGUMENT if they are more than 1024, with NO_THREAD if the operating system gives none; the scene then has
+ * those that it had.
+ */
+punctual_status punctual_scene_use_threads(struct punctual_scene *scene,
+                                           size_t threads);
+
+/**
+ * Puts a body into the scene.
+ *
+ * Fails with BAD_POSE if its pose is refused (a scene allows a little less than a query), BAD_ARGUMENT if its kind is unknown
+ * or its importance NaN.
+ */
+punctual_status punctual_scene_insert(struct punctual_scene *scene,
+                                      const struct punctual_body *body,
+                                      struct punctual_body_id *id);
+
+/**
+ * Takes a body out of the scene. As for all that follows, fails with NO_SUCH_BODY if it is not in it.
+ */
+punctual_status punctual_scene_remove(struct punctual_scene *scene, struct punctual_body_id id);
+
+/**
+ * A body as it is now, but for `tree`, which is null: see `punctual_scene_tree`.
+ */
+punctual_status punctual_scene_body(const struct punctual_scene *scene,
+                                    struct punctual_body_id id,
+                                    struct punctual_body *body);
+
+/**
+ * A new handle to the tree of a body, shared with the scene: the caller's, to be freed.
+ */
+punctual_status punctual_scene_tree(const struct punctual_scene *scene,
+                                    struct punctual_body_id id,
+                                    struct punctual_tree **tree);
+
+/**
+ * The ids of all bodies, by index: as many as `capacity` allows are written to `ids`, and how many there are to `count`.
+ */
+punctual_status punctual_scene_bodies(const struct punctual_scene *scene,
+                                      struct punctual_body_id *ids,
+                                      size_t capacity,
+                                      size_t *count);
+
+/**
+ * Moves a body. The very pose that it has leaves it at rest.
+ *
+ * Fails with BAD_POSE if the pose is refused; the body then stays where it was.
+ */
+punctual_status punctual_scene_set_pose(struct punctual_scene *scene,
+                                        struct punctual_body_id id,
+                                        struct punctual_pose pose);
+
+/**
+ * Gives a body another tree.
+ */
+punctual_status punctual_scene_set_tree(struct punctual_scene *scene,
+                                        struct punctual_body_id id,
+                                        const struct punctual_tree *tree);
+
+/**
+ * Moves the vertices of a body's mesh, as `punctual_tree_refit_f32`. If handles or other bodies share its tree, the body gets
+ * one of its own first.
+ *
+ * Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the shape is unchanged then.
+ */
+punctual_status punctual_scene_refit_f32(struct punctual_scene *scene,
+                                         struct punctual_body_id id,
+                                         const float *vertices,
+                                         size_t vertex_count);
+
+/**
+ * Like `punctual_scene_refit_f32`.
+ */
+punctual_status punctual_scene_refit_f64(struct punctual_scene *scene,
+                                         struct punctual_body_id id,
+                                         const double *vertices,
+                                         size_t vertex_count);
+
+/**
+ * Says whom a body may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both have a bit set.
+ */
+punctual_status punctual_scene_set_filter(struct punctual_scene *scene,
+                                          struct punctual_body_id id,
+                                          uint32_t groups,
+                                          uint32_t mask);
+
+/**
+ * Says how much the pairs of a body matter.
+ *
+ * Fails with BAD_ARGUMENT if the importance is NaN.
+ */
+punctual_status punctual_scene_set_importance(struct punctual_scene *scene,
+                                              struct punctual_body_id id,
+                                              float importance);
+
+/**
+ * Finds out which bodies meet, within a budget for the whole frame. `clock` may be null: the clock of the system; with one of
+ * the caller's, all is done on the calling thread. `report` may be null.
+ *
+ * Under a time budget it ends in time as long as the broad phase alone does; under a work budget, which does not count the
+ * broad phase, it gives the same report on any number of threads. It does not allocate once its buffers have grown to the
+ * size of the scene.
+ */
+punctual_status punctual_scene_detect(struct punctual_scene *scene,
+                                      struct punctual_budget budget,
+                                      const struct punctual_clock *clock,
+                                      struct punctual_report *report);
+
+/**
+ * What the last frame found.
+ */
+punctual_status punctual_scene_report(const struct punctual_scene *scene, struct punctual_report *report);
+
+/**
+ * What the last frame found about two bodies, by binary search. `listed` says whether it has the pair; if not, their boxes
+ * are apart or they may not meet, and `pair` is left alone.
+ */
+punctual_status punctual_scene_pair(const struct punctual_scene *scene,
+                                    struct punctual_body_id x,
+                                    struct punctual_body_id y,
+                                    struct punctual_pair_report *pair,
+                                    bool *listed);
+
+/**
+ * What the last frame left open about two bodies. Takes time linear in what is open.
+ */
+punctual_status punctual_scene_certificate(const struct punctual_scene *scene,
+                                           struct punctual_body_id x,
+                                           struct punctual_body_id y,
+                                           struct punctual_pair_certificate *certificate);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* PUNCTUAL_H */

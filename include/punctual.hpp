@@ -1,0 +1,371 @@
+/*
+ * punctual for C++17: the handles of punctual.h as move-only types that free themselves. Header only, a thin layer: no call
+ * does more than the one of the same name in punctual.h, where units, ownership, threads and errors are told.
+ *
+ * No exceptions are thrown and none are needed (-fno-exceptions and -fno-rtti are fine). What can fail returns a Result, or a
+ * punctual_status where there is no value. Copies of a handle's pointer (get()) must not outlive it.
+ */
+
+#ifndef PUNCTUAL_HPP
+#define PUNCTUAL_HPP
+
+#include "punctual.h"
+
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+
+namespace punctual {
+
+/** What went wrong in the last call on this thread that failed. */
+inline const char *last_error() noexcept { return punctual_last_error(); }
+
+/** A value, or the status that tells why there is none. */
+template <class T> class [[nodiscard]] Result {
+public:
+  Result(T value) noexcept : value_(std::move(value)) {}
+  Result(punctual_status failure) noexcept : status_(failure) {}
+
+  explicit operator bool() const noexcept { return value_.has_value(); }
+  punctual_status status() const noexcept { return status_; }
+
+  T &operator*() &noexcept { return assert(value_), *value_; }
+  const T &operator*() const &noexcept { return assert(value_), *value_; }
+  T operator*() &&noexcept { return assert(value_), std::move(*value_); }
+  T *operator->() noexcept { return assert(value_), &*value_; }
+  const T *operator->() const noexcept { return assert(value_), &*value_; }
+
+private:
+  punctual_status status_ = PUNCTUAL_STATUS_OK;
+  std::optional<T> value_;
+};
+
+/** Elements that somebody else owns. */
+template <class T> struct Span {
+  const T *data;
+  std::size_t size;
+
+  const T *begin() const noexcept { return data; }
+  const T *end() const noexcept { return data + size; }
+};
+
+namespace detail {
+
+/** Owns a handle. */
+template <class H, void (*Free)(H *)> class Handle {
+public:
+  Handle() noexcept = default;
+  explicit Handle(H *handle) noexcept : handle_(handle) {}
+
+  /** For the functions of punctual.h; null after a move. */
+  H *get() noexcept { return handle_.get(); }
+  const H *get() const noexcept { return handle_.get(); }
+
+private:
+  struct Deleter {
+    void operator()(H *handle) const noexcept { Free(handle); }
+  };
+  std::unique_ptr<H, Deleter> handle_;
+};
+
+/** The handle that `make` makes, as a T. */
+template <class T, class H, class Make> Result<T> owned(Make make) noexcept {
+  H *handle = nullptr;
+  punctual_status status = make(&handle);
+  if (status != PUNCTUAL_STATUS_OK)
+    return status;
+  return T(handle);
+}
+
+/** The value that `fill` fills in. */
+template <class T, class Fill> Result<T> filled(Fill fill) noexcept {
+  T value{};
+  punctual_status status = fill(&value);
+  if (status != PUNCTUAL_STATUS_OK)
+    return status;
+  return value;
+}
+
+} // namespace detail
+
+inline punctual_pose identity() noexcept { return punctual_pose_identity(); }
+
+inline Result<punctual_pose> pose_from_quaternion(double x, double y, double z, double w,
+                                                  punctual_point translation) noexcept {
+  return detail::filled<punctual_pose>(
+      [&](punctual_pose *pose) { return punctual_pose_from_quaternion(x, y, z, w, translation, pose); });
+}
+
+inline Result<punctual_pose> compose(const punctual_pose &outer, const punctual_pose &inner) noexcept {
+  return detail::filled<punctual_pose>(
+      [&](punctual_pose *pose) { return punctual_pose_compose(outer, inner, pose); });
+}
+
+inline Result<punctual_pose> inverse(const punctual_pose &of) noexcept {
+  return detail::filled<punctual_pose>([&](punctual_pose *pose) { return punctual_pose_inverse(of, pose); });
+}
+
+inline Result<bool> triangles_intersect(const punctual_triangle &a, const punctual_triangle &b) noexcept {
+  return detail::filled<bool>([&](bool *intersect) { return punctual_triangles_intersect(a, b, intersect); });
+}
+
+inline punctual_budget unlimited() noexcept { return punctual_budget_unlimited(); }
+inline punctual_budget time(std::uint64_t nanoseconds) noexcept { return punctual_budget_time(nanoseconds); }
+inline punctual_budget work(std::uint64_t units) noexcept { return punctual_budget_work(units); }
+
+class Mesh : public detail::Handle<punctual_mesh, punctual_mesh_free> {
+public:
+  using Handle::Handle;
+
+  static Result<Mesh> make(const float *vertices, std::size_t vertex_count, const std::uint32_t *triangles,
+                           std::size_t triangle_count) noexcept {
+    return owned([&](punctual_mesh **mesh) {
+      return punctual_mesh_new_f32(vertices, vertex_count, triangles, triangle_count, mesh);
+    });
+  }
+  static Result<Mesh> make(const double *vertices, std::size_t vertex_count, const std::uint32_t *triangles,
+                           std::size_t triangle_count) noexcept {
+    return owned([&](punctual_mesh **mesh) {
+      return punctual_mesh_new_f64(vertices, vertex_count, triangles, triangle_count, mesh);
+    });
+  }
+  static Result<Mesh> icosphere(std::uint32_t subdivisions) noexcept {
+    return owned([&](punctual_mesh **mesh) { return punctual_shape_icosphere(subdivisions, mesh); });
+  }
+  static Result<Mesh> cuboid(float half_x, float half_y, float half_z, std::uint32_t cells) noexcept {
+    return owned([&](punctual_mesh **mesh) { return punctual_shape_cuboid(half_x, half_y, half_z, cells, mesh); });
+  }
+  static Result<Mesh> torus(float major, float minor, std::uint32_t resolution) noexcept {
+    return owned([&](punctual_mesh **mesh) { return punctual_shape_torus(major, minor, resolution, mesh); });
+  }
+  static Result<Mesh> torus_knot(std::uint32_t p, std::uint32_t q, float tube, std::uint32_t resolution) noexcept {
+    return owned([&](punctual_mesh **mesh) { return punctual_shape_torus_knot(p, q, tube, resolution, mesh); });
+  }
+  static Result<Mesh> gear(std::uint32_t teeth, std::uint32_t resolution) noexcept {
+    return owned([&](punctual_mesh **mesh) { return punctual_shape_gear(teeth, resolution, mesh); });
+  }
+  static Result<Mesh> height_field(std::uint32_t resolution, std::uint64_t seed) noexcept {
+    return owned([&](punctual_mesh **mesh) { return punctual_shape_height_field(resolution, seed, mesh); });
+  }
+
+  Result<punctual_mesh_facts> describe() const noexcept {
+    return detail::filled<punctual_mesh_facts>(
+        [&](punctual_mesh_facts *facts) { return punctual_mesh_describe(get(), facts); });
+  }
+  Result<punctual_point> vertex(std::size_t index) const noexcept {
+    return detail::filled<punctual_point>(
+        [&](punctual_point *vertex) { return punctual_mesh_vertex(get(), index, vertex); });
+  }
+  /** Three for each triangle. */
+  Result<const std::uint32_t *> indices() const noexcept {
+    return detail::filled<const std::uint32_t *>(
+        [&](const std::uint32_t **indices) { return punctual_mesh_indices(get(), indices); });
+  }
+
+private:
+  template <class Make> static Result<Mesh> owned(Make make) noexcept {
+    return detail::owned<Mesh, punctual_mesh>(make);
+  }
+};
+
+class Tree : public detail::Handle<punctual_tree, punctual_tree_free> {
+public:
+  using Handle::Handle;
+
+  static Result<Tree> build(const Mesh &mesh, const punctual_build_options &options =
+                                                  punctual_build_options_default()) noexcept {
+    return detail::owned<Tree, punctual_tree>(
+        [&](punctual_tree **tree) { return punctual_tree_new(mesh.get(), &options, tree); });
+  }
+
+  [[nodiscard]] punctual_status refit(const float *vertices, std::size_t vertex_count) noexcept {
+    return punctual_tree_refit_f32(get(), vertices, vertex_count);
+  }
+  [[nodiscard]] punctual_status refit(const double *vertices, std::size_t vertex_count) noexcept {
+    return punctual_tree_refit_f64(get(), vertices, vertex_count);
+  }
+  Result<Mesh> mesh() const noexcept {
+    return detail::owned<Mesh, punctual_mesh>([&](punctual_mesh **mesh) { return punctual_tree_mesh(get(), mesh); });
+  }
+  Result<punctual_tree_facts> describe() const noexcept {
+    return detail::filled<punctual_tree_facts>(
+        [&](punctual_tree_facts *facts) { return punctual_tree_describe(get(), facts); });
+  }
+  /** Writes up to `capacity` levels; how many there are. */
+  Result<std::size_t> levels(punctual_tree_level *levels, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_tree_levels(get(), levels, capacity, count); });
+  }
+  [[nodiscard]] punctual_status validate() const noexcept { return punctual_tree_validate(get()); }
+};
+
+class Memory : public detail::Handle<punctual_memory, punctual_memory_free> {
+public:
+  using Handle::Handle;
+
+  static Result<Memory> make() noexcept { return detail::owned<Memory, punctual_memory>(punctual_memory_new); }
+
+  Result<punctual_memory_facts> describe() const noexcept {
+    return detail::filled<punctual_memory_facts>(
+        [&](punctual_memory_facts *facts) { return punctual_memory_describe(get(), facts); });
+  }
+  [[nodiscard]] punctual_status set_cost_model(const punctual_cost_model &costs) noexcept {
+    return punctual_memory_set_cost_model(get(), costs);
+  }
+};
+
+class Workspace : public detail::Handle<punctual_workspace, punctual_workspace_free> {
+public:
+  using Handle::Handle;
+
+  static Result<Workspace> make() noexcept {
+    return detail::owned<Workspace, punctual_workspace>(punctual_workspace_new);
+  }
+  static Result<Workspace> with_capacity(std::size_t queue, std::size_t pairs) noexcept {
+    return detail::owned<Workspace, punctual_workspace>([&](punctual_workspace **workspace) {
+      return punctual_workspace_with_capacity(queue, pairs, workspace);
+    });
+  }
+
+  [[nodiscard]] punctual_status use_portable_kernels() noexcept {
+    return punctual_workspace_use_portable_kernels(get());
+  }
+  /** Valid until the workspace is used again. */
+  Result<Span<punctual_triangle_pair>> pairs() const noexcept {
+    return detail::filled<Span<punctual_triangle_pair>>([&](Span<punctual_triangle_pair> *pairs) {
+      return punctual_workspace_pairs(get(), &pairs->data, &pairs->size);
+    });
+  }
+  [[nodiscard]] punctual_status drain_pairs() noexcept { return punctual_workspace_drain_pairs(get()); }
+};
+
+/** A question. The fields of punctual_query are public; the trees must outlive it. */
+struct Query : punctual_query {
+  Query(const Tree &a, const Tree &b, const punctual_pose &b_in_a) noexcept
+      : punctual_query(punctual_query_new(a.get(), b.get(), b_in_a)) {}
+
+  Result<punctual_outcome> run(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
+                               const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_outcome>([&](punctual_outcome *outcome) {
+      return punctual_query_run(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock, outcome);
+    });
+  }
+  Result<punctual_outcome> resume(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
+                                  const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_outcome>([&](punctual_outcome *outcome) {
+      return punctual_query_resume(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock, outcome);
+    });
+  }
+  Result<punctual_prediction> predict(const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_prediction>([&](punctual_prediction *prediction) {
+      return punctual_query_predict(this, memory ? memory->get() : nullptr, prediction);
+    });
+  }
+  Result<punctual_estimate> estimate(const Workspace &workspace, const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_estimate>([&](punctual_estimate *estimate) {
+      return punctual_query_estimate(this, workspace.get(), memory ? memory->get() : nullptr, estimate);
+    });
+  }
+  Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
+      return punctual_query_certificate(this, workspace.get(), certificate);
+    });
+  }
+  /** Writes up to `capacity` boxes; how many there are. */
+  Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
+                                 std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>([&](std::size_t *count) {
+      return punctual_query_open_boxes(this, workspace.get(), boxes, capacity, count);
+    });
+  }
+};
+
+/** A body to be inserted. The fields of punctual_body are public. */
+struct Body : punctual_body {
+  Body(const Tree &tree, const punctual_pose &pose) noexcept : punctual_body(punctual_body_new(tree.get(), pose)) {}
+};
+
+/** The pairs of a report; valid until the next frame of its scene. */
+inline Span<punctual_pair_report> pairs(const punctual_report &report) noexcept {
+  return {report.pairs, report.pair_count};
+}
+
+class Scene : public detail::Handle<punctual_scene, punctual_scene_free> {
+public:
+  using Handle::Handle;
+
+  static Result<Scene> make(punctual_mode mode = PUNCTUAL_MODE_ANY,
+                            punctual_reach reach = PUNCTUAL_REACH_HERE) noexcept {
+    return detail::owned<Scene, punctual_scene>(
+        [&](punctual_scene **scene) { return punctual_scene_new(mode, reach, scene); });
+  }
+
+  [[nodiscard]] punctual_status use_threads(std::size_t threads) noexcept {
+    return punctual_scene_use_threads(get(), threads);
+  }
+  Result<punctual_body_id> insert(const punctual_body &body) noexcept {
+    return detail::filled<punctual_body_id>(
+        [&](punctual_body_id *id) { return punctual_scene_insert(get(), &body, id); });
+  }
+  [[nodiscard]] punctual_status remove(punctual_body_id id) noexcept { return punctual_scene_remove(get(), id); }
+  Result<punctual_body> body(punctual_body_id id) const noexcept {
+    return detail::filled<punctual_body>([&](punctual_body *body) { return punctual_scene_body(get(), id, body); });
+  }
+  Result<Tree> tree(punctual_body_id id) const noexcept {
+    return detail::owned<Tree, punctual_tree>(
+        [&](punctual_tree **tree) { return punctual_scene_tree(get(), id, tree); });
+  }
+  /** Writes up to `capacity` ids; how many bodies there are. */
+  Result<std::size_t> bodies(punctual_body_id *ids, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_scene_bodies(get(), ids, capacity, count); });
+  }
+  [[nodiscard]] punctual_status set_pose(punctual_body_id id, const punctual_pose &pose) noexcept {
+    return punctual_scene_set_pose(get(), id, pose);
+  }
+  [[nodiscard]] punctual_status set_tree(punctual_body_id id, const Tree &tree) noexcept {
+    return punctual_scene_set_tree(get(), id, tree.get());
+  }
+  [[nodiscard]] punctual_status refit(punctual_body_id id, const float *vertices, std::size_t vertex_count) noexcept {
+    return punctual_scene_refit_f32(get(), id, vertices, vertex_count);
+  }
+  [[nodiscard]] punctual_status refit(punctual_body_id id, const double *vertices,
+                                      std::size_t vertex_count) noexcept {
+    return punctual_scene_refit_f64(get(), id, vertices, vertex_count);
+  }
+  [[nodiscard]] punctual_status set_filter(punctual_body_id id, std::uint32_t groups, std::uint32_t mask) noexcept {
+    return punctual_scene_set_filter(get(), id, groups, mask);
+  }
+  [[nodiscard]] punctual_status set_importance(punctual_body_id id, float importance) noexcept {
+    return punctual_scene_set_importance(get(), id, importance);
+  }
+  Result<punctual_report> detect(punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_report>(
+        [&](punctual_report *report) { return punctual_scene_detect(get(), budget, clock, report); });
+  }
+  Result<punctual_report> report() const noexcept {
+    return detail::filled<punctual_report>(
+        [&](punctual_report *report) { return punctual_scene_report(get(), report); });
+  }
+  /** Empty if the boxes of the two are apart or they may not meet. */
+  Result<std::optional<punctual_pair_report>> pair(punctual_body_id x, punctual_body_id y) const noexcept {
+    punctual_pair_report pair{};
+    bool listed = false;
+    punctual_status status = punctual_scene_pair(get(), x, y, &pair, &listed);
+    if (status != PUNCTUAL_STATUS_OK)
+      return status;
+    return listed ? std::optional(pair) : std::nullopt;
+  }
+  Result<punctual_pair_certificate> certificate(punctual_body_id x, punctual_body_id y) const noexcept {
+    return detail::filled<punctual_pair_certificate>([&](punctual_pair_certificate *certificate) {
+      return punctual_scene_certificate(get(), x, y, certificate);
+    });
+  }
+};
+
+} // namespace punctual
+
+#endif // PUNCTUAL_HPP

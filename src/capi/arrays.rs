@@ -1,0 +1,53 @@
+//! Arrays of the caller's: the pointers that the compiler cannot check.
+
+use super::status::Fault;
+use core::mem::MaybeUninit;
+use core::slice;
+
+/// An array to be read, of `count` elements. Null is fine for none.
+///
+/// # Safety
+/// `pointer` is null or points to `count` elements that nothing writes to as long as the slice lives, and every pattern of
+/// bits is a value of `T`.
+pub(super) unsafe fn array<'a, T>(pointer: *const T, count: usize, what: &'static str) -> Result<&'a [T], Fault> {
+    if count == 0 {
+        return Ok(&[]);
+    }
+    check(pointer, count, what)?;
+    // SAFETY: not null, aligned and no longer than memory, as checked; the rest is the caller's promise.
+    Ok(unsafe { slice::from_raw_parts(pointer, count) })
+}
+
+/// Writes as many items as there is room for. How many items there are.
+///
+/// # Safety
+/// `pointer` is null or points to room for `capacity` elements that nothing else uses during the call.
+pub(super) unsafe fn fill<T>(
+    pointer: *mut T,
+    capacity: usize,
+    what: &'static str,
+    items: impl Iterator<Item = T>,
+) -> Result<usize, Fault> {
+    let mut room: &mut [MaybeUninit<T>] = &mut [];
+    if capacity > 0 {
+        check(pointer, capacity, what)?;
+        // SAFETY: as in `array`; `MaybeUninit` needs no value to be there.
+        room = unsafe { slice::from_raw_parts_mut(pointer.cast(), capacity) };
+    }
+    let mut count = 0;
+    for item in items {
+        if let Some(place) = room.get_mut(count) {
+            place.write(item);
+        }
+        count += 1;
+    }
+    Ok(count)
+}
+
+fn check<T>(pointer: *const T, count: usize, what: &'static str) -> Result<(), Fault> {
+    if pointer.is_null() {
+        return Err(Fault::Null(what));
+    }
+    let fits = count.checked_mul(size_of::<T>()).is_some_and(|bytes| bytes <= isize::MAX as usize);
+    if fits && pointer.is_aligned() { Ok(()) } else { Err(Fault::Array(what)) }
+}

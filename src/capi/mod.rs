@@ -1,0 +1,38 @@
+//! The C interface: opaque handles, plain structs, a status from every call that can fail. No logic of its own.
+//!
+//! `include/punctual.h` is generated from these files, and their comments are its comments; `docs/c.md` is the guide.
+//! Pointers come in as `Option<&T>`, `Option<&mut T>` and `Option<Box<T>>`, which have the layout of a pointer that may be
+//! null, so that only arrays and the caller's clock need code that the compiler cannot check. `status::door` stands in
+//! each call that does any work: no panic leaves it, every fault becomes a status and a text.
+
+#![allow(unsafe_code, reason = "exported names, arrays and a callback of the caller's")]
+#![allow(non_camel_case_types, reason = "the names of the header")]
+#![allow(clippy::missing_safety_doc, reason = "the contract is the same for all: the head of the header")]
+
+mod arrays;
+mod body;
+mod estimate;
+mod handle;
+mod memory;
+mod mesh;
+mod pose;
+mod query;
+mod scene;
+mod shapes;
+mod status;
+mod tree;
+mod triangles;
+mod workspace;
+
+pub use body::*;
+pub use estimate::*;
+pub use memory::*;
+pub use mesh::*;
+pub use pose::*;
+pub use query::*;
+pub use scene::*;
+pub use shapes::*;
+pub use status::{punctual_last_error, punctual_status, punctual_version};
+pub use tree::*;
+pub use triangles::*;
+pub use workspace::*;

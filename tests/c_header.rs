@@ -1,0 +1,76 @@
+//! The C header, its C++ wrapper and its test in C have every function of the interface. What the functions do is tested by
+//! `tests/capi.rs` and, through the C compiler, by `.ci/c`, which also makes the header anew.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+fn read(file: &str) -> String {
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap()
+}
+
+/// Names that begin with `punctual_` and are followed by `(`, outside comments.
+fn calls(source: &str) -> BTreeSet<String> {
+    let code = source.lines().filter(|line| !line.trim_start().starts_with(['*', '/']));
+    let mut names = BTreeSet::new();
+    for line in code {
+        for (at, _) in line.match_indices("punctual_") {
+            let name: String = line[at..].chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            if line[at + name.len()..].starts_with(['(', '<']) {
+                names.insert(name);
+            }
+        }
+    }
+    names
+}
+
+/// The functions that the library exports.
+fn exported() -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    for entry in fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/capi")).unwrap() {
+        let source = fs::read_to_string(entry.unwrap().path()).unwrap();
+        for item in source.split("#[unsafe(no_mangle)]").skip(1) {
+            let signature = item.lines().find(|line| line.contains("fn ")).unwrap();
+            names.extend(calls(signature.split("->").next().unwrap()).into_iter().take(1));
+        }
+    }
+    names
+}
+
+#[test]
+fn the_header_declares_every_function() {
+    let (exported, header) = (exported(), calls(&read("include/punctual.h")));
+    assert!(exported.len() > 50, "only {} functions: is this the source?", exported.len());
+    assert_eq!(header, exported, "cargo run --manifest-path tools/c_header/Cargo.toml");
+}
+
+#[test]
+fn every_function_is_called_from_c() {
+    let called = calls(&read("tests/c/calls.c"));
+    assert_eq!(exported().difference(&called).collect::<Vec<_>>(), [""; 0]);
+}
+
+#[test]
+fn every_function_is_called_from_rust() {
+    let called = calls(&read("tests/capi.rs"));
+    assert_eq!(exported().difference(&called).collect::<Vec<_>>(), [""; 0]);
+}
+
+#[test]
+fn every_function_is_wrapped_for_cpp() {
+    let wrapper = read("include/punctual.hpp");
+    let missing = |name: &&String| {
+        // Some are passed by name.
+        !wrapper.contains(&format!("{name}("))
+            && !wrapper.contains(&format!("{name})"))
+            && !wrapper.contains(&format!("{name}>"))
+    };
+    let but = ["punctual_version"].map(String::from);
+    assert_eq!(exported().iter().filter(missing).collect::<Vec<_>>(), but.iter().collect::<Vec<_>>());
+}
+
+#[test]
+fn the_header_has_the_version_of_the_library() {
+    let line = format!("#define PUNCTUAL_VERSION \"{}\"", env!("CARGO_PKG_VERSION"));
+    assert!(read("include/punctual.h").lines().any(|found| found == line), "no line {line}");
+}
