@@ -33,5 +33,5 @@ pub use query::{
     Workspace,
 };
 pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
-pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeStats};
+pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};
 pub use triangle::triangles_intersect;
