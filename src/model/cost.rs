@@ -2,6 +2,7 @@
 
 /// What a query does, in numbers; expected values may be fractions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Counts {
     /// `N_v`, box overlap tests.
     pub bv_tests: f64,
@@ -13,6 +14,7 @@ pub struct Counts {
 
 /// `T = N_v C_v + N_p C_p + N_u C_u + C_i`; all costs in one unit of time, the caller's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CostFunction {
     /// `C_v`, one box overlap test.
     pub bv_test: f64,

@@ -23,6 +23,8 @@ const _: () = assert!(MAX_STEP_WORK >= WORK_PER_EXPANSION + 65 && MAX_STEP_WORK 
 
 /// What one call may spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default = "Budget::unlimited", deny_unknown_fields))]
 #[must_use]
 pub struct Budget {
     pub(super) time: Option<Duration>,

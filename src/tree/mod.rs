@@ -57,6 +57,7 @@ pub struct Tree {
 
 /// Numbers that describe a tree; index 0 of a list is the root's level.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TreeStats {
     /// Triangles of the mesh.
