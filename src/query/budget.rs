@@ -116,8 +116,8 @@ impl Clock for ManualClock {
     }
 }
 
-/// Upper bound on the time of a unit of work, as far as a machine allows one: nine times what was measured in cache. With 1 ns,
-/// large trees out of cache were 5 us late in one call of a hundred; each look at the clock costs no more than 70 units.
+/// Upper bound on the time of a unit of work, as far as a machine allows one: eight times what was measured in cache. With
+/// 1 ns, large trees out of cache were 5 us late in one call of a hundred.
 const SLOWEST: Duration = Duration::from_nanos(3);
 
 /// Watches a budget during one call. The stop rule is [`Meter::stop`].
