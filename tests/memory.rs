@@ -1,47 +1,13 @@
 //! The formulas for memory in `docs/real-time.md`, checked against what the allocator hands out.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+#[path = "common/allocations.rs"]
+mod allocations;
+
 use std::sync::Arc;
 
+use allocations::held;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Body, Budget, ManualClock, Mesh, Pose, Scene, Tree, Workspace, shapes};
-
-struct Counting;
-
-thread_local! {
-    static LIVE: Cell<isize> = const { Cell::new(0) };
-}
-
-fn count(bytes: isize) {
-    // A thread that is shutting down has no counter any more, and runs no test.
-    let _ = LIVE.try_with(|live| live.set(live.get() + bytes));
-}
-
-// SAFETY: every call goes to the system allocator unchanged; counting allocates nothing.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count(layout.size() as isize);
-        // SAFETY: the caller's promises are those of `System`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        count(-(layout.size() as isize));
-        // SAFETY: as above; `pointer` came from `System`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-/// What `make` makes, and the bytes that it holds.
-fn held<T>(make: impl FnOnce() -> T) -> (T, usize) {
-    let before = LIVE.get();
-    let made = make();
-    (made, (LIVE.get() - before).unsigned_abs())
-}
 
 #[test]
 fn a_workspace_has_16_bytes_a_queued_and_8_a_found_pair() {
