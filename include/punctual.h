@@ -864,6 +864,14 @@ typedef struct punctual_pair_report {
    */
   uint64_t found;
   /**
+   * Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided.
+   */
+  double probability;
+  /**
+   * Expected share of the intersecting pairs of triangles that was found, 0 to 1; 1 if complete.
+   */
+  double recall;
+  /**
    * Frames since it was decided: 0 if it was in this one.
    */
   uint64_t age;

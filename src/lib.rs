@@ -36,5 +36,5 @@ pub use query::{
     WORK_PER_TRIANGLE_TEST, Workspace,
 };
 pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
-pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeStats};
+pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};
 pub use triangle::triangles_intersect;

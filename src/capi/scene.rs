@@ -54,6 +54,10 @@ pub struct punctual_pair_report {
     pub witness: punctual_triangle_pair,
     /// Intersecting pairs of triangles found; at most 1 for MODE_ANY.
     pub found: u64,
+    /// Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided.
+    pub probability: f64,
+    /// Expected share of the intersecting pairs of triangles that was found, 0 to 1; 1 if complete.
+    pub recall: f64,
     /// Frames since it was decided: 0 if it was in this one.
     pub age: u64,
 }
@@ -61,8 +65,8 @@ pub struct punctual_pair_report {
 impl From<&PairReport> for punctual_pair_report {
     fn from(pair: &PairReport) -> Self {
         let (verdict, witness) = verdict(pair.verdict);
-        let PairReport { found, complete, age, .. } = *pair;
-        Self { a: pair.a.into(), b: pair.b.into(), verdict, complete, witness, found, age }
+        let PairReport { found, complete, probability, recall, age, .. } = *pair;
+        Self { a: pair.a.into(), b: pair.b.into(), verdict, complete, witness, found, probability, recall, age }
     }
 }
 

@@ -6,6 +6,7 @@ use glam::DVec3;
 ///
 /// Unit and frame are those of the points it was made from.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Aabb {
     /// Smallest coordinate per axis.
     pub min: DVec3,

@@ -15,6 +15,8 @@ use super::tolerance::{COORDINATE_LIMIT, ROTATION_TOLERANCE};
 /// The rotation matrix is checked (no entry of `|RᵀR − I|` above 1e-3, no mirror) and then used as it is,
 /// never made orthonormal.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "[f64; 12]", into = "[f64; 12]"))]
 pub struct Pose {
     rotation: DMat3,
     translation: DVec3,
@@ -198,6 +200,22 @@ impl Pose {
             (x.y * v.x + y.y * v.y) + z.y * v.z,
             (x.z * v.x + y.z * v.y) + z.z * v.z,
         )
+    }
+}
+
+impl TryFrom<[f64; 12]> for Pose {
+    type Error = PoseError;
+
+    /// [`Pose::from_row_major`].
+    fn try_from(rows: [f64; 12]) -> Result<Self, PoseError> {
+        Self::from_row_major(rows)
+    }
+}
+
+impl From<Pose> for [f64; 12] {
+    /// [`Pose::to_row_major`].
+    fn from(pose: Pose) -> Self {
+        pose.to_row_major()
     }
 }
 

@@ -4,6 +4,7 @@
 //! exact, f64 only where the mesh needs it. Triangles may be degenerate, share vertices or overlap. Vertices that
 //! no triangle uses are kept for their indices but never read, so they may hold anything.
 
+mod bytes;
 pub mod shapes;
 mod vertices;
 
@@ -13,6 +14,7 @@ use core::fmt;
 use glam::{DVec3, Vec3};
 
 use crate::math::Aabb;
+pub(crate) use bytes::TRIANGLE_BYTES;
 use vertices::{Vertices, all_in_use, check_vertex, is_f32_exact};
 
 /// Leaves two spare bits in a 32-bit id, and keeps the nodes of a binary tree below 2^31.

@@ -43,6 +43,7 @@ pub fn hit_features(front: &FrontSummary) -> [f64; HIT_FEATURES] {
 
 /// What is remembered of earlier frames of a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct History {
     /// Whether the surfaces met in the last decided frame.
     pub met: bool,

@@ -16,6 +16,7 @@ const LIMIT: f64 = 4.0;
 
 /// The ratios learned so far. 512 bytes, no allocation.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Correction {
     found: [f64; HEIGHTS],
     predicted: [f64; HEIGHTS],

@@ -4,6 +4,7 @@ use super::constants::NANOSECONDS;
 
 /// What a query does, in numbers; expected values may be fractions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Counts {
     /// `N_v`, box overlap tests.
     pub bv_tests: f64,
@@ -27,6 +28,7 @@ impl Counts {
 
 /// `T = N_v C_v + N_p C_p + N_u C_u + C_i`; all costs in one unit of time, the caller's.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CostModel {
     /// `C_v`, one box overlap test.
     pub bv_test: f64,

@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 /// `y = intercept + slope x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Line {
     /// `y` at `x = 0`.
     pub intercept: f64,
@@ -37,6 +38,7 @@ impl Line {
 /// With the number of leaves for `x` and a count for `y` it tells how the count grows; with the summed costs of fronts
 /// ([`super::cheap::pair_cost`]) and the visits that were left, what a front still costs.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PowerLaw {
     /// `log2 y` over `log2 x`; the exponent is its slope, and its `r_squared` is that of the logarithms.
     pub line: Line,

@@ -2,6 +2,7 @@
 
 /// What a query has done and what lies before it, once the costliest pairs of its front have been opened on trial.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct FrontSummary {
     /// BV tests that the query has made.

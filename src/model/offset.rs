@@ -15,6 +15,7 @@ use glam::{DMat3, DVec3};
 
 /// The boxes of one level of a tree, in the frame of its root.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LevelShape {
     /// Number of boxes.
     pub count: f64,

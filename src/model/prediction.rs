@@ -12,6 +12,7 @@ use libm::{exp2, log2};
 
 /// A number that is not known: its median, and the ends of the range in which it is in four cases of five.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Quantiles {
     /// Below this with probability 10 %.
     pub p10: f64,

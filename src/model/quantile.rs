@@ -7,6 +7,7 @@ use super::normal;
 
 /// Mean and standard deviation of `log2(actual / predicted)` over some queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LogSpread {
     /// Mean: positive where predictions are too low.
     pub bias: f64,

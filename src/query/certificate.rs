@@ -76,6 +76,20 @@ impl<'w> Certificate<'w> {
     }
 }
 
+/// As a structure of `open_pairs`, `upper_bound`, `largest_extent` and the list `boxes`.
+#[cfg(feature = "serde")]
+impl serde::Serialize for Certificate<'_> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeStruct;
+        let mut fields = serializer.serialize_struct("Certificate", 4)?;
+        fields.serialize_field("open_pairs", &self.open_pairs())?;
+        fields.serialize_field("upper_bound", &self.upper_bound())?;
+        fields.serialize_field("largest_extent", &self.largest_extent())?;
+        fields.serialize_field("boxes", &self.boxes().collect::<alloc::vec::Vec<_>>())?;
+        fields.end()
+    }
+}
+
 /// A pair that was not finished.
 enum Open {
     Nodes(Pair),

@@ -19,6 +19,7 @@ use core::time::Duration;
 
 /// What a query, or the rest of one, is expected to take.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Prediction {
     /// BV tests, `N_v`.
@@ -59,6 +60,7 @@ fn work(counts: &Counts) -> f64 {
 
 /// What can be said of a stopped query: see [`Query::estimate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Estimate {
     /// What the query has still to do.

@@ -31,10 +31,15 @@ pub(super) struct Before {
 /// Memory of one pair of trees between frames, owned by the caller and passed in.
 ///
 /// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never in a decided verdict.
-/// Handed to another pair of trees it forgets everything but the costs of this machine; refitted trees it takes
-/// for the same.
+/// Handed to another pair of trees it forgets everything but the costs of this machine; refitted trees it takes for the
+/// same. Read with the feature `serde` it belongs to the first pair of trees that it is handed to; if that is not the pair it
+/// was written for, it is of no use and does no harm.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
 pub struct PairMemory {
+    /// Identities of trees mean nothing in another run of the program.
+    #[cfg_attr(feature = "serde", serde(skip))]
     trees: Option<[usize; 2]>,
     /// Triangle pairs in tree order that met in the last frame that found any, most recent first.
     witnesses: ArrayVec<[u32; 2], WITNESSES>,
@@ -111,8 +116,12 @@ impl PairMemory {
     }
 
     pub(super) fn witnesses(&mut self, a: &Tree, b: &Tree) -> &[[u32; 2]] {
-        if !self.is_of(a, b) {
-            let trees = Some([a.lineage(), b.lineage()]);
+        let trees = Some([a.lineage(), b.lineage()]);
+        if self.trees.is_none() {
+            self.trees = trees;
+            let exists = |tree: &Tree, triangle: u32| (triangle as usize) < tree.mesh().len();
+            self.witnesses.retain(|&mut [x, y]| exists(a, x) && exists(b, y));
+        } else if self.trees != trees {
             *self = Self { trees, cost_model: self.cost_model, ..Self::default() };
         }
         &self.witnesses

@@ -6,6 +6,7 @@ use crate::tree::{Node, xyz};
 
 /// What a query looks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Mode {
     /// Whether there is an intersection: stops at the first.
     #[default]
@@ -17,6 +18,7 @@ pub enum Mode {
 /// Which node pair of the front is visited next. All orders give the same finished answer; they differ in what is known
 /// when a budget ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Order {
     /// Deepest penetration of the boxes first, the least over the six face axes, relative to the sizes of the nodes. The

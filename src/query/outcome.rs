@@ -9,6 +9,7 @@ pub const LEVELS: usize = 32;
 
 /// Whether the surfaces meet. Never a bare `bool`: a budget can end before the answer is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 pub enum Verdict {
     /// Proven: these triangles, of A and of B (ids of the input meshes), share a point.
@@ -24,6 +25,7 @@ pub enum Verdict {
 
 /// Why a query returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum StopReason {
     /// Nothing is left to visit: the answer is complete.
     Finished,
@@ -39,6 +41,7 @@ pub enum StopReason {
 
 /// What a query has done, resumed calls included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Stats {
     /// Box overlap tests, the paper's `N_v`.
@@ -73,6 +76,7 @@ impl Stats {
 
 /// The answer of a query. Plain data; the found pairs stay in the workspace ([`crate::Workspace::pairs`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
 pub struct Outcome {

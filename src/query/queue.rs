@@ -3,6 +3,7 @@
 //! The queue is a set of linked lists in one arena of fixed capacity, with a mask of those that are not empty: constant
 //! time, and a total order (bucket, then last in first out, or first in first out) that depends on nothing but the input.
 
+use crate::tree::MAX_HEIGHT;
 use alloc::boxed::Box;
 
 /// Two nodes, and which children of each are still of interest, a bit each; for those of inner nodes all are.
@@ -181,13 +182,11 @@ impl Front {
 /// Room for 63 siblings on each level of both trees, and the children of the pair that found the queue full.
 const STACK: usize = 1 << 14;
 
-const _: () = assert!(STACK >= 64 * 2 * MAX_DEPTH + SCATTERED);
+// The triangles are one level more.
+const _: () = assert!(STACK >= 64 * 2 * (MAX_HEIGHT + 1) + SCATTERED);
 
 /// Most pairs on the stack with which the next one is still chosen freely.
 const SCATTERED: usize = 512;
-
-/// Levels of a tree, its triangles included: [`crate::tree`] keeps binary trees of 2^30 triangles to a depth of 70.
-const MAX_DEPTH: usize = 72;
 
 #[cfg(test)]
 mod tests {

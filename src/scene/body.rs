@@ -10,6 +10,7 @@ use core::fmt;
 
 /// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyId {
     index: u32,
     generation: u32,
@@ -40,6 +41,7 @@ impl fmt::Display for BodyId {
 
 /// Whether a body can meet others of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum BodyKind {
     /// Meets moving and fixed bodies.
     Moving,
@@ -49,6 +51,8 @@ pub enum BodyKind {
 
 /// Which bodies may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both have a bit set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Filter {
     /// The groups it belongs to.
     pub groups: u32,

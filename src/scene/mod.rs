@@ -38,6 +38,7 @@ use schedule::{Frame, Schedule};
 
 /// Which boxes the broad phase compares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reach {
     /// Those around the bodies where they are: pairs that are not reported do not meet.
     #[default]

@@ -8,6 +8,7 @@ use core::time::Duration;
 
 /// What is known about two bodies whose boxes overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PairReport {
     /// The body of the lower index: A of the pair.
@@ -35,6 +36,7 @@ pub struct PairReport {
 ///
 /// Bodies that are not in [`Report::pairs`] together, and may meet, do not: their boxes are apart.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Report {
     /// Frames so far, this one included.
@@ -123,6 +125,7 @@ impl Report {
 
 /// What is not known about a pair: [`crate::Scene::certificate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PairCertificate {
     /// No more triangle pairs than this intersect.

@@ -10,8 +10,9 @@ use super::axes::Moments;
 use super::columns::Columns;
 use super::unit::Triangle;
 use super::wide::WIDTH;
+use crate::math::tolerance::ROUNDING;
 use alloc::vec::Vec;
-use glam::Mat3A;
+use glam::{DMat3, Mat3, Mat3A};
 
 /// The id of a frame chosen for the whole mesh; those of nodes follow.
 pub(super) const MESH_FRAME: u32 = 1;
@@ -25,6 +26,15 @@ pub(super) struct Frame {
 
 impl Frame {
     pub const IDENTITY: Self = Self { rotation: Mat3A::IDENTITY, id: 0 };
+
+    /// Whether it is a rotation as nearly as the margins of a query need it: `|Q Q^T - I|` and `|Q^T Q - I|` at most 4
+    /// roundings an entry (`docs/numerics.md`).
+    pub fn is_orthonormal(&self) -> bool {
+        let q = Mat3::from(self.rotation).as_dmat3();
+        let small = |x: f64| x.abs() <= f64::from(4.0 * ROUNDING);
+        let is_identity = |m: DMat3| (m - DMat3::IDENTITY).to_cols_array().into_iter().all(small);
+        is_identity(q * q.transpose()) && is_identity(q.transpose() * q) && q.determinant() > 0.0
+    }
 
     /// Whichever has the least cost: this one, or a new one with the given id.
     pub fn or_better(self, candidates: &[Mat3A], id: u32, cost: impl Fn(&Mat3A) -> f32) -> Self {

@@ -4,13 +4,15 @@
 //! ([`binary`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with a frame of its own
 //! ([`assign`], [`frame`], [`axes`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes ([`fit`]), its
 //! alpha per axis and its profile level by level ([`profile`]); when vertices move, the same pass is all it takes
-//! ([`refit`]).
+//! ([`refit`]). What cannot be computed again, the mesh, the order of the triangles and the frames, is what a file of a
+//! tree holds ([`file`]).
 
 mod assign;
 mod axes;
 mod binary;
 mod collapse;
 mod columns;
+mod file;
 mod fit;
 mod fork;
 mod frame;
@@ -22,11 +24,12 @@ mod update;
 mod validate;
 mod wide;
 
+pub use file::TreeFileError;
 pub use options::{BuildOptions, Effort};
 pub use profile::LevelProfile;
 pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
-pub(crate) use wide::{Node, WIDTH, xyz};
+pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, xyz};
 
 use crate::mesh::Mesh;
 use alloc::boxed::Box;
@@ -55,6 +58,7 @@ pub struct Tree {
 
 /// Numbers that describe a tree; index 0 of a list is the root's level.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TreeStats {
     /// Triangles of the mesh.

@@ -2,6 +2,8 @@
 
 /// How a tree is built. Nodes have at most eight children whatever the options: the kernels are made for that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct BuildOptions {
     /// What the build may cost.
@@ -15,6 +17,7 @@ pub struct BuildOptions {
 
 /// How much time a build may take to make queries faster; the figures are in `docs/performance.md`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Effort {
     /// One frame for the whole mesh, 8 bins an axis.
     Fast,

@@ -15,6 +15,7 @@ use wide::{f32x4, i32x4};
 /// The boxes of one level of a subtree, counted down from its root; frame of the root, unit coordinates (multiply by
 /// [`crate::Tree::unit_length`] for the mesh's).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LevelProfile {
     /// Number of boxes.
     pub nodes: f32,

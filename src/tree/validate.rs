@@ -1,10 +1,10 @@
 //! The invariants of a tree, checked one by one; for tests and debug builds.
 
-use super::{Node, Tree};
+use super::{MAX_HEIGHT, Node, Tree};
 use crate::math::tolerance::BOX_ROUNDING;
 use core::fmt;
 use core::ops::Range;
-use glam::{DVec3, Mat3, Vec3};
+use glam::{DVec3, Vec3};
 
 /// What is wrong with a tree, and with which node or triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +18,8 @@ pub enum TreeFault {
     Outside(usize),
     /// The frame of this node is no rotation.
     Frame(usize),
+    /// This node lies deeper than a query can follow.
+    Depth(usize),
     /// The profile or an alpha of this node is out of its range.
     Profile(usize),
 }
@@ -29,6 +31,7 @@ impl fmt::Display for TreeFault {
             Self::Children(node) => write!(f, "the children of node {node} do not make up its triangles"),
             Self::Outside(node) => write!(f, "a triangle leaves a box of node {node}"),
             Self::Frame(node) => write!(f, "the frame of node {node} is no rotation"),
+            Self::Depth(node) => write!(f, "node {node} lies too deep"),
             Self::Profile(node) => write!(f, "the profile of node {node} is out of range"),
         }
     }
@@ -37,21 +40,25 @@ impl fmt::Display for TreeFault {
 impl core::error::Error for TreeFault {}
 
 pub(super) fn validate(tree: &Tree) -> Result<(), TreeFault> {
-    let mut seen = alloc::vec![false; tree.mesh.len()];
-    for &id in &tree.ids {
-        if core::mem::replace(&mut seen[id as usize], true) {
-            return Err(TreeFault::Triangle(id));
-        }
-    }
-    if let Some(missing) = seen.iter().position(|seen| !seen) {
-        return Err(TreeFault::Triangle(missing as u32));
-    }
+    each_once(&tree.ids, tree.mesh.len())?;
     for index in 0..tree.nodes.len() {
         children(tree, index)?;
         boxes(tree, index)?;
         profile(tree, index)?;
     }
     Ok(())
+}
+
+/// Whether `ids` are all numbers below `triangles` in some order.
+pub(super) fn each_once(ids: &[u32], triangles: usize) -> Result<(), TreeFault> {
+    let mut missing = alloc::vec![true; triangles];
+    for &id in ids {
+        match missing.get_mut(id as usize) {
+            Some(missing) if *missing => *missing = false,
+            _ => return Err(TreeFault::Triangle(id)),
+        }
+    }
+    missing.iter().position(|&missing| missing).map_or(Ok(()), |id| Err(TreeFault::Triangle(id as u32)))
 }
 
 /// The triangles, in tree order, of child `i` of `node`.
@@ -75,9 +82,11 @@ fn children(tree: &Tree, index: usize) -> Result<(), TreeFault> {
 
 fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
     let node = &tree.nodes[index];
-    let deviation = node.rotation().transpose() * node.rotation() - Mat3::IDENTITY;
-    if deviation.to_cols_array().iter().any(|d| d.abs() > 1e-6) {
+    if !node.frame().is_orthonormal() {
         return Err(TreeFault::Frame(index));
+    }
+    if usize::from(node.depth) >= MAX_HEIGHT {
+        return Err(TreeFault::Depth(index));
     }
     let to_frame = node.rotation().transpose().as_dmat3();
     for i in 0..usize::from(node.children) {

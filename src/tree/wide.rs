@@ -8,6 +8,9 @@ use wide::f32x4;
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
 
+/// Most levels of nodes: [`super::binary`] keeps trees of 2^30 triangles to a depth of 70.
+pub(crate) const MAX_HEIGHT: usize = 71;
+
 /// A node of the wide tree, five cache lines. Its children lie one after the other: nodes, or the triangles of a cluster.
 ///
 /// Boxes are centre and half extent in the node's frame, unit coordinates.

@@ -62,7 +62,7 @@ pub struct Args {
     memory: bool,
     /// Share of poses with an intersection that is to be expected, 0 to 1; it shifts the probability. By default that of
     /// the poses that the model was fitted to.
-    #[arg(long, value_name = "P", value_parser = parse_share)]
+    #[arg(long, value_name = "P", value_parser = parse_share, allow_negative_numbers = true)]
     prior: Option<f64>,
     /// Write the intersecting pairs of the first sweep, lines `pose,a,b` with triangles counted from 0, sorted.
     ///

@@ -1,0 +1,34 @@
+//! A mesh as bytes, little-endian, for the file form of a tree.
+
+use super::vertices::Vertices;
+use super::{Mesh, MeshError};
+use alloc::vec::Vec;
+
+/// Bytes of a triangle's three indices.
+pub(crate) const TRIANGLE_BYTES: usize = 12;
+
+impl Mesh {
+    /// Appends every bit of the vertices, in 4 or 8 bytes a coordinate, then the indices of the triangles.
+    pub(crate) fn write(&self, bytes: &mut Vec<u8>) {
+        match &self.vertices {
+            Vertices::F32(v) => v.as_flattened().iter().for_each(|x| bytes.extend_from_slice(&x.to_le_bytes())),
+            Vertices::F64(v) => v.as_flattened().iter().for_each(|x| bytes.extend_from_slice(&x.to_le_bytes())),
+        }
+        self.triangles.as_flattened().iter().for_each(|i| bytes.extend_from_slice(&i.to_le_bytes()));
+    }
+
+    /// The mesh of vertices, in 8 or 4 bytes a coordinate, and triangles that were written.
+    pub(crate) fn read(vertices: &[u8], is_f64: bool, triangles: &[u8]) -> Result<Self, MeshError> {
+        let vertices = if is_f64 {
+            Vertices::F64(triples(vertices, f64::from_le_bytes).collect())
+        } else {
+            Vertices::F32(triples(vertices, f32::from_le_bytes).collect())
+        };
+        Self::checked(vertices, triples(triangles, u32::from_le_bytes).collect())
+    }
+}
+
+/// Three numbers of `N` bytes at a time.
+fn triples<const N: usize, T>(bytes: &[u8], number: impl Fn([u8; N]) -> T) -> impl Iterator<Item = [T; 3]> {
+    bytes.as_chunks::<N>().0.as_chunks::<3>().0.iter().map(move |&three| three.map(&number))
+}

@@ -1,0 +1,167 @@
+//! What can be written and read with serde comes back the same to the bit; what cannot be is refused by name; and a memory
+//! of other trees, or one that somebody made up, does no harm.
+#![cfg(feature = "serde")]
+
+mod common;
+
+use std::fmt::Debug;
+use std::sync::Arc;
+use std::time::Duration;
+
+use common::check::{ENOUGH, run, run_with_memory};
+use common::random::{Drift, Random, pose_about};
+use common::{MODES, ORDERS};
+use punctual::glam::{DMat3, DVec3};
+use punctual::model::cost::{CostModel, Counts};
+use punctual::{
+    Body, Budget, BuildOptions, Effort, Filter, ManualClock, Mode, PairMemory, Pose, Query, Reach, Scene, Tree,
+    TreeStats, Verdict, Workspace, shapes,
+};
+use serde_json::{Value, from_str, json, to_string, to_value};
+
+/// Written and read again, from text.
+#[track_caller]
+fn again<T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + Debug>(value: &T) {
+    let text = to_string(value).unwrap();
+    assert_eq!(&from_str::<T>(&text).unwrap(), value, "{text}");
+}
+
+#[track_caller]
+fn error<T: serde::de::DeserializeOwned + Debug>(value: &Value) -> String {
+    from_str::<T>(&value.to_string()).unwrap_err().to_string()
+}
+
+#[test]
+fn options_and_budgets() {
+    for options in [BuildOptions::default(), BuildOptions::best().threads(7), BuildOptions::fast_build()] {
+        again(&options);
+    }
+    MODES.iter().for_each(again);
+    ORDERS.iter().for_each(again);
+    [Reach::Here, Reach::Way].iter().for_each(again);
+    again(&Filter { groups: 5, mask: u32::MAX });
+    let time = Budget::time(Duration::from_nanos(200_001));
+    [time, Budget::work(u64::MAX), Budget::unlimited()].iter().for_each(again);
+    // What is left out is the default; what does not exist is an error.
+    let best: BuildOptions = from_str(r#"{"effort":"Best"}"#).unwrap();
+    assert_eq!(best, BuildOptions::best());
+    assert_eq!(from_str::<Budget>("{}").unwrap(), Budget::unlimited());
+    assert!(error::<BuildOptions>(&json!({ "efort": "Best" })).contains("unknown field `efort`"));
+    assert!(error::<Effort>(&json!("Worst")).contains("unknown variant `Worst`"));
+}
+
+#[test]
+fn poses_keep_every_bit_and_are_checked() {
+    let mut random = Random::new(81);
+    for drift in [Drift::None, Drift::Scale, Drift::Shear] {
+        let pose = pose_about(DVec3::new(1e8, -1e-300, 0.1), 3.0, drift, &mut random);
+        let read: Pose = from_str(&to_string(&pose).unwrap()).unwrap();
+        assert_eq!(read.to_row_major().map(f64::to_bits), pose.to_row_major().map(f64::to_bits));
+    }
+    assert_eq!(to_value(Pose::IDENTITY).unwrap(), json!([1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0.]));
+    let mirror = json!([1., 0., 0., 0., 0., 1., 0., 0., 0., 0., -1., 0.]);
+    assert!(error::<Pose>(&mirror).starts_with("matrix is off a rotation by 2e0"));
+    let far = json!([1., 0., 0., 0., 0., 1., 0., 1e305, 0., 0., 1., 0.]);
+    assert!(error::<Pose>(&far).starts_with("translation along axis 1 exceeds"));
+    assert!(error::<Pose>(&json!([1., 0.])).contains("invalid length 2"));
+}
+
+#[test]
+fn outcomes_certificates_and_the_model() {
+    let (a, b) = (Tree::new(shapes::icosphere(3)), Tree::new(shapes::torus(1.0, 0.3, 32)));
+    let mut workspace = Workspace::new();
+    let clock = ManualClock::ticking(Duration::from_nanos(1001));
+    for mode in MODES {
+        for budget in [Budget::work(0), Budget::work(3_000), Budget::time(Duration::from_micros(50)), ENOUGH] {
+            let query = Query::new(&a, &b, Pose::IDENTITY).mode(mode).grain(0.0);
+            let outcome = query.run_with(&mut workspace, None, budget, &clock);
+            again(&outcome);
+            let certificate = query.certificate(&workspace).unwrap();
+            let written = to_value(certificate).unwrap();
+            assert_eq!(written["open_pairs"], json!(certificate.open_pairs()));
+            assert_eq!(written["upper_bound"], json!(certificate.upper_bound()));
+            assert_eq!(written["largest_extent"], json!(certificate.largest_extent()));
+            let boxes: Vec<punctual::Aabb> = serde_json::from_value(written["boxes"].clone()).unwrap();
+            assert!(certificate.boxes().eq(boxes));
+        }
+    }
+    let stats: TreeStats = from_str(&to_string(&a.stats()).unwrap()).unwrap();
+    assert_eq!(stats, a.stats());
+    a.root().unwrap().profile().iter().for_each(again);
+    again(&Counts { bv_tests: 0.1, triangle_tests: 1e300, box_updates: 0.0 });
+    again(&CostModel { bv_test: 0.3, triangle_test: 13.6, box_update: 46.0, setup: 1.0 / 3.0 });
+}
+
+#[test]
+fn reports_of_a_scene() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let mut scene = Scene::new();
+    let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
+    let ids: Vec<_> =
+        [0.0, 1.5, 3.3].map(|x| scene.insert(Body::moving(Arc::clone(&ball), at(x))).unwrap()).into_iter().collect();
+    for budget in [Budget::work(0), ENOUGH] {
+        let report = scene.detect_with(budget, &ManualClock::new()).clone();
+        assert!(!report.pairs.is_empty());
+        report.pairs.iter().for_each(again);
+        let read: punctual::Report = from_str(&to_string(&report).unwrap()).unwrap();
+        assert_eq!((read.pairs, read.decided, read.work), (report.pairs, report.decided, report.work));
+        again(&scene.certificate(ids[0], ids[1]).unwrap());
+    }
+    again(&ids[1]);
+}
+
+/// A memory that was read serves the pair it was written for, and any other pair cannot be misled by it.
+#[test]
+fn memory_is_of_use_to_its_pair_and_harmless_to_others() {
+    let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 32)), Tree::new(shapes::gear(11, 2)));
+    let pose = pose_about(DVec3::ZERO, 0.1, Drift::None, &mut Random::new(82));
+    let query = Query::new(&a, &b, pose);
+    let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
+    let first = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
+    assert!(matches!(first.verdict, Verdict::Intersecting { .. }));
+    let text = to_string(&memory).unwrap();
+    let mut read: PairMemory = from_str(&text).unwrap();
+    let (used, warm) = (
+        run_with_memory(&query, &mut workspace, &mut memory, ENOUGH),
+        run_with_memory(&query, &mut workspace, &mut read, ENOUGH),
+    );
+    assert_eq!((warm, &read), (used, &memory));
+    assert!(warm.stats.work < first.stats.work, "a witness of the last frame saves work");
+    // Handed to a smaller pair: what does not exist there is forgotten.
+    let (small, apart) = (Tree::new(shapes::icosphere(0)), Pose::new(DMat3::IDENTITY, DVec3::X * 9.0).unwrap());
+    for pose in [Pose::IDENTITY, apart] {
+        let query = Query::new(&small, &small, pose);
+        let mut read: PairMemory = from_str(&text).unwrap();
+        let expected = run(&query, &mut workspace, ENOUGH).verdict;
+        let verdict = run_with_memory(&query, &mut workspace, &mut read, ENOUGH).verdict;
+        assert_eq!(verdict == Verdict::Separated, expected == Verdict::Separated);
+    }
+}
+
+#[test]
+fn a_memory_that_somebody_made_up_changes_no_verdict() {
+    let (a, b) = (Tree::new(shapes::icosphere(2)), Tree::new(shapes::torus(1.0, 0.3, 16)));
+    let (mut random, mut workspace) = (Random::new(83), Workspace::new());
+    for round in 0..300 {
+        let mut triangle = || if random.below(2) == 0 { random.below(600) as u32 } else { random.bits() as u32 };
+        let mut witnesses: Vec<[u32; 2]> = (0..8).map(|_| [triangle(), triangle()]).collect();
+        if round % 4 == 0 {
+            witnesses.fill([7, 7]);
+        }
+        let last_verdict = [None, Some(true), Some(false)][round % 3];
+        let made_up = json!({ "witnesses": witnesses, "last_verdict": last_verdict, "frames_undecided": u32::MAX });
+        let pose = pose_about(DVec3::ZERO, 2.0, Drift::None, &mut random);
+        for mode in [Mode::Any, Mode::All] {
+            let mut memory: PairMemory = from_str(&made_up.to_string()).unwrap();
+            let query = Query::new(&a, &b, pose).mode(mode);
+            let expected = run(&query, &mut workspace, ENOUGH);
+            for _ in 0..2 {
+                let outcome = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
+                assert_eq!(outcome.found, expected.found);
+                assert_eq!(outcome.verdict == Verdict::Separated, expected.verdict == Verdict::Separated);
+            }
+        }
+    }
+    let nine = json!({ "witnesses": vec![[0, 0]; 9] });
+    assert!(from_str::<PairMemory>(&nine.to_string()).is_err());
+}
