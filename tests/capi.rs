@@ -659,7 +659,9 @@ fn scenes_answer_as_in_rust() {
         assert_eq!(pairs.len(), expected.pairs.len());
         for (pair, expected) in pairs.iter().zip(&native.report().pairs) {
             assert_eq!([pair.a.index as usize, pair.b.index as usize], [expected.a.index(), expected.b.index()]);
-            let told = |found, complete, probability: f64, recall: f64, age| (found, complete, probability.to_bits(), recall.to_bits(), age);
+            let told = |found, complete, probability: f64, recall: f64, age| {
+                (found, complete, probability.to_bits(), recall.to_bits(), age)
+            };
             assert_eq!(
                 told(pair.found, pair.complete, pair.probability, pair.recall, pair.age),
                 told(expected.found, expected.complete, expected.probability, expected.recall, expected.age)

@@ -257,6 +257,22 @@ fn no_pair_waits_longer_than_promised_and_no_budget_is_passed() {
     }
 }
 
+/// However little a frame has, what rests is decided in the end, whatever was known of it before.
+#[test]
+fn what_rests_is_decided_within_the_smallest_budgets() {
+    for budget in [700, 1_500, 4_000, 9_000] {
+        let mut scene = Scene::new();
+        let ids = row(&mut scene, 12);
+        for place in 0..8 {
+            for (body, &id) in ids.iter().enumerate() {
+                scene.set_pose(id, swing(body, 7 * place)).unwrap();
+            }
+            let decided = |_: &usize| detect(&mut scene, Budget::work(budget)).undecided() == 0;
+            assert!((0..4000).find(decided).is_some(), "budget {budget}, place {place}");
+        }
+    }
+}
+
 #[test]
 fn what_rests_costs_nothing() {
     let mut scene = Scene::new();
@@ -373,6 +389,8 @@ fn the_same_report_on_any_number_of_threads() {
             for (body, &id) in ids.iter().enumerate().filter(|(body, _)| body % 5 != 0) {
                 scene.set_pose(id, swing(body, frame)).unwrap();
             }
+            // A frame without a budget leaves nothing behind that depends on the threads.
+            let budget = if frame % 8 == 3 { Budget::unlimited() } else { budget };
             let Report { pairs, work, bv_tests, .. } = scene.detect(budget).clone();
             reports.push((pairs, work, bv_tests));
         }

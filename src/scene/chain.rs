@@ -170,6 +170,7 @@ impl Item {
                 self.track.meets(witness, round.frame);
                 return Ended::Complete;
             }
+            self.track.refuted = round.frame;
         }
         if round.witnesses_only {
             return Ended::NotBegun;

@@ -29,6 +29,8 @@ pub(super) struct Track {
     pub completed: u64,
     /// The last frame that decided it; before, the one before the first.
     pub decided: u64,
+    /// The last frame in which its last witnesses were tested and did not meet.
+    pub refuted: u64,
     /// Work of the last run to the end; 0 if there was none.
     pub cost: u64,
     /// The same, or more if that is known, where no remembered witness spared the search.
@@ -46,6 +48,7 @@ impl Track {
             found: 0,
             completed: 0,
             decided: frame - 1,
+            refuted: 0,
             cost: 0,
             search: 0,
             pending: [0; 2],

@@ -15,7 +15,8 @@
 //!
 //! - Nothing runs past the budget: each query ends by its own budget, one step of work before that of its chain is spent.
 //! - In each frame the rota has at least R. Its first pair runs to its end if it takes no more than R, and otherwise goes on in
-//!   the next frame if neither body has moved, or else has had its turn.
+//!   the next frame if neither body has moved, or else has had its turn. Of what a turn takes, up to 602 units are for setting it
+//!   up and for its last step; in C they count for every frame in which a pair goes on.
 //! - A turn cut short is the first of the next frame. So in any two frames the rota spends more than R on turns that end, it
 //!   is round in **K = 2 ⌈C/R⌉ + 1** frames, and a pair that takes no more than R, or rests, is decided at least once in K
 //!   frames. No pair starves: each has a turn within K frames.
@@ -186,7 +187,7 @@ impl Schedule {
             if open == 0 || left < LEAST + number * PLANNING * open as u64 {
                 break;
             }
-            let reserve = if left == u64::MAX { 0 } else { left.min(total / GUARANTEED) };
+            let reserve = if left == u64::MAX { 0 } else { left.min((total / GUARANTEED).max(LEAST)) };
             self.find_homes();
             let [expected, high] = self.expected();
             if high <= left - reserve {
@@ -194,7 +195,7 @@ impl Schedule {
                 self.deal_all(left, reserve, expected, deadline.is_some(), pairs);
             } else {
                 round.grain = if frame.mode == Mode::Any { f32::INFINITY } else { GRAIN };
-                round.witnesses_only = number == 0 && self.deal_witnesses(left - 2 * reserve, pairs);
+                round.witnesses_only = number == 0 && self.deal_witnesses(left.saturating_sub(2 * reserve), pairs);
                 if !round.witnesses_only {
                     self.deal_shares(left, reserve, deadline.map(|_| frame.threads), pairs);
                 }
@@ -202,7 +203,7 @@ impl Schedule {
             let began = deadline.map(|_| frame.clock.now());
             execute(&mut self.chains, &round);
             let ended = deadline.map(|_| frame.clock.now());
-            let spent = self.collect(&round, total / GUARANTEED, pairs, report);
+            let spent = self.collect(&round, total, pairs, report);
             last = ended;
             if spent == 0 {
                 break;
@@ -274,9 +275,10 @@ impl Schedule {
                 track.decided = frame.number;
             } else {
                 let age = frame.number - track.decided;
+                let hit = frame.mode == Mode::Any && matches!(track.verdict, Verdict::Intersecting { .. });
                 let forecast =
                     if forecasts { Forecast::new(track, [x.triangles, y.triangles], age) } else { Forecast::NONE };
-                probability = forecast.still;
+                probability = if hit && track.refuted >= changed { forecast.chance } else { forecast.still };
                 self.tasks.push(Task {
                     key,
                     place: report.pairs.len() as u32,
@@ -287,7 +289,7 @@ impl Schedule {
                     chance: forecast.chance,
                     rank: rank(x.importance.max(y.importance), &forecast),
                     home: None,
-                    witnessed: frame.mode == Mode::Any && matches!(track.verdict, Verdict::Intersecting { .. }),
+                    witnessed: hit && track.refuted < changed,
                     state: State::Open,
                 });
             }
@@ -322,11 +324,13 @@ impl Schedule {
 
     /// Tasks that a remembered witness may decide, as many as `work` allows. Whether there are any.
     fn deal_witnesses(&mut self, work: u64, pairs: &mut Pairs) -> bool {
-        let witnessed = self.tasks.iter().filter(|task| task.witnessed).count() as u64;
+        // A stopped run goes on instead: it is of this very place, which its witnesses were tested in.
+        let is_due = |task: &Task| task.witnessed && task.home.is_none();
+        let witnessed = self.tasks.iter().filter(|task| is_due(task)).count() as u64;
         let block = (witnessed.min(work / WORK_PER_WITNESS) as usize).div_ceil(CHAINS).max(1);
         let (mut dealt, first) = (0, self.first_turn());
         for at in (first..self.tasks.len()).chain(0..first) {
-            if self.tasks[at].witnessed && dealt < block * CHAINS {
+            if is_due(&self.tasks[at]) && dealt < block * CHAINS {
                 self.deal(at, dealt / block, pairs);
                 dealt += 1;
             }
@@ -414,7 +418,7 @@ impl Schedule {
 
     /// Finds the tasks that have a stopped run somewhere. The one whose turn it is gets it into the chain of the rota.
     fn find_homes(&mut self) {
-        if let Some(first) = self.tasks.get(self.first_turn())
+        if let Some(first) = self.tasks.get(self.first_turn()).or(self.tasks.first())
             && let [rota, others @ ..] = &mut self.chains[..]
             && let Some(home) = others.iter_mut().find(|chain| chain.held(first.key).is_some())
         {
@@ -428,10 +432,11 @@ impl Schedule {
         }
     }
 
-    /// Takes back what the chains did; the work that it took.
-    fn collect(&mut self, round: &Round, guaranteed: u64, pairs: &mut Pairs, report: &mut Report) -> u64 {
-        if !round.witnesses_only {
-            self.advance(round.frame, guaranteed);
+    /// Takes back what the chains did, of `total` work in this frame; the work that it took.
+    fn collect(&mut self, round: &Round, total: u64, pairs: &mut Pairs, report: &mut Report) -> u64 {
+        // Without a budget all have had their turn, however they were dealt.
+        if !round.witnesses_only && total < u64::MAX {
+            self.advance(round.frame, total / GUARANTEED);
         }
         let before = report.work;
         for Item { place, slot, task, witnessed, track, spent, .. } in

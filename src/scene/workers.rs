@@ -10,7 +10,8 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::io;
-use std::thread::{Builder, JoinHandle};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::thread::{self, Builder, JoinHandle};
 
 struct Job {
     index: usize,
@@ -33,7 +34,8 @@ pub(super) struct Workers {
     jobs: Option<Sender<Job>>,
     /// The same jobs, for the calling thread to take its part.
     rest: Receiver<Job>,
-    done: Receiver<(usize, Chain)>,
+    /// What became of the jobs of the threads.
+    done: Receiver<thread::Result<(usize, Chain)>>,
     threads: Vec<JoinHandle<()>>,
 }
 
@@ -48,7 +50,9 @@ impl Workers {
             let work = move || {
                 let mut scratch = workspace();
                 for job in jobs {
-                    if finished.send(job.run(&mut scratch)).is_err() {
+                    // The caller waits for every job, so even a panic has to come back to it.
+                    let ended = catch_unwind(AssertUnwindSafe(|| job.run(&mut scratch)));
+                    if finished.send(ended).is_err() {
                         break;
                     }
                 }
@@ -86,8 +90,15 @@ impl Workers {
             chains[index] = chain;
             away -= 1;
         }
-        for (index, chain) in self.done.iter().take(away) {
-            chains[index] = chain;
+        let mut panic = None;
+        for ended in self.done.iter().take(away) {
+            match ended {
+                Ok((index, chain)) => chains[index] = chain,
+                Err(payload) => panic = Some(payload),
+            }
+        }
+        if let Some(payload) = panic {
+            resume_unwind(payload);
         }
     }
 }
