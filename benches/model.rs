@@ -1,13 +1,14 @@
 //! What the model costs: `cargo bench --bench model`.
 //!
 //! Queries of 8,000 to 12,000 BV tests between built-in shapes, the least times of interleaved repetitions, means over poses:
-//! the query itself, what a time budget and a memory add to it (regime, clock, what is learned), and the two questions.
+//! the query itself, the same with a time budget, that with the choice of the regime and what the memory learns, and the two
+//! questions.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Mode, PairMemory, Pose, Query, SystemClock, Tree, Workspace, shapes};
+use punctual::{Budget, Mode, Order, PairMemory, Pose, Query, SystemClock, Tree, Workspace, shapes};
 
 const REPETITIONS: usize = 200;
 
@@ -16,27 +17,26 @@ fn main() {
         (Tree::new(shapes::icosphere(6)), Tree::new(shapes::torus(1.0, 0.3, 160))),
         (Tree::new(shapes::torus_knot(2, 3, 0.1, 512)), Tree::new(shapes::gear(20, 3))),
     ];
-    println!("nanoseconds   poses  BV tests  query  with time budget and memory  predict  estimate half way");
+    println!(
+        "nanoseconds   poses  BV tests  query  with a time budget  and model and memory  predict  estimate half way"
+    );
     for (a, b) in &pairs {
-        for mode in [Mode::Any, Mode::All] {
-            let mut sums = [0.0; 5];
-            let mut poses = 0;
-            for pose in (0..4000).map(along) {
-                let query = Query::new(a, b, pose).mode(mode);
-                if let Some(times) = measure(&query) {
-                    sums = std::array::from_fn(|i| sums[i] + times[i]);
-                    poses += 1;
-                }
-                if poses == 40 {
-                    break;
-                }
+        let mut sums = [0.0; 6];
+        let mut poses = 0;
+        for pose in (0..4000).map(along) {
+            if let Some(times) = measure(&Query::new(a, b, pose).mode(Mode::All)) {
+                sums = std::array::from_fn(|i| sums[i] + times[i]);
+                poses += 1;
             }
-            let [tests, query, budgeted, predict, estimate] = sums.map(|sum| sum / f64::from(poses));
-            println!(
-                "{mode:11?} {poses:7} {tests:9.0} {query:6.0} {budgeted:28.0} {predict:8.0} {estimate:18.0}   ({:+.1} %)",
-                100.0 * (budgeted / query - 1.0)
-            );
+            if poses == 40 {
+                break;
+            }
         }
+        let [tests, query, clock, budgeted, predict, estimate] = sums.map(|sum| sum / f64::from(poses));
+        println!(
+            "{poses:19} {tests:9.0} {query:6.0} {clock:19.0} {budgeted:21.0} {predict:8.0} {estimate:18.0}   (model and memory {:+.1} %)",
+            100.0 * (budgeted / clock - 1.0)
+        );
     }
 }
 
@@ -46,7 +46,7 @@ fn along(i: u32) -> Pose {
 }
 
 /// BV tests, and the least times of everything; `None` if the query is of another size.
-fn measure(query: &Query) -> Option<[f64; 5]> {
+fn measure(query: &Query) -> Option<[f64; 6]> {
     let clock = SystemClock::default();
     let [mut workspace, mut half] = [Workspace::new(), Workspace::new()];
     let stats = query.run(&mut workspace, Budget::unlimited()).stats;
@@ -54,19 +54,21 @@ fn measure(query: &Query) -> Option<[f64; 5]> {
         return None;
     }
     let _ = query.run(&mut half, Budget::work(stats.work / 2));
-    let mut least = [f64::INFINITY; 4];
+    let mut least = [f64::INFINITY; 5];
+    // The same search and the same looks at the clock, without model and memory.
+    let plain = query.order(Order::DepthFirst);
+    let lasting = Budget::time(Duration::from_secs(1));
     for _ in 0..REPETITIONS {
         time(&mut least[0], || query.run_with(&mut workspace, None, Budget::unlimited(), &clock));
+        time(&mut least[1], || plain.run_with(&mut workspace, None, lasting, &clock));
         // A memory without witnesses: the same search.
         let mut blank = PairMemory::new();
-        time(&mut least[1], || {
-            query.run_with(&mut workspace, Some(&mut blank), Budget::time(Duration::from_secs(1)), &clock)
-        });
-        time(&mut least[2], || query.predict(None));
-        time(&mut least[3], || query.estimate(&half, None));
+        time(&mut least[2], || query.run_with(&mut workspace, Some(&mut blank), lasting, &clock));
+        time(&mut least[3], || query.predict(None));
+        time(&mut least[4], || query.estimate(&half, None));
     }
-    let [plain, budgeted, predict, estimate] = least;
-    Some([stats.bv_tests as f64, plain, budgeted, predict, estimate])
+    let [query, clock, budgeted, predict, estimate] = least;
+    Some([stats.bv_tests as f64, query, clock, budgeted, predict, estimate])
 }
 
 fn time<T>(least: &mut f64, run: impl FnOnce() -> T) {

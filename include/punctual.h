@@ -607,8 +607,8 @@ typedef struct punctual_query {
    */
   uint64_t poll_interval;
   /**
-   * Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued; 256 by
-   * default, 0 queues every pair.
+   * Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued: 0 queues every
+   * pair, infinity none. -1 by default: 256, and infinity for MODE_ANY with ORDER_PENETRATION.
    */
   float grain;
   /**

@@ -12,6 +12,9 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs, unsafe_code)]
 #![cfg_attr(doctest, doc = include_str!("../README.md"))]
+#![cfg_attr(doctest, doc = include_str!("../docs/guide/games.md"))]
+#![cfg_attr(doctest, doc = include_str!("../docs/guide/controllers.md"))]
+#![cfg_attr(doctest, doc = include_str!("../docs/guide/benchmarking.md"))]
 
 extern crate alloc;
 

@@ -2,7 +2,7 @@
 //!
 //! Each cycle looks at one more step of the path ahead. What is proven clear may be driven; a contact ahead turns the arms
 //! around; and where the budget ends first, the arms drive more slowly on what is clear already, or not at all if what was left
-//! open is too large. In the end every place where they were is looked at again, without haste. Beside each check, for
+//! open is too large or contact too likely. In the end every place where they were is looked at again, without haste. Beside each check, for
 //! as long as it took, a loop does nothing but look at the clock: what is late there is the machine's doing.
 //!
 //! `controller [--calls N] [--budget-us N] [--unpaced]`; unpaced, cycles follow one another at once. `docs/real-time.md` has
@@ -28,6 +28,9 @@ const AHEAD: f64 = 10.0 * STEP;
 /// What was left open may be a place of this size, metres, where the arms only slow down.
 const SMALL: f64 = 0.03;
 
+/// A contact of less than this probability may be ahead where the arms only slow down.
+const UNLIKELY: f64 = 0.05;
+
 /// What a cycle decides.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Decision {
@@ -42,13 +45,14 @@ fn decide(scene: &Scene) -> Result<Decision, Box<dyn Error>> {
     if report.intersecting > 0 {
         return Ok(Decision::TurnAround);
     }
-    let mut open: f64 = 0.0;
+    let (mut open, mut likely): (f64, f64) = (0.0, 0.0);
     for pair in report.pairs.iter().filter(|pair| pair.verdict == Verdict::Undecided) {
         open = open.max(scene.certificate(pair.a, pair.b)?.largest_extent);
+        likely = likely.max(pair.probability);
     }
-    Ok(match open {
-        0.0 => Decision::Go,
-        _ if open < SMALL => Decision::Slow,
+    Ok(match report.undecided() {
+        0 => Decision::Go,
+        _ if open < SMALL && likely < UNLIKELY => Decision::Slow,
         _ => Decision::Stop,
     })
 }

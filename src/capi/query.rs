@@ -9,8 +9,8 @@ use super::tree::punctual_tree;
 use super::workspace::{punctual_triangle_pair, punctual_workspace};
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::query::{
-    Budget, Clock, DEFAULT_GRAIN, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason,
-    SystemClock, Verdict, Workspace,
+    Budget, Clock, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, SystemClock,
+    Verdict, Workspace,
 };
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
@@ -133,8 +133,8 @@ pub struct punctual_query<'t> {
     pub pair_limit: usize,
     /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
     pub poll_interval: u64,
-    /// Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued; 256 by
-    /// default, 0 queues every pair.
+    /// Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued: 0 queues every
+    /// pair, infinity none. -1 by default: 256, and infinity for MODE_ANY with ORDER_PENETRATION.
     pub grain: f32,
     /// The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
     /// `punctual_query_estimate`; by default that of the poses for which the model was fitted.
@@ -223,7 +223,7 @@ pub extern "C" fn punctual_query_new<'t>(
         seed: 0,
         pair_limit: usize::MAX,
         poll_interval: MAX_STEP_WORK,
-        grain: DEFAULT_GRAIN,
+        grain: -1.0,
         prior: DEFAULT_PRIOR,
     }
 }
@@ -359,7 +359,8 @@ impl punctual_query<'_> {
             return Err(Fault::Number("query->prior", self.prior));
         }
         let query = Query::new(a, b, self.b_in_a.check()?).mode(check_mode(self.mode, "query->mode")?).order(order);
-        Ok(query.pair_limit(self.pair_limit).poll_interval(self.poll_interval).grain(self.grain).prior(self.prior))
+        let query = if self.grain < 0.0 { query } else { query.grain(self.grain) };
+        Ok(query.pair_limit(self.pair_limit).poll_interval(self.poll_interval).prior(self.prior))
     }
 }
 

@@ -44,7 +44,7 @@ use traversal::Traversal;
 use workspace::Key;
 
 /// See [`Query::grain`].
-pub(crate) const DEFAULT_GRAIN: f32 = 256.0;
+const DEFAULT_GRAIN: f32 = 256.0;
 
 /// Everything about a query that is a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,16 @@ pub(crate) struct Options {
     pub order: Order,
     pub pair_limit: usize,
     pub poll_interval: u64,
-    pub grain: f32,
+    pub grain: Option<f32>,
+}
+
+impl Options {
+    pub fn grain(&self) -> f32 {
+        self.grain.unwrap_or(match (self.mode, self.order) {
+            (Mode::Any, Order::Penetration) => f32::INFINITY,
+            _ => DEFAULT_GRAIN,
+        })
+    }
 }
 
 /// The question whether, or where, two meshes intersect at a pose. Cheap to make; one for each pose.
@@ -87,7 +96,7 @@ impl<'t> Query<'t> {
             order: Order::Penetration,
             pair_limit: usize::MAX,
             poll_interval: MAX_STEP_WORK,
-            grain: DEFAULT_GRAIN,
+            grain: None,
         };
         Self { a, b, b_in_a, options, prior: DEFAULT_PRIOR }
     }
@@ -122,10 +131,11 @@ impl<'t> Query<'t> {
     }
 
     /// Node pairs of which fewer BV tests than this are expected are finished depth-first at once instead of being
-    /// queued; default 256. 0 queues every node pair, and infinity none.
+    /// queued. 0 queues every node pair, and infinity none. By default 256, and infinity for the first hit in the default
+    /// order: there a stack with the deepest of siblings on top finds it sooner than the queue (`docs/benchmarks.md`).
     #[must_use]
     pub fn grain(mut self, bv_tests: f32) -> Self {
-        self.options.grain = bv_tests;
+        self.options.grain = Some(bv_tests);
         self
     }
 
@@ -234,7 +244,7 @@ impl<'t> Query<'t> {
     /// work is cut into pieces, so their size decides nothing.
     fn queues(&self, budget: Budget, memory: Option<&PairMemory>) -> bool {
         match self.options.order {
-            _ if self.options.grain == f32::INFINITY => false,
+            _ if self.options.grain() == f32::INFINITY => false,
             Order::DepthFirst => false,
             Order::Penetration => budget.work.is_some() || budget.time.is_some_and(|limit| !self.fits(limit, memory)),
             _ => true,

@@ -18,6 +18,7 @@ use crate::report::{Axis, Block, Chart, Failure, Page, Picture, Section, Series,
 /// Draws the plots into the folder and returns the page they stand on.
 pub fn page(cases: &[Measurement], folder: &Path, intro: Vec<String>) -> Result<Page, Failure> {
     let report = Report { cases, folder };
+    report.overview()?;
     let sections = vec![
         report.wrong(),
         report.budget(
@@ -67,6 +68,26 @@ impl Report<'_> {
         let picture = Picture::render(chart)?;
         picture.write(self.folder, name)?;
         Ok(Block::from(&picture))
+    }
+
+    /// Detection and recall in one picture, to be shown elsewhere.
+    fn overview(&self) -> Result<(), Failure> {
+        let mut series = vec![];
+        for (mode, feature, what) in [(Mode::Any, DETECTED, "detected"), (Mode::All, RECALL, "pairs found")] {
+            for order in [DEFAULT, DEPTH_FIRST, ORACLE] {
+                let at = |percent| over_cases(self.cases, Which { order, mode, budget: Limit::Work(percent) }, feature);
+                let points = PERCENT.map(|percent| [f64::from(percent), at(percent)]).to_vec();
+                let shape = if order == ORACLE { Shape::Dashed(points) } else { Shape::Line(points) };
+                series.push(Series::new(format!("{what}, {}", label(order)), series.len(), shape));
+            }
+        }
+        let chart = Chart {
+            title: "What is known when a query is stopped".to_owned(),
+            x: Axis::log("work, % of a finished run that finds all"),
+            y: Axis::linear("share").range(0.0..1.0),
+            series,
+        };
+        self.plot("overview", &chart).map(drop)
     }
 
     fn wrong(&self) -> Section {
