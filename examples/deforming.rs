@@ -1,6 +1,6 @@
 //! A flag waves in the wind and meets a turning gear: a mesh that deforms, refitted in each frame, rebuilt when that pays.
 //!
-//! Prints, for some frames, what the refit took, how loose the boxes have become, how many triangles of flag and gear meet,
+//! Prints, for some frames, what the refit took and what the cost model told of it, how loose the boxes have become, how many triangles of flag and gear meet,
 //! and the work of the query on the refitted tree and on a new one; both must find the same number.
 
 use std::error::Error;
@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Body, Budget, Mesh, Mode, Pose, Query, Scene, Tree, Workspace, shapes};
+use punctual::{Body, Budget, CostModel, Mesh, Mode, Pose, Query, Scene, Tree, Workspace, shapes};
 
 const CELLS: u32 = 48;
 const SIDE: u32 = CELLS + 1;
@@ -38,7 +38,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let waving = scene.insert(Body::moving(waving, Pose::IDENTITY))?;
     let turning = scene.insert(Body::moving(Arc::clone(&gear), Pose::IDENTITY))?;
     let mut workspace = Workspace::new();
-    println!("frame  refit us  degradation  contacts   work  work of a new tree");
+    let costs = CostModel::measure();
+    println!("frame  refit us  told  degradation  contacts   work  work of a new tree");
     for frame in 0..120 {
         let time = frame as f32 / 60.0;
         let turn = DMat3::from_rotation_x(1.2) * DMat3::from_rotation_z(f64::from(time));
@@ -48,6 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let tree = scene.tree_mut(waving)?;
         tree.refit(&flag(time))?;
         let (took, degradation) = (start.elapsed().as_micros(), tree.degradation());
+        let told = 1e-3 * costs.refit_time(tree);
         let fresh = Tree::new(tree.mesh().clone());
         let mut alone = |tree| Query::new(tree, &gear, place).mode(Mode::All).run(&mut workspace, Budget::unlimited());
         let (refitted, rebuilt) = (alone(tree), alone(&fresh));
@@ -57,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         assert_eq!([contacts, refitted.found], [rebuilt.found; 2], "frame {frame}");
         if frame % 10 == 0 {
             let (work, new) = (refitted.stats.work, rebuilt.stats.work);
-            println!("{frame:>5} {took:>9} {degradation:>12.2} {contacts:>9} {work:>6} {new:>6}");
+            println!("{frame:>5} {took:>9} {told:>5.0} {degradation:>12.2} {contacts:>9} {work:>6} {new:>6}");
         }
         if degradation > REBUILD_ABOVE {
             scene.set_tree(waving, Arc::new(fresh))?;

@@ -8,7 +8,7 @@ use common::reference::all_pairs;
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, BuildOptions, Mesh, MeshError, Mode, PairMemory, Pose, Query, Tree, Verdict, Workspace, shapes,
+    Budget, BuildOptions, CostModel, Mesh, MeshError, Mode, PairMemory, Pose, Query, Tree, Verdict, Workspace, shapes,
 };
 
 fn vertices(mesh: &Mesh) -> Vec<DVec3> {
@@ -183,6 +183,10 @@ fn an_empty_mesh_is_refitted() {
     let mut tree = Tree::new(Mesh::new([[0.0f32; 3]; 0], []).unwrap());
     tree.refit::<[f32; 3]>(&[]).unwrap();
     assert_eq!((tree.degradation(), tree.root().is_none()), (1.0, true));
+    let costs = CostModel { box_update: 2.0, ..CostModel::default() };
+    assert_eq!(costs.refit_time(&tree), 0.0);
+    let tree = Tree::new(shapes::icosphere(3));
+    assert_eq!(costs.refit_time(&tree), 2.0 * (tree.stats().nodes + tree.mesh().len()) as f64);
 }
 
 /// Degradation grows with the motion that makes a new tree pay, and a new tree has none.

@@ -52,6 +52,11 @@ impl CostModel {
         Self::fitted(&features, &times)
     }
 
+    /// What a [`Tree::refit`] of this tree takes: `N_u C_u`, `N_u` the boxes of all its nodes and triangles. In `O(1)`.
+    pub fn refit_time(&self, tree: &Tree) -> f64 {
+        (tree.nodes().len() + tree.triangles().len()) as f64 * self.box_update
+    }
+
     /// The costs that explain the times best, relative to each time; in doubt, those of the default model, all larger or
     /// smaller by one factor.
     fn fitted(features: &[[f64; 4]], times: &[f64]) -> Self {
