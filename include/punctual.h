@@ -11,8 +11,8 @@
  * that was made by this library and not freed since. Other pointers must be aligned, and point to as many elements as the
  * length beside them says. An output may be uninitialised; no output may overlap another argument of the same call.
  *
- * Ownership. What *_new, punctual_workspace_with_capacity, punctual_shape_*, punctual_tree_mesh and punctual_scene_tree make is
- * the caller's, to be freed by the *_free of its type, in any order. Everything that is passed in is copied or shared, never
+ * Ownership. What *_new, punctual_workspace_with_capacity, punctual_shape_*, punctual_tree_mesh, punctual_tree_from_bytes and
+ * punctual_scene_tree make is the caller's, to be freed by the *_free of its type, in any order. Everything that is passed in is copied or shared, never
  * taken over, but for the trees of a punctual_query, which it borrows.
  *
  * Threads. Any number of threads may use a handle through pointers to const. A call that takes a handle that is not const
@@ -103,6 +103,10 @@ enum punctual_status
    * A fault of the library was caught. The handles that the call was to change are poisoned.
    */
   PUNCTUAL_STATUS_PANIC = 12,
+  /**
+   * Bytes are no tree, or were damaged.
+   */
+  PUNCTUAL_STATUS_BAD_FILE = 13,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1104,6 +1108,28 @@ struct punctual_build_options punctual_build_options_default(void);
 punctual_status punctual_tree_new(const struct punctual_mesh *mesh,
                                   const struct punctual_build_options *options,
                                   struct punctual_tree **tree);
+
+/**
+ * The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and
+ * how many there are to `count`; with a capacity of 0, `bytes` may be null. They are the caller's. For a closed mesh of
+ * floats they are about 30 a triangle. Takes linear time and allocates, also if only their number is asked for.
+ */
+punctual_status punctual_tree_to_bytes(const struct punctual_tree *tree,
+                                       uint8_t *bytes,
+                                       size_t capacity,
+                                       size_t *count);
+
+/**
+ * The tree that `punctual_tree_to_bytes` was called on, of which the bytes are not needed any more: its queries do the same,
+ * to the bit. Takes a part of the time of a build.
+ *
+ * Fails with BAD_FILE if the bytes are no tree, are of another version of the format, or were changed, cut or extended.
+ * Whatever they are, it takes no memory out of proportion to their number, and the tree that it makes gives true answers
+ * about the mesh that they hold.
+ */
+punctual_status punctual_tree_from_bytes(const uint8_t *bytes,
+                                         size_t count,
+                                         struct punctual_tree **tree);
 
 /**
  * Frees a tree; null is fine. Scenes keep what they share.

@@ -180,7 +180,16 @@ public:
     return detail::owned<Tree, punctual_tree>(
         [&](punctual_tree **tree) { return punctual_tree_new(mesh.get(), &options, tree); });
   }
+  static Result<Tree> from_bytes(const std::uint8_t *bytes, std::size_t count) noexcept {
+    return detail::owned<Tree, punctual_tree>(
+        [&](punctual_tree **tree) { return punctual_tree_from_bytes(bytes, count, tree); });
+  }
 
+  /** Writes up to `capacity` bytes; how many there are. */
+  Result<std::size_t> to_bytes(std::uint8_t *bytes, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_tree_to_bytes(get(), bytes, capacity, count); });
+  }
   [[nodiscard]] punctual_status refit(const float *vertices, std::size_t vertex_count) noexcept {
     return punctual_tree_refit_f32(get(), vertices, vertex_count);
   }

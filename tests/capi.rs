@@ -97,6 +97,11 @@ fn null_is_refused_by_name() {
         null_is_seen(punctual_tree_refit_f32(None, null(), 1), "vertices");
         null_is_seen(punctual_tree_refit_f64(None, null(), 0), "tree");
         null_is_seen(punctual_tree_refit_f64(None, null(), 1), "vertices");
+        null_is_seen(punctual_tree_to_bytes(None, null_mut(), 0, None), "tree");
+        null_is_seen(punctual_tree_to_bytes(Some(&tree), null_mut(), 0, None), "count");
+        null_is_seen(punctual_tree_to_bytes(Some(&tree), null_mut(), 1, Some(&mut MaybeUninit::uninit())), "bytes");
+        null_is_seen(punctual_tree_from_bytes(null(), 1, None), "bytes");
+        null_is_seen(punctual_tree_from_bytes(null(), 0, None), handle);
         null_is_seen(punctual_tree_levels(None, null_mut(), 0, None), "tree");
         null_is_seen(punctual_tree_levels(Some(&tree), null_mut(), 0, None), "count");
         let mut count = MaybeUninit::uninit();
@@ -560,6 +565,55 @@ fn meshes_trees_and_poses_are_those_of_rust() {
     assert_eq!(pose, raw(&tilted()));
     assert_eq!(made(|out| punctual_pose_inverse(pose, out)), raw(&tilted().inverse().unwrap()));
     assert_eq!(made(|out| punctual_pose_compose(pose, pose, out)), raw(&tilted().compose(&tilted()).unwrap()));
+}
+
+fn bytes_of(tree: &punctual_tree, capacity: usize) -> (Vec<u8>, usize) {
+    let mut bytes = vec![0xa5; capacity];
+    // SAFETY: there is room for as many as said.
+    let count = made(|count| unsafe { punctual_tree_to_bytes(Some(tree), bytes.as_mut_ptr(), capacity, count) });
+    (bytes, count)
+}
+
+#[test]
+fn the_bytes_of_trees_are_those_of_rust_and_damaged_ones_are_refused() {
+    let ours = tree_of(&knot());
+    let native = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
+    let file = native.to_bytes();
+    let (written, count) = bytes_of(&ours, file.len());
+    assert!(written == file && count == file.len());
+    let (start, count) = bytes_of(&ours, 100);
+    assert!(start == file[..100] && count == file.len());
+    let (rest, count) = bytes_of(&ours, file.len() + 1);
+    assert!(rest.ends_with(&[0xa5]) && count == file.len(), "nothing is written beyond the last");
+
+    fn load(bytes: &[u8], tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>) -> Status {
+        // SAFETY: as long as said.
+        unsafe { punctual_tree_from_bytes(bytes.as_ptr(), bytes.len(), tree) }
+    }
+    let loaded = owned(|tree| load(&file, tree));
+    assert_eq!(bytes_of(&loaded, file.len()).0, file);
+    let mut workspace = owned(|out| punctual_workspace_new(out));
+    let mut answer = |tree: &punctual_tree| {
+        let mut query = punctual_query_new(Some(tree), Some(tree), raw(&tilted()));
+        query.mode = punctual_mode::All as u32;
+        let enough = punctual_budget_work(u64::MAX);
+        made(|outcome| punctual_query_run(Some(&query), Some(&mut workspace), None, enough, None, outcome))
+    };
+    assert_eq!(answer(&loaded), answer(&ours));
+
+    let refused = |bytes: &[u8], text: &str| {
+        let mut place = MaybeUninit::new(None);
+        fails(load(bytes, Some(&mut place)), Status::BadFile, &format!("punctual_tree_from_bytes: {text}"));
+        // SAFETY: it had a value, which a call that fails leaves.
+        assert!(unsafe { place.assume_init() }.is_none());
+    };
+    let mut damaged = file.clone();
+    damaged[200] ^= 4;
+    for bytes in [&damaged[..], &file[..60], &[], b"a letter"] {
+        refused(bytes, &Tree::from_bytes(bytes).unwrap_err().to_string());
+    }
+    refused(b"a letter", "these bytes are no tree: they do not begin with PUNCTREE");
+    refused(&[], "the tree should have 52 bytes, but has 0");
 }
 
 fn facts_of(tree: &punctual_tree) -> punctual_mesh_facts {

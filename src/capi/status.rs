@@ -4,7 +4,7 @@ use crate::math::PoseError;
 use crate::mesh::MeshError;
 use crate::query::ResumeError;
 use crate::scene::SceneError;
-use crate::tree::TreeFault;
+use crate::tree::{TreeFault, TreeFileError};
 use core::cell::RefCell;
 use core::ffi::c_char;
 use core::fmt::{self, Write};
@@ -42,6 +42,8 @@ pub enum punctual_status {
     Poisoned = 11,
     /// A fault of the library was caught. The handles that the call was to change are poisoned.
     Panic = 12,
+    /// Bytes are no tree, or were damaged.
+    BadFile = 13,
 }
 
 /// What keeps a call from its work.
@@ -65,6 +67,7 @@ pub(super) enum Fault {
     Scene(SceneError),
     Resume(ResumeError),
     Tree(TreeFault),
+    File(TreeFileError),
     Thread(io::Error),
 }
 
@@ -85,6 +88,7 @@ impl Fault {
             Self::Scene(SceneError::Full) => punctual_status::SceneFull,
             Self::Resume(_) => punctual_status::NotResumable,
             Self::Tree(_) => punctual_status::BadTree,
+            Self::File(_) => punctual_status::BadFile,
             Self::Thread(_) => punctual_status::NoThread,
         }
     }
@@ -106,6 +110,7 @@ impl fmt::Display for Fault {
             Self::Scene(error) => error.fmt(f),
             Self::Resume(error) => error.fmt(f),
             Self::Tree(error) => error.fmt(f),
+            Self::File(error) => error.fmt(f),
             Self::Thread(error) => error.fmt(f),
         }
     }
@@ -127,6 +132,7 @@ fault_from!(
     Scene(SceneError),
     Resume(ResumeError),
     Tree(TreeFault),
+    File(TreeFileError),
     Thread(io::Error)
 );
 

@@ -103,6 +103,43 @@ fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault
     Ok(BuildOptions { effort, frames: options.frames != 0, threads: options.threads })
 }
 
+/// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and
+/// how many there are to `count`; with a capacity of 0, `bytes` may be null. They are the caller's. For a closed mesh of
+/// floats they are about 30 a triangle. Takes linear time and allocates, also if only their number is asked for.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_tree_to_bytes(
+    tree: Option<&punctual_tree>,
+    bytes: *mut u8,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_tree_to_bytes", || {
+        let (tree, count) = (given(tree, "tree")?.0.get("tree")?, given(count, "count")?);
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(bytes, capacity, "bytes", tree.to_bytes().into_iter()) }?);
+        Ok(())
+    })
+}
+
+/// The tree that `punctual_tree_to_bytes` was called on, of which the bytes are not needed any more: its queries do the same,
+/// to the bit. Takes a part of the time of a build.
+///
+/// Fails with BAD_FILE if the bytes are no tree, are of another version of the format, or were changed, cut or extended.
+/// Whatever they are, it takes no memory out of proportion to their number, and the tree that it makes gives true answers
+/// about the mesh that they hold.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_tree_from_bytes(
+    bytes: *const u8,
+    count: usize,
+    tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>,
+) -> punctual_status {
+    door("punctual_tree_from_bytes", || {
+        // SAFETY: the contract of the header for arrays.
+        let bytes = unsafe { array(bytes, count, "bytes") }?;
+        put(tree, || Ok(punctual_tree::new(Arc::new(Tree::from_bytes(bytes)?))))
+    })
+}
+
 /// Frees a tree; null is fine. Scenes keep what they share.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_tree_free(tree: Option<Box<punctual_tree>>) {

@@ -153,6 +153,38 @@ static void trees(void) {
   punctual_tree_free(tree);
 }
 
+static void bytes(void) {
+  punctual_tree *tree = knot(), *loaded = NULL;
+  size_t count, again;
+  OK(punctual_tree_to_bytes(tree, NULL, 0, &count));
+  uint8_t *bytes = malloc(count);
+  OK(punctual_tree_to_bytes(tree, bytes, count, &again));
+  CHECK(again == count);
+  OK(punctual_tree_from_bytes(bytes, count, &loaded));
+
+  /* Built or loaded: the same answer and the same work. */
+  punctual_workspace *workspace;
+  punctual_outcome built, read;
+  punctual_query query = punctual_query_new(tree, tree, at(0.4, 0.3, 0.2));
+  query.mode = PUNCTUAL_MODE_ALL;
+  OK(punctual_workspace_new(&workspace));
+  OK(punctual_query_run(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &built));
+  query.a = query.b = loaded;
+  OK(punctual_query_run(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &read));
+  CHECK(read.found == built.found && built.found > 1 && read.stats.work == built.stats.work);
+  punctual_tree_free(loaded);
+
+  punctual_tree *untouched = NULL;
+  bytes[count / 2] ^= 1;
+  CHECK(punctual_tree_from_bytes(bytes, count, &untouched) == PUNCTUAL_STATUS_BAD_FILE && untouched == NULL);
+  CHECK(strstr(punctual_last_error(), "punctual_tree_from_bytes: the tree is damaged") == punctual_last_error());
+  FAILS(punctual_tree_from_bytes(bytes, 20, &untouched), BAD_FILE,
+        "punctual_tree_from_bytes: the tree should have 52 bytes, but has 20");
+  punctual_workspace_free(workspace);
+  punctual_tree_free(tree);
+  free(bytes);
+}
+
 static void queries(void) {
   punctual_tree *tree = knot();
   punctual_workspace *workspace, *small;
@@ -298,6 +330,7 @@ int main(void) {
   poses();
   triangles();
   trees();
+  bytes();
   queries();
   scenes();
   punctual_mesh_free(NULL);
