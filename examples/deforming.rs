@@ -45,9 +45,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let turn = DMat3::from_rotation_x(1.2) * DMat3::from_rotation_z(f64::from(time));
         let place = Pose::new(turn, DVec3::new(1.8, 0.5, 0.8 - 0.4 * f64::from(time)))?;
         scene.set_pose(turning, place)?;
-        let start = Instant::now();
+        let vertices = flag(time);
         let tree = scene.tree_mut(waving)?;
-        tree.refit(&flag(time))?;
+        let start = Instant::now();
+        tree.refit(&vertices)?;
         let (took, degradation) = (start.elapsed().as_micros(), tree.degradation());
         let told = 1e-3 * costs.refit_time(tree);
         let fresh = Tree::new(tree.mesh().clone());

@@ -52,7 +52,8 @@ impl CostModel {
         Self::fitted(&features, &times)
     }
 
-    /// What a [`Tree::refit`] of this tree takes: `N_u C_u`, `N_u` the boxes of all its nodes and triangles. In `O(1)`.
+    /// About what a [`Tree::refit`] of this tree takes, within a factor of two or three: `N_u C_u`, `N_u` the boxes of all its
+    /// nodes and triangles. In `O(1)`.
     pub fn refit_time(&self, tree: &Tree) -> f64 {
         (tree.nodes().len() + tree.triangles().len()) as f64 * self.box_update
     }
