@@ -12,8 +12,8 @@
  * length beside them says. An output may be uninitialised; no output may overlap another argument of the same call.
  *
  * Ownership. What *_new, punctual_workspace_with_capacity, punctual_shape_*, punctual_tree_mesh, punctual_tree_from_bytes and
- * punctual_scene_tree make is the caller's, to be freed by the *_free of its type, in any order. Everything that is passed in is copied or shared, never
- * taken over, but for the trees of a punctual_query, which it borrows.
+ * punctual_scene_tree make is the caller's, to be freed by the *_free of its type, in any order. Everything that is passed in
+ * is copied or shared, never taken over, but for the trees of a punctual_query, which it borrows.
  *
  * Threads. Any number of threads may use a handle through pointers to const. A call that takes a handle that is not const
  * needs it for itself alone. Nothing is bound to the thread that made it. punctual_last_error() is each thread's own.

@@ -25,6 +25,7 @@ struct World {
     surfaces: Vec<Surface>,
     trees: Vec<Grown>,
     desks: Vec<Desk>,
+    #[expect(clippy::vec_box, reason = "the handle that C has")]
     memories: Vec<Box<punctual_memory>>,
     stages: Vec<Stage>,
 }

@@ -68,7 +68,8 @@ fn generated(bytes: &mut Unstructured) -> Result<Option<Surface>> {
         }
         2 => (call.own(bytes, |out| punctual_shape_torus(x, y, few, out))?, shapes::torus(x, y, few)),
         3 => {
-            let (p, q) = (bytes.arbitrary()?, bytes.arbitrary()?);
+            // The more windings, the more triangles, and the judge looks at all pairs.
+            let (p, q) = (bytes.int_in_range(0..=3)?, bytes.int_in_range(0..=3)?);
             let handle = call.own(bytes, |out| punctual_shape_torus_knot(p, q, x, few, out))?;
             (handle, shapes::torus_knot(p, q, x, few))
         }
@@ -293,10 +294,9 @@ fn copy(world: &mut World, at: usize, bytes: &mut Unstructured) -> Result<()> {
     let Grown { handle, shape } = &world.trees[at];
     let tree = call.given(bytes, &**handle)?;
     let Some(handle) = call.own(bytes, |out| punctual_tree_mesh(tree, out))? else { return Ok(()) };
-    let Some(facts) = Call::default().make(bytes, |out| punctual_mesh_describe(Some(&handle), out))? else {
-        return Ok(punctual_mesh_free(Some(handle)));
-    };
-    assert_eq!((facts.triangles, facts.vertices), (shape.mesh.len(), shape.mesh.vertex_count()));
+    let facts = Call::default().make(bytes, |out| punctual_mesh_describe(Some(&handle), out))?;
+    let (triangles, vertices) = (shape.mesh.len(), shape.mesh.vertex_count());
+    assert!(facts.is_none_or(|facts| (facts.triangles, facts.vertices) == (triangles, vertices)));
     punctual_mesh_free(Some(handle));
     Ok(())
 }
