@@ -22,10 +22,10 @@ pub struct PairReport {
     /// Whether nothing is left to find: decided, in [`crate::Mode::Any`]; in [`crate::Mode::All`], all have been found.
     pub complete: bool,
     /// Probability that the surfaces meet: 1 or 0 if that is decided. Otherwise by [`crate::Query::estimate`] for a pair whose
-    /// query was stopped in this frame, and by what is remembered for one that had no turn.
+    /// query was stopped, and by what is remembered for one that had no turn, or in frames of less than 200 us.
     pub probability: f64,
     /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, and 0 if nothing was found;
-    /// by [`crate::Query::estimate`] for a query that was stopped.
+    /// by [`crate::Query::estimate`] for a query that was stopped, likewise.
     pub recall: f64,
     /// Frames since it was decided: 0 if it was in this one. A pair that never was counts from the frame before its boxes
     /// met.

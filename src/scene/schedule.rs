@@ -47,6 +47,9 @@ const GUARANTEED: u64 = 8;
 /// The usual share of the rota is this part of what is left.
 const ROTA: u64 = 4;
 
+/// The least time of a frame that affords estimates of its stopped queries, 3 to 5 us each.
+const ESTIMATES: Duration = Duration::from_micros(200);
+
 /// Work that planning another round takes, for each pair.
 const PLANNING: u64 = 15;
 
@@ -213,7 +216,9 @@ impl Schedule {
                 self.speed.learn(spent as f64, nanos);
             }
         }
-        self.estimate(frame, pairs, report);
+        if frame.budget.time_limit().is_none_or(|limit| limit >= ESTIMATES) {
+            self.estimate(frame, pairs, report);
+        }
         report.finish();
         if let Some(ended) = last {
             // What another program took in between does not count.
