@@ -4,7 +4,6 @@ mod built_in;
 mod case;
 mod confidence;
 mod contender;
-mod machine;
 mod measure;
 mod oracle;
 mod page;
@@ -20,7 +19,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
 use crate::report::{self, Failure};
-use crate::{Completion, complain};
+use crate::{Completion, complain, machine};
 use case::Case;
 use contender::DEFAULT;
 use summary::{Measurement, Stratum};

@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 use std::fmt::Write;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use punctual::model::confidence::{history_features, hit_features, recall_features};
 use punctual::model::prediction::{features_of_all, features_of_any};
@@ -11,6 +10,7 @@ use punctual::{CostModel, Mode};
 
 use super::Data;
 use super::sample::Sample;
+use crate::machine;
 
 /// The upper one is for 90 %: meshes that were not fitted are dearer more often than cheaper.
 const QUANTILES: [f64; 3] = [0.1, 0.5, 0.935];
@@ -242,11 +242,10 @@ fn power_law(data: &Data, count: impl Fn(&punctual::model::cost::Counts) -> f64)
 }
 
 fn header(data: &Data) -> String {
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
-    let (year, month, day) = date(seconds / 86400);
     let mut text = format!(
-        "//! The fitted constants of the model; made by `punctual fit`, not by hand.\n//!\n//! On {year}-{month:02}-{day:02}, \
+        "//! The fitted constants of the model; made by `punctual fit`, not by hand.\n//!\n//! On {}, \
          on {} {}, by version {}, from {} poses ({} moments of queries) of:\n",
+        machine::today(),
         std::env::consts::ARCH,
         std::env::consts::OS,
         env!("CARGO_PKG_VERSION"),
@@ -290,32 +289,9 @@ fn nested<const N: usize>(lists: &[[f64; N]]) -> String {
     format!("[{}\n]", lists.concat())
 }
 
-/// Year, month and day of a day counted from 1970-01-01, by the civil calendar.
-fn date(days: u64) -> (u64, u64, u64) {
-    let is_leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
-    let (mut year, mut left) = (1970, days);
-    while left >= 365 + u64::from(is_leap(year)) {
-        left -= 365 + u64::from(is_leap(year));
-        year += 1;
-    }
-    let lengths = [31, 28 + u64::from(is_leap(year)), 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
-    let mut month = 0;
-    while left >= lengths[month] {
-        left -= lengths[month];
-        month += 1;
-    }
-    (year, month as u64 + 1, left + 1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn dates_by_the_calendar() {
-        assert_eq!([date(0), date(59), date(11_016)], [(1970, 1, 1), (1970, 3, 1), (2000, 2, 29)]);
-        assert_eq!([date(364), date(365), date(20_453)], [(1970, 12, 31), (1971, 1, 1), (2025, 12, 31)]);
-    }
 
     #[test]
     fn numbers_keep_five_digits() {

@@ -11,6 +11,7 @@ use super::Data;
 use super::plots;
 use super::sample::Sample;
 use crate::report::{self, Chances, Failure};
+use crate::statistics::{quantile, sorted};
 
 /// Errors `log2(predicted / actual)` of the whole cost, and whether the actual cost is below each quantile.
 #[derive(Default)]
@@ -49,7 +50,7 @@ impl Costs {
     }
 
     fn fields(&self) -> Vec<String> {
-        let absolute: Vec<f64> = self.errors.iter().map(|e| e.abs()).collect();
+        let absolute = sorted(self.errors.iter().map(|e| e.abs()));
         let share = |below: usize| below as f64 / self.errors.len() as f64;
         let [low, _, high] = self.below;
         [quantile(&absolute, 0.5), quantile(&absolute, 0.9), share(high), share(low)].map(text).to_vec()
@@ -161,14 +162,6 @@ pub fn report(data: &Data, folder: &Path, out: &mut impl Write) -> Result<(), Fa
     plots::draw(&total, folder)
 }
 
-/// A quantile of numbers in any order; NaN without any.
-fn quantile(numbers: &[f64], p: f64) -> f64 {
-    let mut sorted = numbers.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let last = sorted.len().saturating_sub(1);
-    sorted.get((p * last as f64).round() as usize).copied().unwrap_or(f64::NAN)
-}
-
 /// Three decimals; nothing for what was not measured.
 fn text(x: f64) -> String {
     if x.is_finite() { format!("{x:.3}").trim_end_matches('0').trim_end_matches('.').to_owned() } else { String::new() }
@@ -179,8 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_and_text() {
-        assert_eq!([quantile(&[3.0, 1.0, 2.0], 0.5), quantile(&[3.0, 1.0, 2.0], 0.9)], [2.0, 3.0]);
+    fn numbers_in_the_table() {
         assert_eq!([text(f64::NAN), text(0.5), text(2.0), text(1.0 / 3.0)], ["", "0.5", "2", "0.333"]);
     }
 }

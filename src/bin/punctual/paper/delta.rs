@@ -10,8 +10,9 @@ use punctual::model::traversal::Visits;
 use super::Lab;
 use super::figure4::{Placements, Turned};
 use super::ladder::Ladder;
-use super::sample::{Rule, Setting, quantile};
+use super::sample::{Rule, Setting};
 use crate::report::{Axis, Block, Chart, Failure, Section, Series, Shape, Table, Verdict, short};
+use crate::statistics::{quantile, sorted};
 
 /// The models, as the report names them.
 const MODELS: [&str; 4] = ["Eq 11", "offset, normal", "offset, uniform", "delta-alpha table"];
@@ -26,10 +27,9 @@ struct Case {
 /// Median and 90 % quantile of `|log2(predicted / counted)|` for each model, and the median with its sign.
 fn errors(cases: &[Case]) -> [[f64; 3]; 4] {
     std::array::from_fn(|model| {
-        let mut errors: Vec<f64> = cases.iter().map(|case| (case.predicted[model] / case.counted).log2()).collect();
-        let bias = quantile(&mut errors, 0.5);
-        let mut sizes: Vec<f64> = errors.iter().map(|error| error.abs()).collect();
-        [quantile(&mut sizes, 0.5), quantile(&mut sizes, 0.9), bias]
+        let errors = sorted(cases.iter().map(|case| (case.predicted[model] / case.counted).log2()));
+        let sizes = sorted(errors.iter().map(|error| error.abs()));
+        [quantile(&sizes, 0.5), quantile(&sizes, 0.9), quantile(&errors, 0.5)]
     })
 }
 
@@ -43,10 +43,9 @@ const CSV_HEADER: &str = "counted,eq11,offset_normal,offset_uniform,table";
 /// Share of the cases whose error is at most x, for each model.
 fn chart(title: &str, cases: &[Case]) -> Chart {
     let series = MODELS.iter().enumerate().map(|(model, name)| {
-        let mut sizes: Vec<f64> =
-            cases.iter().map(|case| (case.predicted[model] / case.counted).log2().abs()).collect();
+        let sizes = sorted(cases.iter().map(|case| (case.predicted[model] / case.counted).log2().abs()));
         let shares = (0..=100).map(|i| f64::from(i) / 100.0);
-        Series::new(*name, model, Shape::Line(shares.map(|share| [quantile(&mut sizes, share), share]).collect()))
+        Series::new(*name, model, Shape::Line(shares.map(|share| [quantile(&sizes, share), share]).collect()))
     });
     Chart {
         title: title.to_owned(),

@@ -132,13 +132,6 @@ pub fn parallel<I: Sync, O: Send>(items: &[I], run: impl Fn(&I) -> O + Sync) -> 
     results.into_iter().filter_map(|slot| slot.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())).collect()
 }
 
-/// Quantile `p` of some numbers, which are sorted for it; NaN without any.
-pub fn quantile(values: &mut [f64], p: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let place = p * (values.len().max(1) - 1) as f64;
-    values.get(place.round() as usize).copied().unwrap_or(f64::NAN)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -161,13 +154,6 @@ mod tests {
         }
         // Independent points would be off by 21 on average.
         assert!(octants.iter().all(|&count: &i32| (count - n / 8).abs() < 12), "{octants:?}");
-    }
-
-    #[test]
-    fn quantiles_by_hand() {
-        let mut values = [3.0, 1.0, 2.0, 5.0, 4.0];
-        assert_eq!([0.0, 0.5, 0.75, 1.0].map(|p| quantile(&mut values, p)), [1.0, 3.0, 4.0, 5.0]);
-        assert!(quantile(&mut [], 0.5).is_nan());
     }
 
     #[test]

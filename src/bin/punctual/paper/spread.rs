@@ -5,12 +5,13 @@ use punctual::model::paper;
 
 use super::Lab;
 use super::figure5::exact_visits;
-use super::sample::{Rule, Setting, Spread, quantile};
+use super::sample::{Rule, Setting, Spread};
 use crate::report::{Axis, Chart, Failure, Section, Series, Shape, Verdict, short};
+use crate::statistics::{quantile, sorted};
 
 const ALPHA: [f64; 3] = [0.8; 3];
 
-/// `N_v` of single queries at each delta.
+/// `N_v` of single queries at each delta, ascending.
 fn single_queries(lab: &Lab, depth: u32, deltas: &[f64]) -> Vec<Vec<f64>> {
     lab.all(deltas, |&delta| {
         let setting = Setting { alpha: ALPHA, depth, rule: Rule::Random, delta: Some(delta) };
@@ -20,7 +21,7 @@ fn single_queries(lab: &Lab, depth: u32, deltas: &[f64]) -> Vec<Vec<f64>> {
             let offset = setting.offset(points.next());
             setting.visits(&mut random, offset).total() as f64
         };
-        (0..lab.choose(1000, 100)).map(&mut single).collect()
+        sorted((0..lab.choose(1000, 100)).map(&mut single))
     })
 }
 
@@ -39,10 +40,7 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
     let n = 1 << depth;
     let deltas: Vec<f64> = (1..=20).map(|i| f64::from(i) / 20.0).collect();
     let queries = single_queries(lab, depth, &deltas);
-    let quantiles = |p: f64| {
-        let of = |values: &Vec<f64>| quantile(&mut values.clone(), p);
-        queries.iter().map(of).collect::<Vec<f64>>()
-    };
+    let quantiles = |p: f64| queries.iter().map(|values| quantile(values, p)).collect::<Vec<f64>>();
     let (low, median, high) = (quantiles(0.1), quantiles(0.5), quantiles(0.9));
     let exact: Vec<f64> = deltas.iter().map(|&delta| exact_visits(ALPHA, delta, depth)).collect();
     let rows =
@@ -62,9 +60,9 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
             Series::new("Eq 11", 6, Shape::Dashed(along(&vec![paper::eq11(ALPHA, depth); deltas.len()]))),
         ],
     };
-    let mut all = queries.concat();
-    let (mean, most) = (all.iter().sum::<f64>() / all.len() as f64, quantile(&mut all, 1.0));
-    let (median, p90) = (quantile(&mut all, 0.5), quantile(&mut all, 0.9));
+    let all = sorted(queries.into_iter().flatten());
+    let mean = all.iter().sum::<f64>() / all.len() as f64;
+    let [median, p90, most] = [0.5, 0.9, 1.0].map(|p| quantile(&all, p));
     let bins = histogram(&all);
     let highest = bins.iter().map(|bin| bin[2]).fold(0.0, f64::max);
     let columns = Chart {

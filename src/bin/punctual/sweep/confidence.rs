@@ -6,8 +6,9 @@ use punctual::Mode;
 
 use super::contender::{DEFAULT, WARM};
 use super::measure::PERCENT;
-use super::summary::{Measurement, mean, quantile, sorted};
+use super::summary::Measurement;
 use crate::report::{Block, Chances, Chart, Failure, Section, Table, Verdict};
+use crate::statistics::{mean, quantile, sorted};
 
 /// What was told at one moment of one query.
 #[derive(Clone, Copy)]

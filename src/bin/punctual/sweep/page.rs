@@ -11,9 +11,10 @@ use super::measure::{Limit, PERCENT};
 use super::punctuality::{MICROSECONDS, UNLIMITED};
 use super::summary::{
     CLOCKS, COVERAGE, DETECTED, Feature, Measurement, QUANTILES, RECALL, Stratum, Which, area, finished_time,
-    first_hit, mean, of_case, over_cases, quantile, sorted,
+    first_hit, of_case, over_cases,
 };
 use crate::report::{Axis, Block, Chart, Failure, Page, Picture, Section, Series, Shape, Table, Verdict, short};
+use crate::statistics::{mean, quantile, sorted};
 
 /// Draws the plots into the folder and returns the page they stand on.
 pub fn page(cases: &[Measurement], folder: &Path, intro: Vec<String>) -> Result<Page, Failure> {

@@ -9,6 +9,7 @@ use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
 use super::measure::{Answer, Limit, Measured, PERCENT, Row};
 use super::punctuality::{MICROSECONDS, Round, UNLIMITED};
 use super::truth::Truth;
+use crate::statistics::{mean, quantile, sorted};
 
 /// A case, measured.
 pub struct Measurement {
@@ -98,11 +99,6 @@ impl Which {
     }
 }
 
-pub fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, count) = values.fold((0.0, 0), |(sum, count), x| (sum + x, count + 1));
-    (count > 0).then(|| sum / f64::from(count))
-}
-
 /// Mean of a case over its colliding poses.
 pub fn of_case<'r>(
     case: &Measurement,
@@ -151,18 +147,6 @@ pub fn finished_time(cases: &[Measurement], order: &str, mode: Mode, round: usiz
         Some((mean(times.map(|time| time.seconds))? * 1e6).ln())
     };
     mean(cases.iter().filter_map(time)).map_or(f64::NAN, f64::exp)
-}
-
-/// The value below which this fraction of the sorted values lies.
-pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
-    let last = sorted.len().saturating_sub(1);
-    sorted.get((fraction * last as f64).round() as usize).copied().unwrap_or(f64::NAN)
-}
-
-pub fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
-    values.sort_by(f64::total_cmp);
-    values
 }
 
 pub const QUANTILES: [(&str, f64); 5] = [("p50", 0.5), ("p90", 0.9), ("p99", 0.99), ("p99.9", 0.999), ("max", 1.0)];

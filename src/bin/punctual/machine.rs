@@ -14,7 +14,7 @@ pub fn describe() -> String {
 }
 
 /// The date, UTC, as `YYYY-MM-DD`.
-fn today() -> String {
+pub fn today() -> String {
     let days = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs() / 86_400);
     let [year, month, day] = date(days as i64);
     format!("{year:04}-{month:02}-{day:02}")
@@ -41,8 +41,12 @@ mod tests {
     #[test]
     fn days_have_dates() {
         assert_eq!(date(0), [1970, 1, 1]);
+        assert_eq!(date(59), [1970, 3, 1]);
+        assert_eq!(date(364), [1970, 12, 31]);
+        assert_eq!(date(365), [1971, 1, 1]);
         assert_eq!(date(11_016), [2000, 2, 29]);
         assert_eq!(date(19_782), [2024, 2, 29]);
+        assert_eq!(date(20_453), [2025, 12, 31]);
         assert_eq!(date(20_512), [2026, 2, 28]);
         assert_eq!(date(20_513), [2026, 3, 1]);
     }
