@@ -31,9 +31,10 @@ pub(super) fn workspace() -> Box<Workspace> {
     Box::new(Workspace::with_capacity(QUEUE, FOUND))
 }
 
-/// The query of a pair; a stopped one is found again by the same.
-pub(super) fn query<'t>([a, b]: [&'t Tree; 2], b_in_a: Pose, mode: Mode, grain: f32) -> Query<'t> {
-    Query::new(a, b, b_in_a).mode(mode).grain(grain)
+/// The query of a pair; a stopped one is found again by the same. A query that will get to its end needs no queue.
+pub(super) fn query<'t>([a, b]: [&'t Tree; 2], b_in_a: Pose, mode: Mode, to_the_end: bool) -> Query<'t> {
+    let query = Query::new(a, b, b_in_a).mode(mode);
+    if to_the_end { query.grain(f32::INFINITY) } else { query }
 }
 
 /// What all chains of a round have in common.
@@ -41,7 +42,8 @@ pub(super) fn query<'t>([a, b]: [&'t Tree; 2], b_in_a: Pose, mode: Mode, grain: 
 pub(super) struct Round {
     pub frame: u64,
     pub mode: Mode,
-    pub grain: f32,
+    /// Whether all pairs are expected to get to their ends.
+    pub to_the_end: bool,
     /// Whether pairs get no more than the test of their last witness.
     pub witnesses_only: bool,
     pub deadline: Option<Duration>,
@@ -70,8 +72,9 @@ pub(super) struct Item {
 pub(super) struct Chain {
     pub items: Vec<Item>,
     pub budget: u64,
-    /// The pair whose run was stopped by the end of the budget, and its grain; the run is in the workspace.
-    pub held: Option<(Key, f32)>,
+    /// The pair whose run was stopped by the end of the budget, and whether it had been expected to get to its end; the run
+    /// is in the workspace.
+    pub held: Option<(Key, bool)>,
     workspace: Option<Box<Workspace>>,
 }
 
@@ -82,15 +85,15 @@ impl Chain {
     }
 
     /// The stopped run, if there is one, and the pair that it is of.
-    pub fn stopped(&self) -> Option<(Key, f32, &Workspace)> {
-        let (key, grain) = self.held?;
-        Some((key, grain, self.workspace.as_deref()?))
+    pub fn stopped(&self) -> Option<(Key, bool, &Workspace)> {
+        let (key, to_the_end) = self.held?;
+        Some((key, to_the_end, self.workspace.as_deref()?))
     }
 
     /// The stopped run of a pair, if it is this chain that keeps it.
-    pub fn held(&self, key: Key) -> Option<(f32, &Workspace)> {
-        let (_, grain, workspace) = self.stopped().filter(|&(held, ..)| held == key)?;
-        Some((grain, workspace))
+    pub fn held(&self, key: Key) -> Option<(bool, &Workspace)> {
+        let (_, to_the_end, workspace) = self.stopped().filter(|&(held, ..)| held == key)?;
+        Some((to_the_end, workspace))
     }
 
     /// Changes stopped runs with another chain.
@@ -113,15 +116,15 @@ impl Chain {
                 break;
             }
             let held = self.held.filter(|&(key, _)| key == item.key);
-            let grain = held.map_or(round.grain, |(_, grain)| grain);
+            let to_the_end = held.map_or(round.to_the_end, |(_, to_the_end)| to_the_end);
             let kept = self.workspace.as_mut().filter(|_| held.is_some());
-            let run = Run { grain, resumes: kept.is_some(), left, round };
+            let run = Run { to_the_end, resumes: kept.is_some(), left, round };
             let ended = item.run(bodies, kept.unwrap_or(scratch), run, &mut guard);
             left = left.saturating_sub(item.spent[0]);
             match ended {
                 Ended::Complete if held.is_some() => self.held = None,
                 Ended::Stopped if held.is_none() => {
-                    self.held = Some((item.key, grain));
+                    self.held = Some((item.key, to_the_end));
                     mem::swap(self.workspace.get_or_insert_with(workspace), scratch);
                 }
                 _ => {}
@@ -132,7 +135,7 @@ impl Chain {
 
 /// One run of a pair.
 struct Run<'r> {
-    grain: f32,
+    to_the_end: bool,
     /// Whether the workspace may have a stopped run of it.
     resumes: bool,
     left: u64,
@@ -175,7 +178,7 @@ impl Item {
         if round.witnesses_only {
             return Ended::NotBegun;
         }
-        let query = query([a, b], b_in_a, round.mode, run.grain);
+        let query = query([a, b], b_in_a, round.mode, run.to_the_end);
         let clock = guard.clock();
         let mut ended = Ended::NotBegun;
         loop {

@@ -4,8 +4,8 @@ use super::chain::LEAST;
 use crate::query::Clock;
 use core::time::Duration;
 
-/// Allows work that ends before a deadline: one unit takes less than a nanosecond (three times what was measured), as the
-/// query's own meter assumes. So the clock is asked once for many pairs, and more often the nearer the deadline.
+/// Allows work that ends before a deadline: a unit counts as a nanosecond, three times what was measured. So the clock is
+/// asked once for many pairs, and more often the nearer the deadline.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guard<'c, C> {
     clock: &'c C,

@@ -24,7 +24,7 @@ pub use report::{PairCertificate, PairReport, Report};
 use crate::math::{Aabb, Pose};
 #[cfg(feature = "std")]
 use crate::query::SystemClock;
-use crate::query::{Budget, Clock, Mode, Query, Verdict, Workspace};
+use crate::query::{Budget, Clock, Mode, Verdict, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
@@ -276,14 +276,13 @@ impl Scene {
         }
         let [index_a, index_b] = [a, b].map(|body| body.index() as u32);
         let key = pairs::key(index_a, index_b);
-        let b_in_a = placed_a.relative(placed_b);
-        let query = Query::new(&placed_a.body.tree, &placed_b.body.tree, b_in_a).mode(self.mode);
-        if let Some(held) = self.schedule.certificate(key, &query) {
+        let trees = [placed_a, placed_b].map(|placed| &*placed.body.tree);
+        if let Some(held) = self.schedule.certificate(key, trees, placed_a.relative(placed_b), self.mode) {
             return Ok(held);
         }
         let (of_a, of_b) = (self.broad.bounds(index_a), self.broad.bounds(index_b));
         let common = Aabb { min: of_a.min.max(of_b.min), max: of_a.max.min(of_b.max) };
-        let [a, b] = [placed_a, placed_b].map(|placed| placed.body.tree.mesh().len() as u64);
+        let [a, b] = trees.map(|tree| tree.mesh().len() as u64);
         Ok(PairCertificate { upper_bound: a * b, largest_extent: common.extents().max_element() })
     }
 

@@ -27,7 +27,9 @@ use super::chain::{Chain, Item, LEAST, Round, WORK_PER_WITNESS, query};
 use super::forecast::Forecast;
 use super::pairs::{Key, Overlap, Pairs, bodies};
 use super::report::{PairCertificate, Report};
-use crate::query::{Budget, Clock, Mode, Query, Verdict};
+use crate::math::Pose;
+use crate::query::{Budget, Clock, Mode, Verdict};
+use crate::tree::Tree;
 use alloc::vec::Vec;
 use core::time::Duration;
 
@@ -36,10 +38,6 @@ pub(super) const CHAINS: usize = 16;
 
 /// Under a budget of work, a chain has at least this much: about 20 us.
 const CHAIN_WORK: u64 = 1 << 16;
-
-/// Where all intersections are wanted in more time than there is, the deepest node pairs go first. To find one at all, a
-/// queue costs more than it saves: most pairs end after a few openings.
-const GRAIN: f32 = 256.0;
 
 /// The guaranteed share of the rota is this part of the budget.
 const GUARANTEED: u64 = 8;
@@ -159,10 +157,10 @@ impl Schedule {
     }
 
     /// What the stopped run of a pair left open, if it is kept.
-    pub fn certificate(&self, key: Key, query: &Query) -> Option<PairCertificate> {
+    pub fn certificate(&self, key: Key, trees: [&Tree; 2], b_in_a: Pose, mode: Mode) -> Option<PairCertificate> {
         let held = self.chains.iter().filter_map(|chain| chain.held(key));
-        let mut open = held.filter_map(|(grain, workspace)| {
-            let query = query.grain(grain);
+        let mut open = held.filter_map(|(to_the_end, workspace)| {
+            let query = query(trees, b_in_a, mode, to_the_end);
             let certificate = query.certificate(workspace).ok()?;
             let (upper_bound, largest_extent) = (certificate.upper_bound(), certificate.largest_extent());
             Some(PairCertificate { upper_bound, largest_extent })
@@ -181,7 +179,7 @@ impl Schedule {
         self.gather(frame, pairs, report);
         let deadline = frame.deadline(self.rest);
         let mut round =
-            Round { frame: frame.number, mode: frame.mode, grain: f32::INFINITY, witnesses_only: false, deadline };
+            Round { frame: frame.number, mode: frame.mode, to_the_end: true, witnesses_only: false, deadline };
         let mut last = None;
         let total = self.left(frame, deadline, 0);
         for number in 0..ROUNDS as u64 {
@@ -194,10 +192,10 @@ impl Schedule {
             self.find_homes();
             let [expected, high] = self.expected();
             if high <= left - reserve {
-                (round.grain, round.witnesses_only) = (f32::INFINITY, false);
+                (round.to_the_end, round.witnesses_only) = (true, false);
                 self.deal_all(left, reserve, expected, deadline.is_some(), pairs);
             } else {
-                round.grain = if frame.mode == Mode::Any { f32::INFINITY } else { GRAIN };
+                round.to_the_end = false;
                 round.witnesses_only = number == 0 && self.deal_witnesses(left.saturating_sub(2 * reserve), pairs);
                 if !round.witnesses_only {
                     self.deal_shares(left, reserve, deadline.map(|_| frame.threads), pairs);
@@ -232,11 +230,11 @@ impl Schedule {
     /// Asks the queries that were stopped how sure they are: at most one a chain.
     fn estimate<C>(&self, frame: &Frame<C>, pairs: &mut Pairs, report: &mut Report) {
         for chain in &self.chains {
-            let Some((key, grain, workspace)) = chain.stopped() else { continue };
+            let Some((key, to_the_end, workspace)) = chain.stopped() else { continue };
             let Ok(at) = self.tasks.binary_search_by_key(&key, |task| task.key) else { continue };
             let Task { place, slot, .. } = self.tasks[at];
             let [Some(a), Some(b)] = bodies(key).map(|body| frame.bodies.at(body)) else { continue };
-            let query = query([&a.body.tree, &b.body.tree], a.relative(b), frame.mode, grain);
+            let query = query([&a.body.tree, &b.body.tree], a.relative(b), frame.mode, to_the_end);
             let memory = pairs.track(slot).map(|track| &track.memory);
             if let Ok(estimate) = query.estimate(workspace, memory) {
                 report.estimate(place as usize, &estimate);
