@@ -145,18 +145,14 @@ impl<'q> Opener<'q> for Look<'q> {
     #[inline(always)]
     fn push(&mut self, mut hits: u64, _queued: bool, child: impl Fn(u32) -> Pair) {
         while hits != 0 {
-            self.add(child(hits.trailing_zeros()));
+            self.push_one(child(hits.trailing_zeros()));
             hits &= hits - 1;
         }
     }
 
     #[inline(always)]
-    fn push_held(&mut self, hits: u64, child: impl Fn(u32, u8) -> Pair) {
-        for (i, alive) in (0..).zip(hits.to_le_bytes()) {
-            if alive != 0 {
-                self.add(child(i, alive));
-            }
-        }
+    fn push_one(&mut self, pair: Pair) {
+        self.add(pair);
     }
 
     #[inline(always)]

@@ -236,12 +236,8 @@ impl<'q, C: Clock> Opener<'q> for Traversal<'q, '_, C> {
     }
 
     #[inline(always)]
-    fn push_held(&mut self, hits: u64, child: impl Fn(u32, u8) -> Pair) {
-        for (i, alive) in (0..).zip(hits.to_le_bytes()) {
-            if alive != 0 {
-                self.workspace.front.push(child(i, alive));
-            }
-        }
+    fn push_one(&mut self, pair: Pair) {
+        self.workspace.front.push(pair);
     }
 
     #[inline(always)]
@@ -264,9 +260,19 @@ pub(super) trait Opener<'q> {
     /// if the first hit is all that counts. `child` makes the pair of a bit of `hits`.
     fn push(&mut self, hits: u64, queued: bool, child: impl Fn(u32) -> Pair);
 
+    /// Puts a pair on the stack.
+    fn push_one(&mut self, pair: Pair);
+
     /// The triangles of a cluster, bit `8 i + j` for triangle `j` against child `i` of a node. Those of one child stay together:
     /// they are the part of the cluster that is still alive.
-    fn push_held(&mut self, hits: u64, child: impl Fn(u32, u8) -> Pair);
+    #[inline(always)]
+    fn push_held(&mut self, hits: u64, child: impl Fn(u32, u8) -> Pair) {
+        for (i, alive) in (0..).zip(hits.to_le_bytes()) {
+            if alive != 0 {
+                self.push_one(child(i, alive));
+            }
+        }
+    }
 
     /// The triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`.
     fn push_triangles(&mut self, hits: u64, first: [u32; 2]);
