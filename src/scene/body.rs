@@ -154,6 +154,8 @@ pub(super) struct Facts {
     pub generation: u32,
     pub importance: f32,
     pub triangles: u32,
+    /// Fourth root of their number.
+    pub size: f32,
     pub filter: Filter,
 }
 
@@ -225,7 +227,10 @@ impl Bodies {
         let facts = &mut self.facts[index];
         if let Some(Placed { body, .. }) = &self.slots[index] {
             (facts.importance, facts.filter) = (body.importance, body.filter);
-            facts.triangles = body.tree.mesh().len() as u32;
+            let triangles = body.tree.mesh().len() as u32;
+            if facts.triangles != triangles {
+                (facts.triangles, facts.size) = (triangles, libm::sqrtf(libm::sqrtf(triangles as f32)));
+            }
         }
         core::mem::replace(&mut facts.changed, frame) != frame
     }

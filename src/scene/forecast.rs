@@ -21,9 +21,10 @@ pub(super) struct Forecast {
 impl Forecast {
     pub const NONE: Self = Self { median: 0, high: 0, search: 0, still: 0.0, chance: 0.0 };
 
-    /// From what is remembered, or else from the number of triangles of both meshes. `age`: frames since it was decided.
-    pub fn new(track: &Track, triangles: [u32; 2], age: u64) -> Self {
-        let (search, high) = expected_cost(track, triangles);
+    /// From what is remembered, or else from the fourth roots of the triangle counts. `age`: frames since it was decided.
+    #[inline]
+    pub fn new(track: &Track, sizes: [f32; 2], age: u64) -> Self {
+        let (search, high) = expected_cost(track, sizes);
         let chance = match track.verdict {
             Verdict::Intersecting { .. } => LOST_WITNESS,
             Verdict::Undecided => NEVER_DECIDED,
@@ -48,13 +49,13 @@ const NEVER_DECIDED: f32 = 0.3;
 const NEW_CONTACT: f32 = 3e-5;
 
 /// Work of a query that no remembered witness spares, median and 90 % quantile.
-fn expected_cost(track: &Track, [a, b]: [u32; 2]) -> (u64, u64) {
+#[inline]
+fn expected_cost(track: &Track, sizes: [f32; 2]) -> (u64, u64) {
     let (search, spread) = if track.search > 0 {
         (track.search, track.search / 2)
     } else {
         // Near contact, work grows about like the fourth root of the product of the triangle counts.
-        let triangles = a as f32 * b as f32;
-        let guess = 40 * libm::sqrtf(libm::sqrtf(triangles)) as u64;
+        let guess = (40.0 * sizes[0] * sizes[1]) as u64;
         (guess, 4 * guess)
     };
     let left = search.saturating_sub(track.pending[0]).max(MAX_STEP_WORK);

@@ -280,7 +280,7 @@ impl Schedule {
                 let age = frame.number - track.decided;
                 let hit = frame.mode == Mode::Any && matches!(track.verdict, Verdict::Intersecting { .. });
                 let forecast =
-                    if forecasts { Forecast::new(track, [x.triangles, y.triangles], age) } else { Forecast::NONE };
+                    if forecasts { Forecast::new(track, [x.size, y.size], age) } else { Forecast::NONE };
                 probability = if hit && track.refuted >= changed { forecast.chance } else { forecast.still };
                 self.tasks.push(Task {
                     key,
