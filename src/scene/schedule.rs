@@ -45,8 +45,8 @@ const GUARANTEED: u64 = 8;
 /// The usual share of the rota is this part of what is left.
 const ROTA: u64 = 4;
 
-/// The least time of a frame that affords estimates of its stopped queries, 3 to 5 us each.
-const ESTIMATES: Duration = Duration::from_micros(200);
+/// The least time of a frame that affords estimates of its stopped queries: each takes 10 us where it has to read the trees again.
+const ESTIMATES: Duration = Duration::from_millis(1);
 
 /// Work that planning another round takes, for each pair.
 const PLANNING: u64 = 15;
