@@ -279,8 +279,7 @@ impl Schedule {
             } else {
                 let age = frame.number - track.decided;
                 let hit = frame.mode == Mode::Any && matches!(track.verdict, Verdict::Intersecting { .. });
-                let forecast =
-                    if forecasts { Forecast::new(track, [x.size, y.size], age) } else { Forecast::NONE };
+                let forecast = if forecasts { Forecast::new(track, [x.size, y.size], age) } else { Forecast::NONE };
                 probability = if hit && track.refuted >= changed { forecast.chance } else { forecast.still };
                 self.tasks.push(Task {
                     key,

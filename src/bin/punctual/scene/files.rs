@@ -1,6 +1,6 @@
 //! The files of a scene: `scene.txt`, `poses.csv`, `truth_pairs.csv`, each of the last two also as `.gz`.
 //!
-//! `scene.txt` has the lines `mesh ID FILE` and `body INDEX MESH static|moving`; `poses.csv` the columns
+//! `scene.txt` has the lines `mesh ID FILE` and `body INDEX MESH static|moving [IMPORTANCE]`; `poses.csv` the columns
 //! `frame,body,px,py,pz,qw,qx,qy,qz`; `truth_pairs.csv` the columns `frame,a,b`, a < b, of the pairs that intersect.
 
 use std::collections::HashMap;
@@ -32,9 +32,9 @@ impl Recording {
         let poses = either(folder, "poses.csv").unwrap_or_else(|| folder.join("poses.csv"));
         let frames = frames(&poses, parts.len())?;
         let first = frames.first().ok_or_else(|| FileError::at_line(&poses, 1, "no frame in it"))?;
-        let bodies = parts.iter().zip(first).map(|((tree, fixed), pose)| match fixed {
-            true => Body::fixed(Arc::clone(tree), *pose),
-            false => Body::moving(Arc::clone(tree), *pose),
+        let bodies = parts.iter().zip(first).map(|(part, &pose)| {
+            let make = if part.fixed { Body::fixed } else { Body::moving };
+            make(Arc::clone(&part.tree), pose).with_importance(part.importance)
         });
         let bodies = bodies.collect();
         let truth = either(folder, "truth_pairs.csv").map(|file| truth(&file, frames.len())).transpose()?;
@@ -62,8 +62,14 @@ fn read(file: &Path) -> Result<String, FileError> {
     read().map_err(|error| FileError::from_io(file, &error))
 }
 
-/// The tree of each body, and whether it is fixed.
-fn parts(list: &Path, folder: &Path) -> Result<Vec<(Arc<Tree>, bool)>, FileError> {
+/// A body without its pose.
+struct Part {
+    tree: Arc<Tree>,
+    fixed: bool,
+    importance: f32,
+}
+
+fn parts(list: &Path, folder: &Path) -> Result<Vec<Part>, FileError> {
     let text = read(list)?;
     let mut trees = HashMap::new();
     let mut parts = Vec::new();
@@ -74,14 +80,17 @@ fn parts(list: &Path, folder: &Path) -> Result<Vec<(Arc<Tree>, bool)>, FileError
             ["mesh", id, file] => {
                 trees.insert(id.to_owned(), Arc::new(Tree::new(load(&folder.join(file))?)));
             }
-            ["body", index, mesh, kind @ ("static" | "moving")] => {
+            ["body", index, mesh, kind @ ("static" | "moving"), ref rest @ ..] if rest.len() < 2 => {
                 if index.parse() != Ok(parts.len()) {
                     return Err(fault(format!("body {}, must be {}", shorten(index), parts.len())));
                 }
                 let tree = trees.get(mesh).ok_or_else(|| fault(format!("no mesh {}", shorten(mesh))))?;
-                parts.push((Arc::clone(tree), kind == "static"));
+                let importance = rest.first().map_or(Ok(0.0), |importance| number(importance)).map_err(fault)? as f32;
+                parts.push(Part { tree: Arc::clone(tree), fixed: kind == "static", importance });
             }
-            _ => return Err(fault("must be `mesh ID FILE` or `body INDEX MESH static|moving`".to_owned())),
+            _ => {
+                return Err(fault("must be `mesh ID FILE` or `body INDEX MESH static|moving [IMPORTANCE]`".to_owned()));
+            }
         }
     }
     Ok(parts)
