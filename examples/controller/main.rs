@@ -106,7 +106,8 @@ fn idle(end: Instant) {
     }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+/// Number of cycles, budget of each, and whether they keep to the clock.
+fn options() -> Result<(usize, Duration, bool), Box<dyn Error>> {
     let (mut calls, mut budget, mut paced) = (3000, Duration::from_micros(200), true);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
@@ -119,6 +120,23 @@ fn main() -> Result<(), Box<dyn Error>> {
             _ => return Err(format!("unknown argument {argument}").into()),
         }
     }
+    Ok((calls, budget, paced))
+}
+
+/// At how many places the arms touch something; of many, 2000 or fewer are looked at.
+fn touched(arms: &mut Arms, mut places: Vec<f64>) -> Result<usize, Box<dyn Error>> {
+    places.sort_unstable_by(f64::total_cmp);
+    places.dedup();
+    let mut touched = 0;
+    for &place in places.iter().step_by(places.len().div_ceil(2000)) {
+        arms.place(place)?;
+        touched += usize::from(arms.scene.detect(Budget::unlimited()).intersecting > 0);
+    }
+    Ok(touched)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let (calls, budget, paced) = options()?;
     let mut arms = Arms::new()?;
     let mut drive = Drive { phase: 0.0, clear: 0.0, forward: 1.0 };
     let (mut checks, mut lateness) = (Vec::with_capacity(calls), Vec::with_capacity(calls));
@@ -164,14 +182,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "{calls} cycles: {go} went on, {slow} slowed down, {stop} stopped, {back} turned around; {open} had open pairs"
     );
     println!("{missed} checks ended more than 2 us after their budget of {budget:?}");
-    places.sort_unstable_by(f64::total_cmp);
-    places.dedup();
-    let step = places.len().div_ceil(2000);
-    let mut touched = 0;
-    for &place in places.iter().step_by(step) {
-        arms.place(place)?;
-        touched += usize::from(arms.scene.detect(Budget::unlimited()).intersecting > 0);
-    }
+    let touched = touched(&mut arms, places)?;
     println!("places where the arms touched something: {touched}");
     assert_eq!(touched, 0);
     Ok(())

@@ -62,11 +62,16 @@ pub fn features_of_any(front: &FrontSummary, probability: f64) -> [f64; 6] {
     [one, size, unseen, probability, probability * size, probability * unseen]
 }
 
-/// BV tests left in a query that finds all intersections.
-pub fn all_left(front: &FrontSummary) -> Quantiles {
+/// BV tests left in a query that finds all intersections, given how many the previous one of the pair took in all.
+pub fn all_left(front: &FrontSummary, previous: Option<f64>) -> Quantiles {
     if front.is_done() {
         return Quantiles::exactly(0.0);
     }
+    let model = all_by_front(front);
+    previous.map_or(model, |previous| with_history(model, previous, front.bv_tests, ALL_AFTER))
+}
+
+fn all_by_front(front: &FrontSummary) -> Quantiles {
     let x = features_of_all(front);
     Quantiles::ordered(ALL_LEFT.map(|w| exp2(dot(&w, &x))), front.looked)
 }
@@ -78,28 +83,29 @@ pub fn most(root_cost: f64) -> f64 {
 }
 
 /// BV tests left in a query that ends with the first intersection, if there is one with this probability.
-pub fn any_left(front: &FrontSummary, probability: f64) -> Quantiles {
+pub fn any_left(front: &FrontSummary, probability: f64, previous: Option<f64>) -> Quantiles {
     if front.is_done() {
         return Quantiles::exactly(0.0);
     }
     let x = features_of_any(front, probability);
-    let Quantiles { p90, .. } = all_left(front);
+    let Quantiles { p90, .. } = all_by_front(front);
     let most = |q: f64| q.min(p90);
-    Quantiles::ordered(ANY_LEFT.map(|w| most(exp2(dot(&w, &x)))), 1.0)
+    let model = Quantiles::ordered(ANY_LEFT.map(|w| most(exp2(dot(&w, &x)))), 1.0);
+    previous.map_or(model, |previous| with_history(model, previous, front.bv_tests, ANY_AFTER))
 }
 
-/// BV tests left in a query that finds all intersections, if the previous one of the pair took so many in all and this one
-/// has made `used`. Quantiles of the model and of `log2(now / previous)` are blended as in [`history`]: at first the
-/// history counts, and the less the further this query has come.
-pub fn all_left_after(model: Quantiles, previous: f64, used: f64) -> Quantiles {
-    with_history(model, previous, used, ALL_AFTER)
+/// BV tests of a whole query that finds all intersections, by the previous one of the pair alone.
+pub fn all_after(previous: f64) -> Quantiles {
+    with_history(Quantiles::default(), previous, 0.0, ALL_AFTER)
 }
 
 /// The same for a query that ends with the first intersection.
-pub fn any_left_after(model: Quantiles, previous: f64, used: f64) -> Quantiles {
-    with_history(model, previous, used, ANY_AFTER)
+pub fn any_after(previous: f64) -> Quantiles {
+    with_history(Quantiles::default(), previous, 0.0, ANY_AFTER)
 }
 
+/// Quantiles of the model and of `log2(now / previous)`, blended as in [`history`]: at first the history counts, and the less
+/// the further this query has come.
 fn with_history(model: Quantiles, previous: f64, used: f64, changes: [f64; 3]) -> Quantiles {
     let weight = history::weight(previous, used);
     let after = |model: f64, change: f64| history::blend(previous, used, model) * exp2((1.0 - weight) * change);

@@ -92,7 +92,7 @@ impl Query<'_> {
     #[must_use]
     pub fn predict(&self, memory: Option<&PairMemory>) -> Prediction {
         let memory = self.known(memory);
-        let left = self.left(&self.front_before(), 0.0, memory);
+        let left = self.left(&self.front_before(), memory);
         Prediction::of(left, &cost_model(memory))
     }
 
@@ -111,7 +111,7 @@ impl Query<'_> {
         let remaining = if decided || front.is_done() {
             Prediction::default()
         } else {
-            Prediction::of(self.left(&front, run.stats.bv_tests as f64, memory), &cost_model(memory))
+            Prediction::of(self.left(&front, memory), &cost_model(memory))
         };
         let probability = if run.found > 0 { 1.0 } else { self.probability(&front, memory) };
         let recall = if decided { 1.0 } else { confidence::recall(&front) };
@@ -166,23 +166,17 @@ impl Query<'_> {
         confidence::probability(front, history.as_ref(), self.prior)
     }
 
-    /// BV tests left of a query that has made `used`.
-    fn left(&self, front: &FrontSummary, used: f64, memory: Option<&PairMemory>) -> Quantiles {
-        let model = match self.options.mode {
-            Mode::All => prediction::all_left(front),
-            Mode::Any => prediction::any_left(front, self.probability(front, memory)),
-        };
-        match memory.and_then(|memory| memory.last_bv_tests_of(self.options.mode)) {
-            Some(previous) if !front.is_done() => self.after(model, previous as f64, used),
-            _ => model,
+    fn left(&self, front: &FrontSummary, memory: Option<&PairMemory>) -> Quantiles {
+        let previous = self.previous(memory);
+        match self.options.mode {
+            Mode::All => prediction::all_left(front, previous),
+            Mode::Any => prediction::any_left(front, self.probability(front, memory), previous),
         }
     }
 
-    fn after(&self, model: Quantiles, previous: f64, used: f64) -> Quantiles {
-        match self.options.mode {
-            Mode::All => prediction::all_left_after(model, previous, used),
-            Mode::Any => prediction::any_left_after(model, previous, used),
-        }
+    /// BV tests of the last query of this mode.
+    fn previous(&self, memory: Option<&PairMemory>) -> Option<f64> {
+        Some(memory?.last_bv_tests_of(self.options.mode)? as f64)
     }
 
     /// Whether the time lasts to the end, as far as can be told without a look at the boxes: by the 90 % quantile for the
@@ -191,9 +185,10 @@ impl Query<'_> {
         let (Some(a), Some(b)) = (self.a.nodes().first(), self.b.nodes().first()) else { return true };
         let memory = self.known(memory);
         let roots = pair_cost([a.visits, b.visits], 1.0);
-        let most = match memory.and_then(|memory| memory.last_bv_tests_of(self.options.mode)) {
-            Some(previous) => self.after(Quantiles::default(), previous as f64, 0.0).p90,
-            None => prediction::most(roots.into()),
+        let most = match (self.previous(memory), self.options.mode) {
+            (None, _) => prediction::most(roots.into()),
+            (Some(previous), Mode::All) => prediction::all_after(previous).p90,
+            (Some(previous), Mode::Any) => prediction::any_after(previous).p90,
         };
         cost_model(memory).time(&counts(most)) <= limit.as_nanos() as f64
     }

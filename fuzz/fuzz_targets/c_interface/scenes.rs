@@ -74,25 +74,15 @@ fn importance(call: &mut Call, bytes: &mut Unstructured) -> Result<f32> {
 }
 
 fn change(world: &mut World, at: usize, bytes: &mut Unstructured) -> Result<()> {
-    let World { stages, trees, .. } = world;
-    let stage = &mut stages[at];
-    let tree = any(bytes, trees)?;
-    let Some(tree) = tree else { return super::surfaces::grow(world, bytes) };
-    let actor = any(bytes, &stage.actors)?;
-    let Some(actor) = actor.filter(|&actor| actor >= 8 || !bytes.ratio(1, 3).unwrap_or(false)) else {
+    let (stage, trees) = (&mut world.stages[at], &mut world.trees);
+    let Some(tree) = any(bytes, trees)? else { return super::surfaces::grow(world, bytes) };
+    let Some(actor) = any(bytes, &stage.actors)?.filter(|&actor| actor >= 8 || !bytes.ratio(1, 3).unwrap_or(false))
+    else {
         return stage.insert(&trees[tree], bytes);
     };
     let mut call = Call::default();
-    // Now and then a body that is gone, or never was.
-    let stranger = bytes.ratio(1, 12)?;
-    call.fault(stranger, Status::NoSuchBody);
-    let id = match (stranger, any(bytes, &stage.removed)?) {
-        (false, _) => stage.actors[actor].id,
-        (true, Some(gone)) if bytes.arbitrary()? => stage.removed[gone],
-        (true, _) => punctual_body_id { index: bytes.int_in_range(0..=9)?, generation: 0xdead },
-    };
-    let known = &mut stage.actors[actor];
-    let scene = &mut *stage.scene;
+    let id = stage.id(actor, &mut call, bytes)?;
+    let (known, scene) = (&mut stage.actors[actor], &mut *stage.scene);
     match bytes.int_in_range(0..=9)? {
         0 => {
             let scene = call.given(bytes, scene)?;
@@ -130,46 +120,71 @@ fn change(world: &mut World, at: usize, bytes: &mut Unstructured) -> Result<()> 
         6 => {
             let scene = call.given(bytes, &*scene)?;
             if let Some(body) = call.make(bytes, |out| punctual_scene_body(scene, id, out))? {
-                let has = (body.pose, body.kind, body.groups, body.mask, body.importance);
-                let of = &known.body;
-                assert_eq!(has, (of.pose, of.kind, of.groups, of.mask, of.importance));
-                assert!(body.tree.is_none());
+                known.compare(&body);
             }
         }
         7 => {
             let scene = call.given(bytes, &*scene)?;
             if let Some(handle) = call.own(bytes, |out| punctual_scene_tree(scene, id, out))? {
-                let new = Grown { handle, shape: known.shape.clone() };
-                let old = std::mem::replace(&mut trees[tree], new);
+                let old = std::mem::replace(&mut trees[tree], Grown { handle, shape: known.shape.clone() });
                 punctual_tree_free(Some(old.handle));
             }
         }
-        _ => {
-            let mut wide = vertices(&known.shape.mesh, bytes)?;
-            let is_narrow = bytes.arbitrary()?;
-            let narrow = if is_narrow { narrowed(&mut wide) } else { Vec::new() };
-            let new = moved(&known.shape.mesh, &wide);
-            call.fault(new.is_none(), Status::BadMesh);
-            let scene = call.given(bytes, scene)?;
-            // SAFETY: as long as said, or refused.
-            let status = unsafe {
-                if is_narrow {
-                    let (first, count) = call.array(bytes, narrow.as_ptr().cast_mut().cast(), narrow.len())?;
-                    punctual_scene_refit_f32(scene, id, first, count)
-                } else {
-                    let (first, count) = call.array(bytes, wide.as_ptr().cast_mut().cast(), wide.len())?;
-                    punctual_scene_refit_f64(scene, id, first, count)
-                }
-            };
-            if call.judge(status) {
-                known.shape = Shape::new(new.expect("it fits"));
-            }
-        }
+        _ => known.refit(scene, id, call, bytes)?,
     }
     Ok(())
 }
 
+impl Actor {
+    fn compare(&self, body: &punctual_body) {
+        let has = (body.pose, body.kind, body.groups, body.mask, body.importance);
+        let of = &self.body;
+        assert_eq!(has, (of.pose, of.kind, of.groups, of.mask, of.importance));
+        assert!(body.tree.is_none());
+    }
+
+    fn refit(
+        &mut self,
+        scene: &mut punctual_scene,
+        id: punctual_body_id,
+        mut call: Call,
+        bytes: &mut Unstructured,
+    ) -> Result<()> {
+        let mut wide = vertices(&self.shape.mesh, bytes)?;
+        let is_narrow = bytes.arbitrary()?;
+        let narrow = if is_narrow { narrowed(&mut wide) } else { Vec::new() };
+        let new = moved(&self.shape.mesh, &wide);
+        call.fault(new.is_none(), Status::BadMesh);
+        let scene = call.given(bytes, scene)?;
+        // SAFETY: as long as said, or refused.
+        let status = unsafe {
+            if is_narrow {
+                let (first, count) = call.array(bytes, narrow.as_ptr().cast_mut().cast(), narrow.len())?;
+                punctual_scene_refit_f32(scene, id, first, count)
+            } else {
+                let (first, count) = call.array(bytes, wide.as_ptr().cast_mut().cast(), wide.len())?;
+                punctual_scene_refit_f64(scene, id, first, count)
+            }
+        };
+        if call.judge(status) {
+            self.shape = Shape::new(new.expect("it fits"));
+        }
+        Ok(())
+    }
+}
+
 impl Stage {
+    /// The id of an actor; now and then of a body that is gone, or never was.
+    fn id(&self, actor: usize, call: &mut Call, bytes: &mut Unstructured) -> Result<punctual_body_id> {
+        let stranger = bytes.ratio(1, 12)?;
+        call.fault(stranger, Status::NoSuchBody);
+        Ok(match (stranger, any(bytes, &self.removed)?) {
+            (false, _) => self.actors[actor].id,
+            (true, Some(gone)) if bytes.arbitrary()? => self.removed[gone],
+            (true, _) => punctual_body_id { index: bytes.int_in_range(0..=9)?, generation: 0xdead },
+        })
+    }
+
     fn insert(&mut self, tree: &Grown, bytes: &mut Unstructured) -> Result<()> {
         let mut call = Call::default();
         let mut body = punctual_body_new(None, place(&mut call, bytes)?);

@@ -1,7 +1,6 @@
 //! The fit itself, and the source file that holds what it found.
 
 use std::collections::HashSet;
-use std::fmt::Write;
 
 use punctual::model::confidence::{history_features, hit_features, recall_features};
 use punctual::model::prediction::{features_of_all, features_of_any};
@@ -23,114 +22,101 @@ const PULL: f64 = 1e-3;
 
 /// The constants, as Rust source.
 pub fn fit(data: &Data) -> String {
-    let open: Vec<&Sample> = data.samples.iter().filter(|sample| !sample.front.is_done()).collect();
-    let alone: Vec<&Sample> = open.iter().copied().filter(|sample| sample.last.is_none()).collect();
-    let of = |mode| alone.iter().copied().filter(move |sample| sample.mode == mode);
-
-    let all_left = quantiles(of(Mode::All), |s| (features_of_all(&s.front), log_left(s)));
-    let roots = of(Mode::All).filter(|sample| sample.stop.is_none());
-    let root_most = quantiles(roots, |s| ([1.0, s.root_cost.max(1.0).log2()], log_left(s)))[2];
-
+    let open = data.samples.iter().filter(|sample| !sample.front.is_done());
+    let (remembering, alone): (Vec<&Sample>, Vec<&Sample>) = open.partition(|sample| sample.last.is_some());
     // Before a query and after a part of it are two questions; one answer to both would be the worse for each.
-    let [hit_before, hit] = [false, true].map(|begun| {
-        let moments = of(Mode::Any).filter(|sample| sample.front.is_begun() == begun);
+    let hit = [false, true].map(|begun| {
+        let moments = of(&alone, Mode::Any).filter(|sample| sample.front.is_begun() == begun);
         regression(moments, |s| (hit_features(&s.front), f64::from(s.is_hit())))
     });
-    let logit = |s: &Sample| dot(if s.front.is_begun() { &hit } else { &hit_before }, &hit_features(&s.front));
-    let chance = |s: &Sample| 1.0 / (1.0 + (-logit(s)).exp());
-    let any_left = quantiles(of(Mode::Any), |s| (features_of_any(&s.front, chance(s)), log_left(s)));
+    [
+        header(data),
+        bv_tests_left(&alone, &hit),
+        changes(&remembering),
+        other_counts(data),
+        chances(&alone, &remembering, &hit),
+        recall(&alone),
+        nanoseconds(),
+    ]
+    .concat()
+}
 
-    let remembered = || open.iter().copied().filter_map(|sample| Some((sample, sample.last?)));
+fn of<'s>(samples: &[&'s Sample], mode: Mode) -> impl Iterator<Item = &'s Sample> {
+    samples.iter().copied().filter(move |sample| sample.mode == mode)
+}
+
+/// Weights of the logit of a hit, before a query and after a part of it.
+type Hit = [[f64; 13]; 2];
+
+fn logit(hit: &Hit, sample: &Sample) -> f64 {
+    dot(&hit[usize::from(sample.front.is_begun())], &hit_features(&sample.front))
+}
+
+fn bv_tests_left(alone: &[&Sample], hit: &Hit) -> String {
+    let all = quantiles(of(alone, Mode::All), |s| (features_of_all(&s.front), log_left(s)));
+    let roots = of(alone, Mode::All).filter(|sample| sample.stop.is_none());
+    let [_, _, root_most] = quantiles(roots, |s| ([1.0, s.root_cost.max(1.0).log2()], log_left(s)));
+    let chance = |s: &Sample| sigmoid(logit(hit, s));
+    let any = quantiles(of(alone, Mode::Any), |s| (features_of_any(&s.front, chance(s)), log_left(s)));
+    let of_roots =
+        "90 % quantile of log2 of a whole query from log2 of the cost of its roots at the deepest: intercept, slope.";
+    [
+        table("ALL_LEFT", &all, "Quantiles of the BV tests left, for each the weights of `features_of_all`."),
+        list("ROOT_MOST", &root_most, of_roots),
+        table("ANY_LEFT", &any, "The same if the first hit ends the query, weights of `features_of_any`."),
+    ]
+    .concat()
+}
+
+fn changes(remembering: &[&Sample]) -> String {
     let change = |s: &Sample| {
         let before = s.last.map_or(1.0, |last| last.bv_tests.max(1.0));
         ([1.0], (s.total.bv_tests.max(1.0) / before).log2())
     };
-    let [all_after, any_after] = [Mode::All, Mode::Any].map(|mode| {
-        let frames = remembered().map(|(sample, _)| sample).filter(|s| s.stop.is_none() && s.mode == mode);
+    let [all, any] = [Mode::All, Mode::Any].map(|mode| {
+        let frames = of(remembering, mode).filter(|sample| sample.stop.is_none());
         quantiles(frames, change).map(|[w]| w)
     });
-    let moved = remembered().map(|(sample, _)| sample).filter(|s| s.mode == Mode::Any && s.stop.is_some());
-    let remembering = |s: &Sample| {
-        let features =
-            s.last.map(|last| history_features(logit(s), s.front.deepest, &last.history)).unwrap_or_default();
-        (features, f64::from(s.is_hit()))
-    };
-    let hit_after_history = regression(moved, remembering);
+    list("ALL_AFTER", &all, "Quantiles of log2 (BV tests of a frame / those of the frame before).")
+        + &list("ANY_AFTER", &any, "The same if the first hit ends the query.")
+}
 
-    let poses: Vec<&Sample> = of(Mode::Any).filter(|sample| sample.stop.is_none()).collect();
+fn other_counts(data: &Data) -> String {
+    let openings = power_law(data, |counts| counts.box_updates);
+    let triangle_tests = power_law(data, |counts| counts.triangle_tests);
+    let of_openings = "log2 of opened node pairs: intercept, slope in log2 of BV tests.";
+    list("OPENINGS_OF_BV_TESTS", &openings, of_openings)
+        + &list("TRIANGLE_TESTS_OF_BV_TESTS", &triangle_tests, "log2 of triangle tests: the same.")
+}
+
+fn chances(alone: &[&Sample], remembering: &[&Sample], hit: &Hit) -> String {
+    let moved = of(remembering, Mode::Any).filter(|sample| sample.stop.is_some());
+    let after_history = regression(moved, |s| {
+        let features = s.last.map(|last| history_features(logit(hit, s), s.front.deepest, &last.history));
+        (features.unwrap_or_default(), f64::from(s.is_hit()))
+    });
+    let poses: Vec<&Sample> = of(alone, Mode::Any).filter(|sample| sample.stop.is_none()).collect();
     let base_rate = poses.iter().filter(|sample| sample.is_hit()).count() as f64 / poses.len() as f64;
+    let [before, begun] = hit;
+    let of_history = "The same with the verdict of the frame before, weights of `history_features`.";
+    [
+        list("HIT", begun, "Logit of a hit, weights of `hit_features`."),
+        list("HIT_BEFORE", before, "The same before the query."),
+        list("HIT_AFTER_HISTORY", &after_history, of_history),
+        constant("BASE_RATE", "f64", &number(base_rate), "Share of poses with a hit."),
+    ]
+    .concat()
+}
 
+fn recall(alone: &[&Sample]) -> String {
+    list("RECALL", &recall_weights(of(alone, Mode::All)), "Logit of the recall, weights of `recall_features`.")
+}
+
+fn nanoseconds() -> String {
     let cost = CostModel::measure();
-    let mut source = header(data);
-    constant(
-        &mut source,
-        "ALL_LEFT",
-        "[[f64; 3]; 3]",
-        &nested(&all_left),
-        "Quantiles of the BV tests left, for each the weights of `features_of_all`.",
-    );
-    constant(
-        &mut source,
-        "ROOT_MOST",
-        "[f64; 2]",
-        &list(&root_most),
-        "90 % quantile of log2 of a whole query from log2 of the cost of its roots at the deepest: intercept, slope.",
-    );
-    constant(
-        &mut source,
-        "ANY_LEFT",
-        "[[f64; 6]; 3]",
-        &nested(&any_left),
-        "The same if the first hit ends the query, weights of `features_of_any`.",
-    );
-    constant(
-        &mut source,
-        "ALL_AFTER",
-        "[f64; 3]",
-        &list(&all_after),
-        "Quantiles of log2 (BV tests of a frame / those of the frame before).",
-    );
-    constant(&mut source, "ANY_AFTER", "[f64; 3]", &list(&any_after), "The same if the first hit ends the query.");
-    constant(
-        &mut source,
-        "OPENINGS_OF_BV_TESTS",
-        "[f64; 2]",
-        &list(&power_law(data, |c| c.box_updates)),
-        "log2 of opened node pairs: intercept, slope in log2 of BV tests.",
-    );
-    constant(
-        &mut source,
-        "TRIANGLE_TESTS_OF_BV_TESTS",
-        "[f64; 2]",
-        &list(&power_law(data, |c| c.triangle_tests)),
-        "log2 of triangle tests: the same.",
-    );
-    constant(&mut source, "HIT", "[f64; 13]", &list(&hit), "Logit of a hit, weights of `hit_features`.");
-    constant(&mut source, "HIT_BEFORE", "[f64; 13]", &list(&hit_before), "The same before the query.");
-    constant(
-        &mut source,
-        "HIT_AFTER_HISTORY",
-        "[f64; 6]",
-        &list(&hit_after_history),
-        "The same with the verdict of the frame before, weights of `history_features`.",
-    );
-    constant(&mut source, "BASE_RATE", "f64", &number(base_rate), "Share of poses with a hit.");
-    constant(
-        &mut source,
-        "RECALL",
-        "[f64; 9]",
-        &list(&recall(&of(Mode::All).collect::<Vec<_>>())),
-        "Logit of the recall, weights of `recall_features`.",
-    );
-    let nanoseconds = [cost.bv_test, cost.triangle_test, cost.box_update, cost.setup];
-    constant(
-        &mut source,
-        "NANOSECONDS",
-        "[f64; 4]",
-        &list(&nanoseconds),
-        "Cost of a BV test, a triangle test, an opened node pair and a query, by `CostModel::measure`.",
-    );
-    source
+    let numbers = [cost.bv_test, cost.triangle_test, cost.box_update, cost.setup];
+    let what = "Cost of a BV test, a triangle test, an opened node pair and a query, by `CostModel::measure`.";
+    list("NANOSECONDS", &numbers, what)
 }
 
 /// Parts of the data that are fitted without the others, to see how well that serves cases that were not fitted.
@@ -213,16 +199,20 @@ fn dot(w: &[f64], x: &[f64]) -> f64 {
     w.iter().zip(x).map(|(w, x)| w * x).sum()
 }
 
+fn sigmoid(logit: f64) -> f64 {
+    1.0 / (1.0 + (-logit).exp())
+}
+
 /// Weights of the recall with about the least mean absolute error: logistic regression, again with samples weighted by slope
 /// over error.
-fn recall(samples: &[&Sample]) -> [f64; 9] {
-    let found = samples.iter().filter(|sample| sample.front.found > 0.0);
+fn recall_weights<'s>(samples: impl Iterator<Item = &'s Sample>) -> [f64; 9] {
+    let found = samples.filter(|sample| sample.front.found > 0.0);
     let (x, y): (Vec<_>, Vec<_>) = found.map(|s| (recall_features(&s.front), s.front.found / s.hits as f64)).unzip();
     let mut weights = vec![1.0; x.len()];
     let mut best = (f64::INFINITY, [0.0; 9]);
     for _ in 0..20 {
         let w = logistic(&x, &y, &weights, 1e-5);
-        let p: Vec<f64> = x.iter().map(|x| 1.0 / (1.0 + (-dot(&w, x)).exp())).collect();
+        let p: Vec<f64> = x.iter().map(|x| sigmoid(dot(&w, x))).collect();
         let errors = p.iter().zip(&y).map(|(p, y)| (p - y).abs());
         let sum: f64 = errors.clone().sum();
         if sum < best.0 {
@@ -265,9 +255,16 @@ fn header(data: &Data) -> String {
     text + &line + "\n"
 }
 
-fn constant(source: &mut String, name: &str, kind: &str, value: &str, doc: &str) {
-    // Writing to a string does not fail.
-    let _ = write!(source, "\n/// {doc}\n#[rustfmt::skip]\npub(super) const {name}: {kind} = {value};\n");
+fn constant(name: &str, kind: &str, value: &str, doc: &str) -> String {
+    format!("\n/// {doc}\n#[rustfmt::skip]\npub(super) const {name}: {kind} = {value};\n")
+}
+
+fn list<const N: usize>(name: &str, numbers: &[f64; N], doc: &str) -> String {
+    constant(name, &format!("[f64; {N}]"), &row(numbers), doc)
+}
+
+fn table<const N: usize, const M: usize>(name: &str, rows: &[[f64; N]; M], doc: &str) -> String {
+    constant(name, &format!("[[f64; {N}]; {M}]"), &lines(rows), doc)
 }
 
 /// A number with five digits.
@@ -279,14 +276,14 @@ fn number(x: f64) -> String {
     format!("{x:.decimals$}")
 }
 
-fn list(numbers: &[f64]) -> String {
+fn row(numbers: &[f64]) -> String {
     let numbers: Vec<_> = numbers.iter().map(|&x| number(x)).collect();
     format!("[{}]", numbers.join(", "))
 }
 
-fn nested<const N: usize>(lists: &[[f64; N]]) -> String {
-    let lists: Vec<_> = lists.iter().map(|numbers| format!("\n    {},", list(numbers))).collect();
-    format!("[{}\n]", lists.concat())
+fn lines<const N: usize>(rows: &[[f64; N]]) -> String {
+    let rows: Vec<_> = rows.iter().map(|numbers| format!("\n    {},", row(numbers))).collect();
+    format!("[{}\n]", rows.concat())
 }
 
 #[cfg(test)]
@@ -299,6 +296,6 @@ mod tests {
             [number(1.0 / 3.0), number(-12345.678), number(0.000_123_456), number(0.0)],
             ["0.33333", "-12345.7", "0.00012346", "0.0"]
         );
-        assert_eq!(nested(&[[1.0, 2.0]]), "[\n    [1.0000, 2.0000],\n]");
+        assert_eq!(lines(&[[1.0, 2.0]]), "[\n    [1.0000, 2.0000],\n]");
     }
 }

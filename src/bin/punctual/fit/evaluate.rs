@@ -5,7 +5,7 @@ use std::path::Path;
 
 use punctual::Mode;
 use punctual::model::confidence::{DEFAULT_PRIOR, probability, recall};
-use punctual::model::prediction::{Quantiles, all_left, all_left_after, any_left, any_left_after};
+use punctual::model::prediction::{Quantiles, all_left, any_left};
 
 use super::Data;
 use super::plots;
@@ -66,14 +66,10 @@ impl Scores {
         let front = &sample.front;
         let history = sample.last.map(|last| last.history);
         let chance = probability(front, history.as_ref(), DEFAULT_PRIOR);
-        let model = match sample.mode {
-            Mode::All => all_left(front),
-            Mode::Any => any_left(front, chance),
-        };
-        let left = match (sample.last, sample.mode) {
-            (None, _) => model,
-            (Some(last), Mode::All) => all_left_after(model, last.bv_tests, front.bv_tests),
-            (Some(last), Mode::Any) => any_left_after(model, last.bv_tests, front.bv_tests),
+        let previous = sample.last.map(|last| last.bv_tests);
+        let left = match sample.mode {
+            Mode::All => all_left(front, previous),
+            Mode::Any => any_left(front, chance, previous),
         };
         let costs = match (sample.mode, sample.stop, sample.last) {
             (Mode::All, None, None) => Some(&mut self.all),

@@ -75,19 +75,8 @@ pub fn figures(cases: &[Measurement], figures: &mut BTreeMap<String, f64>) {
     }
 }
 
-pub fn section(
-    cases: &[Measurement],
-    mut plot: impl FnMut(&str, &Chart) -> Result<Block, Failure>,
-) -> Result<Section, Failure> {
-    let [cold, warm] = [DEFAULT, WARM].map(|order| chances(cases, order, None));
-    let mut blocks = vec![];
-    for (name, title, chances) in
-        [("reliability", "Probability of contact", &cold), ("reliability-warm", "The same, warm start", &warm)]
-    {
-        if !chances.0.is_empty() {
-            blocks.push(plot(name, &chances.diagram(title))?);
-        }
-    }
+/// What is told before the query and at each share of its work.
+fn table(cases: &[Measurement]) -> Table {
     let header = [
         "work",
         "undecided",
@@ -117,13 +106,29 @@ pub fn section(
         row
     };
     let rows = std::iter::once(0).chain(PERCENT).filter(|percent| *percent < 100).map(row).collect();
+    Table { header: header.map(str::to_owned).to_vec(), rows }
+}
+
+pub fn section(
+    cases: &[Measurement],
+    mut plot: impl FnMut(&str, &Chart) -> Result<Block, Failure>,
+) -> Result<Section, Failure> {
+    let [cold, warm] = [DEFAULT, WARM].map(|order| chances(cases, order, None));
+    let mut blocks = vec![];
+    for (name, title, chances) in
+        [("reliability", "Probability of contact", &cold), ("reliability-warm", "The same, warm start", &warm)]
+    {
+        if !chances.0.is_empty() {
+            blocks.push(plot(name, &chances.diagram(title))?);
+        }
+    }
     blocks.push(Block::Text(
         "Of queries that had found nothing when they were stopped. Brier: mean square of the probability told less what came (0 or 1). \
          ECE: how far off, on average over ten bins, what was told was from how often it came. Error of the recall: mean absolute \
          difference from the true share. BV tests: |log2(told / true)| of the whole query."
             .into(),
     ));
-    blocks.push(Block::Table(Table { header: header.map(str::to_owned).to_vec(), rows }));
+    blocks.push(Block::Table(table(cases)));
     let error = cold.calibration_error();
     Ok(Section {
         id: "confidence".into(),

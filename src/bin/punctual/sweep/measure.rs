@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use punctual::{Budget, Mode, Order, Outcome, PairMemory, Query, StopReason, SystemClock, Verdict, Workspace};
+use punctual::{
+    Budget, Estimate, Mode, Order, Outcome, PairMemory, Query, StopReason, SystemClock, Verdict, Workspace,
+};
 
 use super::case::Case;
 use super::confidence::Guess;
@@ -162,17 +164,32 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
     Some(measured)
 }
 
-/// Work of a finished run.
-fn finish(query: &Query, workspace: &mut Workspace) -> u64 {
-    let mut outcome = query.run(workspace, Budget::work(u64::MAX));
-    while outcome.stop == StopReason::PairsFull {
-        drop(workspace.drain_pairs());
-        match query.resume(workspace, Budget::work(u64::MAX)) {
+/// Goes on with a query until it has done work up to `limit`, however often the pair buffer fills.
+fn advance(
+    query: &Query,
+    workspace: &mut Workspace,
+    mut memory: Option<&mut PairMemory>,
+    mut outcome: Outcome,
+    limit: u64,
+    mut report: impl FnMut([u32; 2]),
+) -> Outcome {
+    loop {
+        let budget = Budget::work(limit.saturating_sub(outcome.stats.work));
+        match query.resume_with(workspace, memory.as_deref_mut(), budget, &SystemClock::default()) {
             Ok(next) => outcome = next,
-            Err(_) => break,
+            Err(_) => return outcome,
+        }
+        workspace.drain_pairs().for_each(&mut report);
+        if outcome.stop != StopReason::PairsFull {
+            return outcome;
         }
     }
-    outcome.stats.work
+}
+
+/// Work of a finished run.
+fn finish(query: &Query, workspace: &mut Workspace) -> u64 {
+    let outcome = query.run(workspace, Budget::work(0));
+    advance(query, workspace, None, outcome, u64::MAX, drop).stats.work
 }
 
 /// A pose of a case, with the work of a finished `all` run.
@@ -195,30 +212,18 @@ impl Run<'_> {
         workspace: &mut Workspace,
         measured: &mut Measured,
     ) {
-        let clock = SystemClock::default();
         let mut judge = Judge::new(self.truth);
         let tells = [DEFAULT, WARM].contains(&order);
-        // Of each guess the told BV tests of the whole query, until the true ones are known.
         let mut guesses = vec![];
         let guess =
             Guess { pose: self.pose, order, mode, percent: 0, probability: None, recall_error: None, total_error: 0.0 };
         if tells {
             guesses.push(Guess { total_error: query.predict(memory.as_deref()).bv_tests.p50, ..guess });
         }
-        let mut outcome = query.run_with(workspace, memory.as_deref_mut(), Budget::work(0), &clock);
+        let mut outcome = query.run_with(workspace, memory.as_deref_mut(), Budget::work(0), &SystemClock::default());
         for percent in PERCENT.map(Some).into_iter().chain([None]) {
             let limit = percent.map_or(u64::MAX, |percent| (self.full * u64::from(percent)).div_ceil(100));
-            loop {
-                let left = limit.saturating_sub(outcome.stats.work);
-                match query.resume_with(workspace, memory.as_deref_mut(), Budget::work(left), &clock) {
-                    Ok(next) => outcome = next,
-                    Err(_) => break,
-                }
-                workspace.drain_pairs().for_each(|pair| judge.report(pair));
-                if outcome.stop != StopReason::PairsFull {
-                    break;
-                }
-            }
+            outcome = advance(query, workspace, memory.as_deref_mut(), outcome, limit, |pair| judge.report(pair));
             let answer = judge.answer(&outcome, mode);
             if answer == Answer::Wrong {
                 let at = percent.map_or("finished".to_owned(), |percent| format!("{percent} %"));
@@ -234,13 +239,7 @@ impl Run<'_> {
                 && stopped
                 && let Ok(told) = query.estimate(workspace, memory.as_deref())
             {
-                guesses.push(Guess {
-                    percent,
-                    probability: (outcome.found == 0).then_some(told.probability),
-                    recall_error: (mode == Mode::All).then_some(told.recall - judge.recall()),
-                    total_error: outcome.stats.bv_tests as f64 + told.remaining.bv_tests.p50,
-                    ..guess
-                });
+                guesses.push(guessed(Guess { percent, ..guess }, &told, &outcome, judge.recall()));
             }
             let row = Row {
                 pose: self.pose,
@@ -297,6 +296,16 @@ impl Run<'_> {
         if hit {
             measured.finished.push(Finished { pose: self.pose, order: ORACLE, mode: Mode::Any, work, bv_tests });
         }
+    }
+}
+
+/// A guess with what a stopped query tells. The error is the told BV tests of the whole query until the true ones are known.
+fn guessed(guess: Guess, told: &Estimate, outcome: &Outcome, recall: f64) -> Guess {
+    Guess {
+        probability: (outcome.found == 0).then_some(told.probability),
+        recall_error: (guess.mode == Mode::All).then_some(told.recall - recall),
+        total_error: outcome.stats.bv_tests as f64 + told.remaining.bv_tests.p50,
+        ..guess
     }
 }
 
