@@ -144,7 +144,7 @@ fn a_memory_that_somebody_made_up_changes_no_verdict() {
     let (mut random, mut workspace) = (Random::new(83), Workspace::new());
     for round in 0..300 {
         let mut triangle = || if random.below(2) == 0 { random.below(600) as u32 } else { random.bits() as u32 };
-        let mut witnesses: Vec<[u32; 2]> = (0..8).map(|_| [triangle(), triangle()]).collect();
+        let mut witnesses: Vec<[u32; 2]> = (0..16).map(|_| [triangle(), triangle()]).collect();
         if round % 4 == 0 {
             witnesses.fill([7, 7]);
         }
@@ -162,6 +162,6 @@ fn a_memory_that_somebody_made_up_changes_no_verdict() {
             }
         }
     }
-    let nine = json!({ "witnesses": vec![[0, 0]; 9] });
-    assert!(from_str::<PairMemory>(&nine.to_string()).is_err());
+    let too_many = json!({ "witnesses": vec![[0, 0]; 17] });
+    assert!(from_str::<PairMemory>(&too_many.to_string()).is_err());
 }

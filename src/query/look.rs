@@ -6,7 +6,7 @@
 
 use super::boxes::Depths;
 use super::frames::{Frames, Relation};
-use super::queue::Pair;
+use super::queue::{Origin, Pair};
 use super::traversal::Opener;
 use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::model::front::{FrontSummary, pair_cost};
@@ -116,7 +116,7 @@ impl Kernel for &mut Look<'_> {
             self.len -= 1;
             self.costs[costliest] = self.costs[self.len];
             self.pairs[costliest] = self.pairs[self.len];
-            self.expand(lanes, pair, false);
+            self.expand(lanes, pair, Origin::Stack);
         }
     }
 }
@@ -143,7 +143,7 @@ impl<'q> Opener<'q> for Look<'q> {
     }
 
     #[inline(always)]
-    fn push(&mut self, mut hits: u64, _queued: bool, child: impl Fn(u32) -> Pair) {
+    fn push(&mut self, mut hits: u64, _origin: Origin, child: impl Fn(u32) -> Pair) {
         while hits != 0 {
             self.push_one(child(hits.trailing_zeros()));
             hits &= hits - 1;

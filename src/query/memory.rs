@@ -2,15 +2,17 @@
 
 use super::order::Mode;
 use super::outcome::{Outcome, StopReason, Verdict};
+use super::queue::PATHS;
 use crate::math::Pose;
 use crate::model::confidence::History;
 use crate::model::cost::{CostModel, Counts};
 use crate::tree::Tree;
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
+use core::mem;
 use core::time::Duration;
 
-/// Most witnesses that are remembered.
+/// Most witnesses of [`Mode::Any`] that are remembered, and tested before anything else: a batch.
 pub(super) const WITNESSES: usize = 8;
 
 /// Frames over which the rate of changes is averaged.
@@ -30,6 +32,10 @@ pub(super) struct Before {
 
 /// Memory of one pair of trees between frames, owned by the caller and passed in.
 ///
+/// [`Mode::Any`] first tests the last eight witnesses, and then looks near the latest. [`Mode::All`], if a budget may stop it
+/// and in the default order, first goes down to where up to sixteen triangle pairs met in the frame before, spread over all
+/// of them, and then to what lies beside these paths, the nearest first.
+///
 /// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never in a decided verdict.
 /// Handed to another pair of trees it forgets everything but the costs of this machine; refitted trees it takes for the
 /// same. Read with the feature `serde` it belongs to the first pair of trees that it is handed to; if that is not the pair it
@@ -41,8 +47,9 @@ pub struct PairMemory {
     /// Identities of trees mean nothing in another run of the program.
     #[cfg_attr(feature = "serde", serde(skip))]
     trees: Option<[usize; 2]>,
-    /// Triangle pairs in tree order that met in the last frame that found any, most recent first.
-    witnesses: ArrayVec<[u32; 2], WITNESSES>,
+    /// Triangle pairs in tree order that met: of [`Mode::Any`] the latest first, of [`Mode::All`] some from all over the last
+    /// frame that found any.
+    witnesses: ArrayVec<[u32; 2], PATHS>,
     last_verdict: Option<bool>,
     last_bv_tests: Option<(Mode, u64)>,
     frames_undecided: u32,
@@ -128,11 +135,18 @@ impl PairMemory {
     }
 
     /// After a call. One that went on with a stopped run belongs to the same frame.
-    pub(super) fn remember(&mut self, mode: Mode, outcome: &Outcome, witness: Option<[u32; 2]>, before: Before) {
-        if let Some(witness) = witness {
-            self.witnesses.retain(|known| *known != witness);
-            self.witnesses.truncate(WITNESSES - 1);
-            self.witnesses.insert(0, witness);
+    pub(super) fn remember(&mut self, mode: Mode, outcome: &Outcome, found: &[[u32; 2]], before: Before) {
+        if !found.is_empty() {
+            // What a stopped query has not come to may still be where it was.
+            let kept = match mode {
+                Mode::Any => WITNESSES.saturating_sub(found.len()),
+                Mode::All if outcome.stop == StopReason::Finished => 0,
+                Mode::All => PATHS - found.len(),
+            };
+            self.witnesses.retain(|known| !found.contains(known));
+            self.witnesses.truncate(kept);
+            let old = mem::replace(&mut self.witnesses, found.iter().copied().collect());
+            self.witnesses.extend(old);
         }
         if outcome.stop == StopReason::Finished || outcome.stop == StopReason::FirstHit {
             self.last_bv_tests = Some((mode, outcome.stats.bv_tests));

@@ -38,7 +38,7 @@ use crate::tree::{Tree, WIDTH};
 use budget::Meter;
 use corners::Corners;
 use frames::Relation;
-use memory::Before;
+use memory::{Before, WITNESSES};
 use queue::Pair;
 use traversal::Traversal;
 use workspace::Key;
@@ -180,18 +180,25 @@ impl<'t> Query<'t> {
         if let Order::Random(seed) = self.options.order {
             workspace.run.random = seed;
         }
+        let queues = self.queues(budget, memory.as_deref());
         if let Some(memory) = &mut memory {
             let apart = memory.last_verdict() == Some(false);
             let witnesses = memory.witnesses(self.a, self.b);
             if self.options.mode == Mode::Any && !apart {
                 // They are tested before anything else, as any other waiting pairs.
-                workspace.waiting.extend(witnesses);
+                workspace.waiting.extend(&witnesses[..witnesses.len().min(WITNESSES)]);
                 workspace.testing = !witnesses.is_empty();
+            } else if queues && self.options.order == Order::default() && !apart {
+                // The paths to them are opened before anything else.
+                workspace.witnesses.extend(witnesses.iter().copied());
             }
         }
         if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
-            if self.queues(budget, memory.as_deref()) {
-                workspace.front.queue(Pair::new(0, 0), 0, true);
+            if queues {
+                let known = (1u32 << workspace.witnesses.len()) - 1;
+                if !workspace.front.follow(Pair::new(0, 0), known as u16) {
+                    workspace.front.queue(Pair::new(0, 0), 0, true);
+                }
             } else {
                 workspace.front.push(Pair::new(0, 0));
             }
@@ -288,14 +295,14 @@ impl<'t> Query<'t> {
         }
         run.stopped = !matches!(stop, StopReason::Finished | StopReason::FirstHit);
         let verdict = match (run.witness, stop) {
-            (Some([witness, _]), _) => Verdict::Intersecting { witness },
+            (Some(witness), _) => Verdict::Intersecting { witness },
             (None, StopReason::Finished) => Verdict::Separated,
             _ => Verdict::Undecided,
         };
         let outcome = Outcome { verdict, stop, found: run.found, stats: run.stats };
         if let Some(memory) = memory {
             memory.witnesses(self.a, self.b);
-            memory.remember(self.options.mode, &outcome, run.witness.map(|[_, pair]| pair), before);
+            memory.remember(self.options.mode, &outcome, workspace.sample.pairs(), before);
             if let (Some(elapsed), Some(counts)) = (elapsed, counts_before) {
                 memory.learn(&outcome.stats.counts().since(&counts), elapsed);
             }

@@ -1,10 +1,12 @@
-//! The front: a bounded priority queue of node pairs, before a stack of pairs that are finished depth-first.
+//! The front: a bounded priority queue of node pairs, before that a stack of pairs that are finished depth-first, and before
+//! both the few pairs on the paths to where triangles met in the frame before.
 //!
 //! The queue is a set of linked lists in one arena of fixed capacity, with a mask of those that are not empty: constant
 //! time, and a total order (bucket, then last in first out, or first in first out) that depends on nothing but the input.
 
 use crate::tree::MAX_HEIGHT;
 use alloc::boxed::Box;
+use arrayvec::ArrayVec;
 
 /// Two nodes, and which children of each are still of interest, a bit each; for those of inner nodes all are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +20,18 @@ impl Pair {
         Self { nodes: [a, b], alive: [u8::MAX; 2] }
     }
 }
+
+/// Where a pair comes from: what is below it goes there too, with exceptions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Origin {
+    /// On a path to a witness of the frame before.
+    Path,
+    Stack,
+    Queue,
+}
+
+/// Most paths: one for each bit of a mask.
+pub(super) const PATHS: usize = 16;
 
 /// Number of buckets; 0 is visited first.
 pub(super) const BUCKETS: usize = 128;
@@ -33,8 +47,14 @@ struct Entry {
 /// Node pairs still to be visited.
 #[derive(Clone, Debug)]
 pub(super) struct Front {
+    /// The last is opened first. With each, which witnesses are below it: a bit for one.
+    paths: ArrayVec<(Pair, u16), PATHS>,
+    /// The witnesses below the last one opened.
+    led: u16,
     stack: Box<[Pair; STACK]>,
     height: usize,
+    /// What is below this height of the stack lies beside the paths, and waits for their ends.
+    base: usize,
     arena: Box<[Entry]>,
     /// First and last entry of each bucket.
     lists: [(u32, u32); BUCKETS],
@@ -51,8 +71,11 @@ impl Front {
     pub fn new(capacity: usize) -> Self {
         let capacity = capacity.min(NONE as usize - 1);
         Self {
+            paths: ArrayVec::new_const(),
+            led: 0,
             stack: Box::new([Pair::new(0, 0); STACK]),
             height: 0,
+            base: 0,
             arena: alloc::vec![Entry { pair: Pair::new(0, 0), next: NONE }; capacity].into(),
             lists: [(NONE, NONE); BUCKETS],
             occupied: 0,
@@ -65,13 +88,25 @@ impl Front {
     }
 
     pub fn clear(&mut self) {
+        self.paths.clear();
         self.height = 0;
+        self.base = 0;
         self.occupied = 0;
         self.free = NONE;
         self.touched = 0;
         self.queued = 0;
         self.peak = 0;
         self.jumps = 0;
+    }
+
+    /// Puts a pair on the paths to the witnesses below it, if there are any, and room for what will come of it.
+    pub fn follow(&mut self, pair: Pair, witnesses: u16) -> bool {
+        witnesses != 0 && self.height <= BESIDE_PATHS && self.paths.try_push((pair, witnesses)).is_ok()
+    }
+
+    /// The witnesses below the path that was opened last.
+    pub fn led(&self) -> u16 {
+        self.led
     }
 
     /// Puts a pair where it is finished depth-first, before any queued pair. Returns where.
@@ -132,14 +167,26 @@ impl Front {
         self.peak = self.peak.max(self.queued);
     }
 
-    /// The next pair, and whether it comes from the queue.
+    /// Lets all pairs on the stack wait until the paths are at their ends.
+    pub fn set_aside(&mut self) {
+        self.base = self.height;
+    }
+
+    /// The next pair, and where it comes from.
     #[inline(always)]
-    pub fn pop(&mut self) -> Option<(Pair, bool)> {
-        if let Some(below) = self.height.checked_sub(1) {
-            self.height = below;
-            return Some((self.stack[below % STACK], false));
+    pub fn pop(&mut self) -> Option<(Pair, Origin)> {
+        if self.height == self.base && (self.base > 0 || self.occupied != 0 || !self.paths.is_empty()) {
+            if let Some((pair, witnesses)) = self.paths.pop() {
+                self.led = witnesses;
+                return Some((pair, Origin::Path));
+            }
+            if self.base == 0 {
+                return Some((self.pop_queue(), Origin::Queue));
+            }
+            self.base = 0;
         }
-        if self.occupied == 0 { None } else { Some((self.pop_queue(), true)) }
+        self.height = self.height.checked_sub(1)?;
+        Some((self.stack[self.height % STACK], Origin::Stack))
     }
 
     fn pop_queue(&mut self) -> Pair {
@@ -156,11 +203,11 @@ impl Front {
     }
 
     pub fn len(&self) -> usize {
-        self.height + self.queued as usize
+        self.paths.len() + self.height + self.queued as usize
     }
 
     pub fn is_empty(&self) -> bool {
-        self.height == 0 && self.occupied == 0
+        self.paths.is_empty() && self.height == 0 && self.occupied == 0
     }
 
     /// Most pairs that waited in the queue at once.
@@ -175,15 +222,20 @@ impl Front {
         let queued = lists.flat_map(move |head| {
             core::iter::successors(Some(head), move |slot| Some(entry(slot)).filter(|&next| next != NONE))
         });
-        self.stack[..self.height].iter().copied().chain(queued.map(|slot| self.arena[slot as usize].pair))
+        let pairs = self.paths.iter().map(|(pair, _)| pair).chain(&self.stack[..self.height]);
+        pairs.copied().chain(queued.map(|slot| self.arena[slot as usize].pair))
     }
 }
 
-/// Room for 63 siblings on each level of both trees, and the children of the pair that found the queue full.
+/// Room for 63 siblings on each level of both trees, the children of the pair that found the queue full, and what was left
+/// beside the paths.
 const STACK: usize = 1 << 14;
 
 // The triangles are one level more.
-const _: () = assert!(STACK >= 64 * 2 * (MAX_HEIGHT + 1) + SCATTERED);
+const _: () = assert!(STACK >= 64 * 2 * (MAX_HEIGHT + 1) + SCATTERED + BESIDE_PATHS + 64 * PATHS);
+
+/// Most pairs on the stack with which paths are still followed; each that has begun adds its siblings.
+const BESIDE_PATHS: usize = 2048;
 
 /// Most pairs on the stack with which the next one is still chosen freely.
 const SCATTERED: usize = 512;
@@ -212,6 +264,40 @@ mod tests {
     }
 
     #[test]
+    fn paths_go_first_and_what_is_beside_them_waits_for_their_ends() {
+        let pair = |i| Pair::new(i, 0);
+        let mut front = Front::new(8);
+        assert!(!front.follow(pair(9), 0) && front.follow(pair(0), 0b11));
+        assert_eq!((front.pop(), front.led()), (Some((pair(0), Origin::Path)), 0b11));
+        front.push(pair(1));
+        front.queue(pair(2), 0, true);
+        assert!(front.follow(pair(3), 0b01) && front.follow(pair(4), 0b10));
+        front.set_aside();
+        assert_eq!((front.pop(), front.led()), (Some((pair(4), Origin::Path)), 0b10));
+        front.push(pair(5));
+        assert_eq!((front.len(), front.iter().count()), (4, 4));
+        assert_eq!(front.pop(), Some((pair(5), Origin::Stack)));
+        assert_eq!(front.pop(), Some((pair(3), Origin::Path)));
+        front.push(pair(6));
+        front.set_aside();
+        assert_eq!(drain(&mut front), [6, 1, 2]);
+        assert!(front.is_empty());
+    }
+
+    #[test]
+    fn a_high_stack_ends_the_paths() {
+        let mut front = Front::new(0);
+        for i in 0..=BESIDE_PATHS as u32 {
+            assert!(front.follow(Pair::new(i, 0), 1));
+            front.pop();
+            front.push(Pair::new(i, 0));
+            front.set_aside();
+        }
+        assert!(!front.follow(Pair::new(0, 0), 1));
+        assert_eq!(drain(&mut front).len(), BESIDE_PATHS + 1);
+    }
+
+    #[test]
     fn last_means_first_in_first_out() {
         let mut front = Front::new(8);
         for i in 0..4 {
@@ -227,8 +313,8 @@ mod tests {
             front.queue(Pair::new(i, 0), 0, true);
         }
         assert_eq!(front.peak(), 2);
-        assert_eq!(front.pop(), Some((Pair::new(2, 0), false)));
-        assert_eq!(front.pop(), Some((Pair::new(1, 0), true)));
+        assert_eq!(front.pop(), Some((Pair::new(2, 0), Origin::Stack)));
+        assert_eq!(front.pop(), Some((Pair::new(1, 0), Origin::Queue)));
         front.queue(Pair::new(7, 0), 3, true);
         assert_eq!(drain(&mut front), [0, 7]);
     }

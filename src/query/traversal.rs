@@ -14,7 +14,7 @@ use super::budget::{Clock, Meter, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_
 use super::frames::{Frames, Relation};
 use super::order::{BoxPair, Mode};
 use super::outcome::{LEVELS, StopReason};
-use super::queue::Pair;
+use super::queue::{Origin, Pair};
 use super::workspace::Workspace;
 use crate::math::Pose;
 use crate::math::lanes::{Kernel, Lanes};
@@ -64,8 +64,8 @@ impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
                 if self.workspace.run.found > 0 && self.options.mode == Mode::Any {
                     return StopReason::FirstHit;
                 }
-            } else if let Some((pair, queued)) = self.workspace.front.pop() {
-                self.expand(lanes, pair, queued);
+            } else if let Some((pair, origin)) = self.workspace.front.pop() {
+                self.expand(lanes, pair, origin);
                 self.workspace.testing = self.workspace.waiting.len() >= self.batch;
             } else if self.workspace.waiting.len() == 0 {
                 return StopReason::Finished;
@@ -160,18 +160,44 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
             return workspace.doubtful.push(pair);
         }
         let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
+        workspace.sample.note(pair, workspace.run.found);
         workspace.run.found += 1;
-        workspace.run.witness.get_or_insert([ids, pair]);
+        workspace.run.witness.get_or_insert(ids);
         workspace.found.push(ids);
     }
 
     #[inline(never)]
-    fn queue_all(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
+    fn queue_all(&mut self, mut hits: u64, origin: Origin, child: impl Fn(u32) -> Pair) {
+        let mut ahead = if origin == Origin::Path { self.workspace.front.led() } else { 0 };
         while hits != 0 {
             let lane = hits.trailing_zeros();
             hits &= hits - 1;
-            self.queue(child(lane), self.depths.as_flattened()[lane as usize % 64]);
+            let pair = child(lane);
+            let below = self.witnesses_below(pair, ahead);
+            ahead &= !below;
+            if !self.workspace.front.follow(pair, below) {
+                self.queue(pair, self.depths.as_flattened()[lane as usize % 64]);
+            }
         }
+        if origin == Origin::Path {
+            self.workspace.front.set_aside();
+        }
+    }
+
+    /// Which of these witnesses of the frame before are below a pair.
+    #[inline(always)]
+    fn witnesses_below(&self, pair: Pair, mut among: u16) -> u16 {
+        let mut below = 0;
+        let [a, b] = pair.nodes;
+        while among != 0 {
+            let i = among.trailing_zeros();
+            among &= among - 1;
+            let [x, y] = self.workspace.witnesses[i as usize];
+            let (a, b) = (&self.a.nodes()[a as usize], &self.b.nodes()[b as usize]);
+            let leads = a.triangle_range().contains(&(x as usize)) && b.triangle_range().contains(&(y as usize));
+            below |= u16::from(leads) << i;
+        }
+        below
     }
 
     /// Queues a pair whose boxes overlap by `depth`, unless it is a grain.
@@ -213,10 +239,10 @@ impl<'q, C: Clock> Opener<'q> for Traversal<'q, '_, C> {
     }
 
     #[inline(always)]
-    fn push(&mut self, mut hits: u64, queued: bool, child: impl Fn(u32) -> Pair) {
+    fn push(&mut self, mut hits: u64, origin: Origin, child: impl Fn(u32) -> Pair) {
         let (mut deepest, mut at) = (f32::NEG_INFINITY, 0);
-        if queued {
-            return self.queue_all(hits, child);
+        if origin != Origin::Stack {
+            return self.queue_all(hits, origin, child);
         }
         if hits == 0 {
             return;
@@ -256,9 +282,10 @@ pub(super) trait Opener<'q> {
 
     fn count(&mut self, level: usize, bv_tests: u32);
 
-    /// Puts pairs of children into the queue if their parent came from there, else on the stack, where the deepest goes on top
-    /// if the first hit is all that counts. `child` makes the pair of a bit of `hits`.
-    fn push(&mut self, hits: u64, queued: bool, child: impl Fn(u32) -> Pair);
+    /// Puts pairs of children where their parent came from: on the stack, where the deepest goes on top if the first hit is all
+    /// that counts, into the queue, or on the paths to witnesses and what is beside them into the queue. `child` makes the pair
+    /// of a bit of `hits`.
+    fn push(&mut self, hits: u64, origin: Origin, child: impl Fn(u32) -> Pair);
 
     /// Puts a pair on the stack.
     fn push_one(&mut self, pair: Pair);
@@ -279,7 +306,7 @@ pub(super) trait Opener<'q> {
 
     /// Replaces a pair by the pairs of children that may meet.
     #[inline(always)]
-    fn expand<L: Lanes>(&mut self, lanes: L, Pair { nodes, alive }: Pair, queued: bool) {
+    fn expand<L: Lanes>(&mut self, lanes: L, Pair { nodes, alive }: Pair, origin: Origin) {
         let [ia, ib] = nodes;
         let ([tree_a, tree_b], relation) = (self.trees(), self.relation());
         let scale = relation.scale;
@@ -300,20 +327,20 @@ pub(super) trait Opener<'q> {
                 if a.is_cluster {
                     self.push_triangles(hits, first);
                 } else {
-                    self.push(hits, queued, |lane| Pair::new(first[0] + lane / 8, first[1] + lane % 8));
+                    self.push(hits, origin, |lane| Pair::new(first[0] + lane / 8, first[1] + lane % 8));
                 }
             }
             Open::A => {
                 self.count(level + 1, u32::from(a.children) + 1);
                 let of = [&frames.of_a, &frames.of_b];
                 let hits = boxes::children(lanes, [a, b], of, [1.0, scale], &mut self.depths()[0]);
-                self.push(hits.into(), queued, |i| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive[1]] });
+                self.push(hits.into(), origin, |i| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive[1]] });
             }
             Open::B => {
                 self.count(level + 1, u32::from(b.children) + 1);
                 let of = [&frames.of_b, &frames.of_a];
                 let hits = boxes::children(lanes, [b, a], of, [scale, 1.0], &mut self.depths()[0]);
-                self.push(hits.into(), queued, |j| Pair { nodes: [ia, first[1] + j], alive: [alive[0], u8::MAX] });
+                self.push(hits.into(), origin, |j| Pair { nodes: [ia, first[1] + j], alive: [alive[0], u8::MAX] });
             }
             Open::TrianglesOfA => {
                 self.count(level + 2, valid[0].count_ones() * u32::from(b.children) + 1);

@@ -2,7 +2,7 @@
 
 use super::corners::Corners;
 use super::outcome::Stats;
-use super::queue::Front;
+use super::queue::{Front, PATHS};
 use super::waiting::Waiting;
 use crate::math::Pose;
 use crate::math::lanes::Instructions;
@@ -27,6 +27,10 @@ pub struct Workspace {
     pub(super) testing: bool,
     /// Whether the last batch had pairs in doubt, so that the search goes on elsewhere.
     pub(super) elsewhere: bool,
+    /// Triangle pairs (tree order) that met in the frame before, where the paths lead.
+    pub(super) witnesses: ArrayVec<[u32; 2], PATHS>,
+    /// What the next frame will remember.
+    pub(super) sample: Sample,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
 }
@@ -40,9 +44,48 @@ pub(super) struct Run {
     pub stopped: bool,
     pub stats: Stats,
     pub found: u64,
-    /// First pair found: ids of the input meshes, and in tree order.
-    pub witness: Option<[[u32; 2]; 2]>,
+    /// First pair found: ids of the input meshes.
+    pub witness: Option<[u32; 2]>,
     pub random: u64,
+}
+
+/// Some of the pairs that were found, in tree order: every `2^skips`-th, at least half as many as there is room for.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sample {
+    pairs: ArrayVec<[u32; 2], PATHS>,
+    skips: u32,
+}
+
+impl Sample {
+    /// Takes note of the pair that was found after `before` others.
+    #[inline(always)]
+    pub fn note(&mut self, pair: [u32; 2], before: u64) {
+        if before & ((1 << self.skips) - 1) == 0 {
+            self.add(pair);
+        }
+    }
+
+    fn add(&mut self, pair: [u32; 2]) {
+        if self.pairs.is_full() {
+            // The pair at hand is the next of those that stay.
+            let mut stays = false;
+            self.pairs.retain(|_| {
+                stays = !stays;
+                stays
+            });
+            self.skips += 1;
+        }
+        self.pairs.push(pair);
+    }
+
+    pub fn pairs(&self) -> &[[u32; 2]] {
+        &self.pairs
+    }
+
+    fn clear(&mut self) {
+        self.pairs.clear();
+        self.skips = 0;
+    }
 }
 
 /// What two calls must have in common to be one query.
@@ -73,6 +116,8 @@ impl Workspace {
             corners: [Corners::EMPTY; 2],
             testing: false,
             elsewhere: false,
+            witnesses: ArrayVec::new(),
+            sample: Sample::default(),
             found: Vec::with_capacity(found.max(1)),
             run: Run::default(),
         }
@@ -105,6 +150,8 @@ impl Workspace {
         self.doubtful.clear();
         self.testing = false;
         self.elsewhere = false;
+        self.witnesses.clear();
+        self.sample.clear();
         self.found.clear();
         self.run = Run::default();
     }
@@ -127,3 +174,22 @@ impl fmt::Display for ResumeError {
 }
 
 impl core::error::Error for ResumeError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_is_spread_over_all_that_was_found() {
+        for found in [0, 1, 15, 16, 17, 32, 33, 1_000, 70_000] {
+            let mut sample = Sample::default();
+            (0..found).for_each(|i| sample.note([i, 0], i.into()));
+            let pairs = sample.pairs();
+            assert_eq!(pairs.len() == found as usize, found <= PATHS as u32, "{found}");
+            assert!(pairs.len() >= PATHS / 2 || pairs.len() == found as usize);
+            let step = pairs.get(1).map_or(1, |pair| pair[0]);
+            assert!(pairs.iter().zip(0..).all(|(pair, i)| pair[0] == i * step), "{found}: {pairs:?}");
+            assert!(found == 0 || pairs.len() as u32 * step >= found, "{found}: {pairs:?}");
+        }
+    }
+}
