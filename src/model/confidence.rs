@@ -3,7 +3,7 @@
 //!
 //! Both are logistic in features of the front ([`FrontSummary`]), fitted on stopped queries of known truth.
 
-use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL};
+use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL, RECALL_AFTER_HISTORY};
 use super::front::FrontSummary;
 use super::prediction::{dot, expected};
 use libm::{exp, log, log2};
@@ -102,14 +102,16 @@ pub fn recall_features(front: &FrontSummary) -> [f64; RECALL_FEATURES] {
     ]
 }
 
-/// Expected share of the intersecting pairs that has been found: 1 if nothing is left, 0 if nothing is found yet.
-pub fn recall(front: &FrontSummary) -> f64 {
+/// Expected share of the intersecting pairs that has been found: 1 if nothing is left, 0 if nothing is found yet. `followed`:
+/// whether the query first went to where triangles met in the frame before, and so has found more than its work would tell.
+pub fn recall(front: &FrontSummary, followed: bool) -> f64 {
     if front.is_done() {
         1.0
     } else if front.found == 0.0 {
         0.0
     } else {
-        1.0 / (1.0 + exp(-dot(&RECALL, &recall_features(front))))
+        let weights = if followed { &RECALL_AFTER_HISTORY } else { &RECALL };
+        1.0 / (1.0 + exp(-dot(weights, &recall_features(front))))
     }
 }
 

@@ -114,7 +114,7 @@ impl Query<'_> {
             Prediction::of(self.left(&front, memory), &cost_model(memory))
         };
         let probability = if run.found > 0 { 1.0 } else { self.probability(&front, memory) };
-        let recall = if decided { 1.0 } else { confidence::recall(&front) };
+        let recall = if decided { 1.0 } else { confidence::recall(&front, !workspace.witnesses.is_empty()) };
         Ok(Estimate { remaining, probability, recall })
     }
 

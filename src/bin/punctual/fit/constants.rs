@@ -35,7 +35,7 @@ pub fn fit(data: &Data) -> String {
         changes(&remembering),
         other_counts(data),
         chances(&alone, &remembering, &hit),
-        recall(&alone),
+        recall(&alone, &remembering),
         nanoseconds(),
     ]
     .concat()
@@ -108,8 +108,17 @@ fn chances(alone: &[&Sample], remembering: &[&Sample], hit: &Hit) -> String {
     .concat()
 }
 
-fn recall(alone: &[&Sample]) -> String {
-    list("RECALL", &recall_weights(of(alone, Mode::All)), "Logit of the recall, weights of `recall_features`.")
+fn recall(alone: &[&Sample], remembering: &[&Sample]) -> String {
+    let followed = of(remembering, Mode::All).filter(|sample| sample.follows());
+    [
+        list("RECALL", &recall_weights(of(alone, Mode::All)), "Logit of the recall, weights of `recall_features`."),
+        list(
+            "RECALL_AFTER_HISTORY",
+            &recall_weights(followed),
+            "The same where what met in the frame before was looked at first.",
+        ),
+    ]
+    .concat()
 }
 
 fn nanoseconds() -> String {

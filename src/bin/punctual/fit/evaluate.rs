@@ -36,6 +36,7 @@ pub struct Scores {
     budgeted_after_history: Chances,
     pub recalls: Vec<f64>,
     pub recalls_with_hits: Vec<f64>,
+    pub recalls_after_history: Vec<f64>,
 }
 
 impl Costs {
@@ -85,7 +86,7 @@ impl Scores {
         }
         match (sample.mode, sample.stop) {
             (Mode::Any, _) => self.add_chance(sample, chance),
-            (Mode::All, Some(_)) if sample.last.is_none() && sample.is_hit() => self.add_recall(sample),
+            (Mode::All, Some(_)) if sample.is_hit() => self.add_recall(sample),
             (Mode::All, _) => {}
         }
     }
@@ -105,7 +106,11 @@ impl Scores {
     }
 
     fn add_recall(&mut self, sample: &Sample) {
-        let error = (recall(&sample.front) - sample.front.found / sample.hits as f64).abs();
+        let error = (recall(&sample.front, sample.follows()) - sample.front.found / sample.hits as f64).abs();
+        if sample.last.is_some() {
+            self.recalls_after_history.push(error);
+            return;
+        }
         self.recalls.push(error);
         if sample.front.found > 0.0 {
             self.recalls_with_hits.push(error);
@@ -118,7 +123,7 @@ impl Scores {
         let mut fields: Vec<String> = costs.into_iter().flat_map(Costs::fields).collect();
         let chances = [&self.chances, &self.chances_after_history, &self.budgeted, &self.budgeted_after_history];
         fields.extend(chances.into_iter().flat_map(fields_of));
-        fields.extend([mean(&self.recalls), mean(&self.recalls_with_hits)]);
+        fields.extend([&self.recalls, &self.recalls_with_hits, &self.recalls_after_history].map(|errors| mean(errors)));
         fields
     }
 }
@@ -135,7 +140,7 @@ fn header() -> String {
     let costs =
         COSTS.iter().flat_map(|cost| ["median", "p90", "below_p90", "below_p10"].map(|f| format!("{cost}_{f}")));
     let chances = CHANCES.iter().flat_map(|of| ["count", "brier", "ece"].map(|f| format!("{of}_{f}")));
-    let recalls = ["recall_mae", "recall_mae_with_hits"].map(str::to_owned);
+    let recalls = ["recall_mae", "recall_mae_with_hits", "recall_mae_after_history"].map(str::to_owned);
     let names: Vec<String> = costs.chain(chances).chain(recalls).collect();
     format!("case,{}", names.join(","))
 }

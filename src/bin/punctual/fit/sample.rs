@@ -49,6 +49,11 @@ impl Sample {
     pub fn is_hit(&self) -> bool {
         self.hits > 0
     }
+
+    /// Whether the query first went to where triangles met in the frame before.
+    pub fn follows(&self) -> bool {
+        self.mode == Mode::All && self.last.is_some_and(|last| last.history.met)
+    }
 }
 
 /// All poses of a case, in both modes, at all moments; those of a motion also with a memory.

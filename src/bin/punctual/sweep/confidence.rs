@@ -46,8 +46,8 @@ fn chances(cases: &[Measurement], order: &'static str, percent: Option<u32>) -> 
 }
 
 /// Mean absolute error of the recall, where there is something to find.
-fn recall_error(cases: &[Measurement], percent: Option<u32>) -> f64 {
-    let told = guesses(cases, DEFAULT, Mode::All, percent).filter(|(case, guess)| case.strata[guess.pose].collides());
+fn recall_error(cases: &[Measurement], order: &'static str, percent: Option<u32>) -> f64 {
+    let told = guesses(cases, order, Mode::All, percent).filter(|(case, guess)| case.strata[guess.pose].collides());
     mean(told.filter_map(|(_, guess)| guess.recall_error.map(f64::abs))).unwrap_or(f64::NAN)
 }
 
@@ -65,7 +65,8 @@ pub fn figures(cases: &[Measurement], figures: &mut BTreeMap<String, f64>) {
         put(format!("brier {order}"), chances.brier());
         put(format!("ece {order}"), chances.calibration_error());
     }
-    put("recall error".to_owned(), recall_error(cases, None));
+    put("recall error".to_owned(), recall_error(cases, DEFAULT, None));
+    put(format!("recall error {WARM}"), recall_error(cases, WARM, None));
     for percent in [0, 10, 50] {
         for (name, mode) in [("any", Mode::Any), ("all", Mode::All)] {
             let [median, high] = total_error(cases, DEFAULT, mode, percent);
@@ -86,6 +87,7 @@ fn table(cases: &[Measurement]) -> Table {
         "Brier",
         "ECE",
         "error of the recall",
+        "warm",
         "BV tests any: p50",
         "p90",
         "all: p50",
@@ -99,7 +101,7 @@ fn table(cases: &[Measurement]) -> Table {
             row.push(chances.0.len().to_string());
             row.extend([chances.brier(), chances.calibration_error()].map(number));
         }
-        row.push(number(recall_error(cases, Some(percent))));
+        row.extend([DEFAULT, WARM].map(|order| number(recall_error(cases, order, Some(percent)))));
         for mode in [Mode::Any, Mode::All] {
             row.extend(total_error(cases, DEFAULT, mode, percent).map(number));
         }
@@ -137,13 +139,14 @@ pub fn section(
             .into(),
         measured: format!(
             "{} undecided stops: Brier {:.3}, off by {error:.3} on average; warm start: {}, {:.3}, {:.3}. Share of the pairs \
-             found: told within {:.3} on average.",
+             found: told within {:.3} on average, warm {:.3}.",
             cold.0.len(),
             cold.brier(),
             warm.0.len(),
             warm.brier(),
             warm.calibration_error(),
-            recall_error(cases, None),
+            recall_error(cases, DEFAULT, None),
+            recall_error(cases, WARM, None),
         ),
         verdict: match error {
             x if x <= 0.05 => Verdict::Holds,

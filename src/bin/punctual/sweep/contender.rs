@@ -22,7 +22,7 @@ pub const CONTENDERS: [Contender; 6] = [
 pub const DEFAULT: &str = CONTENDERS[0].name;
 pub const DEPTH_FIRST: &str = "depth-first";
 
-/// The default with what it remembers of the pose before, in mode any: a warm start where poses are frames of a motion.
+/// The default with what it remembers of the pose before: a warm start where poses are frames of a motion.
 pub const WARM: &str = "warm";
 
 /// A plain exact query of which nothing is known until it returns: depth-first, cut off by the budget.

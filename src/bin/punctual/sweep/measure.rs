@@ -136,7 +136,7 @@ fn share(part: usize, whole: usize) -> f64 {
 pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) -> Option<Measured> {
     let mut measured = Measured::default();
     let mut workspace = Workspace::with_capacity(4096, 1 << 16);
-    let mut memory = PairMemory::new();
+    let mut memories = [PairMemory::new(), PairMemory::new()];
     let places = (Places::new(&case.a), Places::new(&case.b));
     for (pose, truth) in truth.iter().enumerate() {
         let full = Query::new(&case.a, &case.b, case.poses[pose]).mode(Mode::All);
@@ -149,7 +149,9 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
             }
         }
         let query = Query::new(&case.a, &case.b, case.poses[pose]).order(Order::default());
-        run.stops(&query, WARM, Mode::Any, Some(&mut memory), &mut workspace, &mut measured);
+        for (mode, memory) in [Mode::Any, Mode::All].into_iter().zip(&mut memories) {
+            run.stops(&query.mode(mode), WARM, mode, Some(memory), &mut workspace, &mut measured);
+        }
         run.oracle(&Oracle::new(&places.0, &places.1, &truth.pairs), &mut measured);
         if let Some(&known) = case.known.get(pose)
             && known != truth.pairs.len() as u64

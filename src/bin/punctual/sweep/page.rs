@@ -122,7 +122,7 @@ impl Report<'_> {
     ) -> Result<Section, Failure> {
         let at = |order, percent| over_cases(self.cases, Which { order, mode, budget: Limit::Work(percent) }, feature);
         let mut series: Vec<Series> = vec![self.band(mode, feature)];
-        for (i, order) in names(mode).enumerate() {
+        for (i, order) in names().enumerate() {
             let points = PERCENT.map(|percent| [f64::from(percent), at(order, percent)]).to_vec();
             let shape =
                 if [ORACLE, CUT_OFF, WARM].contains(&order) { Shape::Dashed(points) } else { Shape::Line(points) };
@@ -136,7 +136,7 @@ impl Report<'_> {
         };
         let header = std::iter::once("order".to_owned()).chain(PERCENT.map(|percent| format!("{percent} %")));
         let mut table = Table { header: header.collect(), rows: vec![] };
-        for order in names(mode) {
+        for order in names() {
             let values = PERCENT.map(|percent| format!("{:.2}", at(order, percent)));
             table.rows.push(std::iter::once(label(order)).chain(values).collect());
         }
@@ -184,7 +184,7 @@ impl Report<'_> {
 
     fn first_hit(&self) -> Section {
         let header = ["order", "less work than depth-first", "fewer BV tests"].map(str::to_owned).to_vec();
-        let orders = names(Mode::Any).filter(|order| *order != CUT_OFF);
+        let orders = names().filter(|order| *order != CUT_OFF);
         let row = |order| {
             std::iter::once(label(order)).chain(first_hit(self.cases, order).map(|x| format!("{x:.2}x"))).collect()
         };
@@ -397,9 +397,8 @@ fn verdict(holds: bool, in_part: bool) -> Verdict {
     }
 }
 
-fn names(mode: Mode) -> impl Iterator<Item = &'static str> {
-    let warm = (mode == Mode::Any).then_some(WARM);
-    CONTENDERS.iter().map(|contender| contender.name).chain([ORACLE, CUT_OFF]).chain(warm)
+fn names() -> impl Iterator<Item = &'static str> {
+    CONTENDERS.iter().map(|contender| contender.name).chain([ORACLE, CUT_OFF, WARM])
 }
 
 fn label(order: &str) -> String {

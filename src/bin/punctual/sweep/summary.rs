@@ -170,7 +170,7 @@ impl Figure {
 pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
     let mut figures = BTreeMap::new();
     let mut put = |name: String, value: f64| figures.insert(name, value);
-    let names = CONTENDERS.iter().map(|contender| contender.name).chain([CUT_OFF, ORACLE]);
+    let names = CONTENDERS.iter().map(|contender| contender.name).chain([CUT_OFF, ORACLE, WARM]);
     for order in names {
         for percent in PERCENT {
             let budget = Limit::Work(percent);
@@ -189,9 +189,6 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
             put(format!("first hit over depth-first {order} bv tests"), bv_tests);
         }
     }
-    let warm = Which { order: WARM, mode: Mode::Any, budget: Limit::Work(5) };
-    put(format!("any@5% {WARM}"), over_cases(cases, warm, DETECTED));
-    put(format!("first hit over depth-first {WARM} work"), first_hit(cases, WARM)[0]);
     for case in cases {
         for (name, mode, percent, feature) in [
             ("any@5%", Mode::Any, 5, DETECTED),
