@@ -10,7 +10,7 @@ pub mod oracle;
 pub mod reference;
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
-use punctual::{Budget, Mode, Order, Pose, Query, StopReason, Tree, Workspace};
+use punctual::{Budget, ManualClock, Mode, Order, PairMemory, Pose, Query, StopReason, Tree, Workspace};
 
 /// How coordinates are read from bytes.
 #[derive(Clone, Copy)]
@@ -71,21 +71,26 @@ pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) ->
     let work = u64::from(bytes.arbitrary::<u16>()?);
     let truth = reference::all_pairs(a.mesh(), b.mesh(), &pose);
     let mut workspace = Workspace::with_capacity(bytes.int_in_range(1..=64)?, bytes.int_in_range(1..=64)?);
-    let mut pairs = Vec::new();
-    let mut outcome = check::run(&query, &mut workspace, Budget::work(work));
-    for _ in 0..1000 {
-        let certificate = query.certificate(&workspace).expect("the workspace holds this query");
-        check::assert_certificate(&certificate, &outcome, truth.len());
-        if matches!(outcome.stop, StopReason::Finished | StopReason::FirstHit) {
-            break;
+    let (mut memory, clock) = (PairMemory::new(), ManualClock::new());
+    // The second time, what met the first time is known.
+    for _ in 0..2 {
+        let mut pairs = Vec::new();
+        let mut outcome = check::run_with_memory(&query, &mut workspace, &mut memory, Budget::work(work));
+        for _ in 0..1000 {
+            let certificate = query.certificate(&workspace).expect("the workspace holds this query");
+            check::assert_certificate(&certificate, &outcome, truth.len());
+            if matches!(outcome.stop, StopReason::Finished | StopReason::FirstHit) {
+                break;
+            }
+            pairs.extend(workspace.drain_pairs());
+            check::assert_sound(&outcome, &pairs, &truth);
+            let resumed = query.resume_with(&mut workspace, Some(&mut memory), Budget::work(work.max(1)), &clock);
+            outcome = resumed.expect("the workspace holds a stopped run");
         }
         pairs.extend(workspace.drain_pairs());
-        check::assert_sound(&outcome, &pairs, &truth);
-        outcome = check::resume(&query, &mut workspace, Budget::work(work.max(1)));
-    }
-    pairs.extend(workspace.drain_pairs());
-    if matches!(outcome.stop, StopReason::Finished | StopReason::FirstHit) {
-        check::assert_complete(mode, &outcome, &pairs, &truth);
+        if matches!(outcome.stop, StopReason::Finished | StopReason::FirstHit) {
+            check::assert_complete(mode, &outcome, &pairs, &truth);
+        }
     }
     Ok(())
 }

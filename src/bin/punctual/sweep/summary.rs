@@ -132,7 +132,7 @@ pub fn first_hit(cases: &[Measurement], order: &str) -> [f64; 2] {
     let log = |case: &Measurement, order: &str, tests: bool| {
         let runs = case.work.finished.iter().filter(|run| run.order == order && run.mode == Mode::Any);
         let runs = runs.filter(|run| case.strata[run.pose].collides());
-        mean(runs.map(|run| (if tests { run.bv_tests } else { run.work } as f64).ln()))
+        mean(runs.map(|run| (if tests { run.bv_tests } else { run.work }.max(1) as f64).ln()))
     };
     [false, true].map(|tests| {
         let gains = cases.iter().filter_map(|case| Some(log(case, DEPTH_FIRST, tests)? - log(case, order, tests)?));
