@@ -235,6 +235,22 @@ fn the_time_budget_decides_whether_pairs_are_queued() {
     assert!(peaks[1].0);
 }
 
+/// The costs that a memory was given count from its first query on.
+#[test]
+fn given_costs_decide_whether_the_first_query_is_queued() {
+    let (a, b) = (Tree::new(shapes::icosphere(6)), Tree::new(shapes::torus(1.0, 0.3, 256)));
+    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All).grain(0.0);
+    let mut workspace = Workspace::new();
+    let queued = [1.0, 1e9].map(|factor| {
+        let mut memory = PairMemory::new();
+        let costs = CostModel::default();
+        memory.set_cost_model(CostModel { bv_test: factor * costs.bv_test, ..costs });
+        let limit = Budget::time(Duration::from_secs(100));
+        query.run_with(&mut workspace, Some(&mut memory), limit, &ManualClock::new()).stats.queue_peak > 0
+    });
+    assert_eq!(queued, [false, true]);
+}
+
 #[test]
 fn measured_costs_are_positive() {
     #[cfg(feature = "std")]

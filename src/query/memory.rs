@@ -9,7 +9,6 @@ use crate::model::cost::{CostModel, Counts};
 use crate::tree::Tree;
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
-use core::mem;
 use core::time::Duration;
 
 /// Most witnesses of [`Mode::Any`] that are remembered, and tested before anything else: a batch.
@@ -122,7 +121,8 @@ impl PairMemory {
         })
     }
 
-    pub(super) fn witnesses(&mut self, a: &Tree, b: &Tree) -> &[[u32; 2]] {
+    /// Makes it the memory of this pair: what is of another one is forgotten.
+    pub(super) fn bind(&mut self, a: &Tree, b: &Tree) {
         let trees = Some([a.lineage(), b.lineage()]);
         if self.trees.is_none() {
             self.trees = trees;
@@ -131,6 +131,10 @@ impl PairMemory {
         } else if self.trees != trees {
             *self = Self { trees, cost_model: self.cost_model, ..Self::default() };
         }
+    }
+
+    /// Triangle pairs of the bound pair, in tree order.
+    pub(super) fn witnesses(&self) -> &[[u32; 2]] {
         &self.witnesses
     }
 
@@ -143,10 +147,8 @@ impl PairMemory {
                 Mode::All if outcome.stop == StopReason::Finished => 0,
                 Mode::All => PATHS - found.len(),
             };
-            self.witnesses.retain(|known| !found.contains(known));
-            self.witnesses.truncate(kept);
-            let old = mem::replace(&mut self.witnesses, found.iter().copied().collect());
-            self.witnesses.extend(old);
+            let known = self.witnesses.iter().filter(|known| !found.contains(known));
+            self.witnesses = found.iter().chain(known.take(kept)).copied().collect();
         }
         if outcome.stop == StopReason::Finished || outcome.stop == StopReason::FirstHit {
             self.last_bv_tests = Some((mode, outcome.stats.bv_tests));

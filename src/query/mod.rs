@@ -180,15 +180,17 @@ impl<'t> Query<'t> {
         if let Order::Random(seed) = self.options.order {
             workspace.run.random = seed;
         }
-        let queues = self.queues(budget, memory.as_deref());
         if let Some(memory) = &mut memory {
-            let apart = memory.last_verdict() == Some(false);
-            let witnesses = memory.witnesses(self.a, self.b);
-            if self.options.mode == Mode::Any && !apart {
+            memory.bind(self.a, self.b);
+        }
+        let queues = self.queues(budget, memory.as_deref());
+        if let Some(memory) = memory.as_deref().filter(|memory| memory.last_verdict() != Some(false)) {
+            let witnesses = memory.witnesses();
+            if self.options.mode == Mode::Any {
                 // They are tested before anything else, as any other waiting pairs.
                 workspace.waiting.extend(&witnesses[..witnesses.len().min(WITNESSES)]);
                 workspace.testing = !witnesses.is_empty();
-            } else if queues && self.options.order == Order::default() && !apart {
+            } else if queues && self.options.order == Order::default() {
                 // The paths to them are opened before anything else.
                 workspace.witnesses.extend(witnesses.iter().copied());
             }
@@ -301,7 +303,7 @@ impl<'t> Query<'t> {
         };
         let outcome = Outcome { verdict, stop, found: run.found, stats: run.stats };
         if let Some(memory) = memory {
-            memory.witnesses(self.a, self.b);
+            memory.bind(self.a, self.b);
             memory.remember(self.options.mode, &outcome, workspace.sample.pairs(), before);
             if let (Some(elapsed), Some(counts)) = (elapsed, counts_before) {
                 memory.learn(&outcome.stats.counts().since(&counts), elapsed);
