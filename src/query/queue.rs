@@ -49,7 +49,7 @@ struct Entry {
 pub(super) struct Front {
     /// The last is opened first. With each, which witnesses are below it: a bit for one.
     paths: ArrayVec<(Pair, u16), PATHS>,
-    /// The witnesses below the last one opened.
+    /// The witnesses below the last one opened. In [`Origin`] they would slow down each visit.
     led: u16,
     stack: Box<[Pair; STACK]>,
     height: usize,
@@ -175,17 +175,17 @@ impl Front {
     /// The next pair, and where it comes from.
     #[inline(always)]
     pub fn pop(&mut self) -> Option<(Pair, Origin)> {
-        if self.height == self.base && (self.base > 0 || self.occupied != 0 || !self.paths.is_empty()) {
+        if self.height == self.base {
             if let Some((pair, witnesses)) = self.paths.pop() {
                 self.led = witnesses;
                 return Some((pair, Origin::Path));
             }
             if self.base == 0 {
-                return Some((self.pop_queue(), Origin::Queue));
+                return if self.occupied == 0 { None } else { Some((self.pop_queue(), Origin::Queue)) };
             }
             self.base = 0;
         }
-        self.height = self.height.checked_sub(1)?;
+        self.height -= 1;
         Some((self.stack[self.height % STACK], Origin::Stack))
     }
 

@@ -186,18 +186,13 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
 
     /// Which of these witnesses of the frame before are below a pair.
     #[inline(always)]
-    fn witnesses_below(&self, pair: Pair, mut among: u16) -> u16 {
-        let mut below = 0;
-        let [a, b] = pair.nodes;
-        while among != 0 {
-            let i = among.trailing_zeros();
-            among &= among - 1;
-            let [x, y] = self.workspace.witnesses[i as usize];
+    fn witnesses_below(&self, Pair { nodes: [a, b], .. }: Pair, among: u16) -> u16 {
+        bits(among.into()).fold(0, |below, i| {
+            let [x, y] = self.workspace.witnesses[i].map(|triangle| triangle as usize);
             let (a, b) = (&self.a.nodes()[a as usize], &self.b.nodes()[b as usize]);
-            let leads = a.triangle_range().contains(&(x as usize)) && b.triangle_range().contains(&(y as usize));
-            below |= u16::from(leads) << i;
-        }
-        below
+            let leads = a.triangle_range().contains(&x) && b.triangle_range().contains(&y);
+            below | u16::from(leads) << i
+        })
     }
 
     /// Queues a pair whose boxes overlap by `depth`, unless it is a grain.

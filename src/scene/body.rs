@@ -153,8 +153,7 @@ pub(super) struct Facts {
     pub changed: u64,
     pub generation: u32,
     pub importance: f32,
-    pub triangles: u32,
-    /// Fourth root of their number.
+    /// Fourth root of the number of triangles.
     pub size: f32,
     pub filter: Filter,
 }
@@ -227,10 +226,7 @@ impl Bodies {
         let facts = &mut self.facts[index];
         if let Some(Placed { body, .. }) = &self.slots[index] {
             (facts.importance, facts.filter) = (body.importance, body.filter);
-            let triangles = body.tree.mesh().len() as u32;
-            if facts.triangles != triangles {
-                (facts.triangles, facts.size) = (triangles, libm::sqrtf(libm::sqrtf(triangles as f32)));
-            }
+            facts.size = libm::sqrtf(libm::sqrtf(body.tree.mesh().len() as f32));
         }
         core::mem::replace(&mut facts.changed, frame) != frame
     }

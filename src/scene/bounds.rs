@@ -17,47 +17,34 @@ const MARGIN: f64 = 128.0 * f64::EPSILON;
 /// of both by 2 sqrt 3 more; all this is less than 18.
 const UNIT_MARGIN: f64 = FRAME_ROUNDING as f64 + 32.0 * ROUNDING as f64;
 
-/// The boxes that a body is made of: those of the children of its tree's root, which fit more closely than the root's own
-/// when they are turned. Lanes without a child hold the middle of the mesh's box.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Extent<'t> {
-    tree: &'t Tree,
-    /// None of an empty mesh.
-    root: Option<&'t Node>,
+/// A box, along the axes of the scene, around the mesh of a tree at `pose`; empty if the mesh is.
+///
+/// It is that of the boxes below the root, which fit more closely than the root's own when they are turned. Lanes without a
+/// child hold the middle of the mesh's box.
+pub(super) fn at(tree: &Tree, pose: &Pose) -> Aabb {
+    let Some(root) = tree.nodes().first() else { return Aabb::EMPTY };
+    let (unit, local) = (tree.unit().length(), tree.unit().origin);
+    // The axes of the scene in the frame of the boxes.
+    let axes = (*pose.rotation() * root.rotation().as_dmat3()).transpose();
+    let (low, high) = reach(root, [axes.x_axis, axes.y_axis, axes.z_axis]);
+    let origin = pose.transform_point(local);
+    let magnitude = local.abs().max_element() + pose.translation().abs().max_element() + 4.0 * unit;
+    let margin = DVec3::splat(MARGIN * magnitude + UNIT_MARGIN * unit);
+    Aabb { min: origin + low * unit - margin, max: origin + high * unit + margin }
 }
 
-impl<'t> Extent<'t> {
-    pub fn of(tree: &'t Tree) -> Self {
-        Self { tree, root: tree.nodes().first() }
+/// A box around all of the mesh's way from `from` to `to`, if it turns about the middle of its box while that goes straight.
+pub(super) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
+    let ends = at(tree, from).union(&at(tree, to));
+    if tree.nodes().is_empty() || from.rotation() == to.rotation() {
+        return ends;
     }
-
-    /// A box, along the axes of the scene, around the mesh at `pose`; empty if the mesh is.
-    pub fn at(&self, pose: &Pose) -> Aabb {
-        let Some(root) = self.root else { return Aabb::EMPTY };
-        let (unit, local) = (self.tree.unit().length(), self.tree.unit().origin);
-        // The axes of the scene in the frame of the boxes.
-        let axes = (*pose.rotation() * root.rotation().as_dmat3()).transpose();
-        let (low, high) = reach(root, [axes.x_axis, axes.y_axis, axes.z_axis]);
-        let origin = pose.transform_point(local);
-        let magnitude = local.abs().max_element() + pose.translation().abs().max_element() + 4.0 * unit;
-        let margin = DVec3::splat(MARGIN * magnitude + UNIT_MARGIN * unit);
-        Aabb { min: origin + low * unit - margin, max: origin + high * unit + margin }
-    }
-
-    /// A box around all of the mesh's way from `from` to `to`, if it turns about the middle of its box while that goes
-    /// straight.
-    pub fn swept(&self, from: &Pose, to: &Pose) -> Aabb {
-        let ends = self.at(from).union(&self.at(to));
-        if self.root.is_none() || from.rotation() == to.rotation() {
-            return ends;
-        }
-        let bounds = self.tree.mesh().aabb();
-        let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
-        let radius = DVec3::splat(SPHERE * (max - min).length());
-        let way = [from, to].map(|pose| pose.transform_point(min + max));
-        let around = Aabb::from_points(way.into_iter().flat_map(|center| [center - radius, center + radius]));
-        around.union(&ends)
-    }
+    let bounds = tree.mesh().aabb();
+    let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
+    let radius = DVec3::splat(SPHERE * (max - min).length());
+    let way = [from, to].map(|pose| pose.transform_point(min + max));
+    let around = Aabb::from_points(way.into_iter().flat_map(|center| [center - radius, center + radius]));
+    around.union(&ends)
 }
 
 /// Least and largest coordinates of the boxes below a node along three directions of its frame.

@@ -30,7 +30,6 @@ use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use body::{Bodies, Placed, checked_importance, checked_inverse};
-use bounds::Extent;
 use broad::{Broad, News};
 use chain::{Chain, Round};
 use pairs::Pairs;
@@ -335,10 +334,9 @@ impl Scene {
             let (index, news) = self.moved[at];
             let mut goes_on = false;
             if let Some(Placed { body, last, .. }) = bodies.at_mut(index) {
-                let extent = Extent::of(&body.tree);
                 let bounds = match self.reach {
-                    Reach::Here => extent.at(&body.pose),
-                    Reach::Way => extent.swept(last, &body.pose),
+                    Reach::Here => bounds::at(&body.tree, &body.pose),
+                    Reach::Way => bounds::swept(&body.tree, last, &body.pose),
                 };
                 self.broad.place(index, bounds, body.kind == BodyKind::Moving, news);
                 // In the next frame it has come from here.

@@ -109,11 +109,11 @@ impl Scores {
         let error = (recall(&sample.front, sample.follows()) - sample.front.found / sample.hits as f64).abs();
         if sample.last.is_some() {
             self.recalls_after_history.push(error);
-            return;
-        }
-        self.recalls.push(error);
-        if sample.front.found > 0.0 {
-            self.recalls_with_hits.push(error);
+        } else {
+            self.recalls.push(error);
+            if sample.front.found > 0.0 {
+                self.recalls_with_hits.push(error);
+            }
         }
     }
 
