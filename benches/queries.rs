@@ -102,8 +102,8 @@ fn queue(c: &mut Criterion) {
     let variants = [
         ("none", query.order(Order::DepthFirst)),
         ("default grain", query),
-        ("every pair", query.grain(0.0)),
-        ("every pair, overlap volume", query.grain(0.0).order(Order::OverlapVolume)),
+        ("every pair", query.queue_threshold(0.0)),
+        ("every pair, overlap volume", query.queue_threshold(0.0).order(Order::OverlapVolume)),
     ];
     for (name, query) in variants {
         let budget = Budget::work(u64::MAX);

@@ -37,7 +37,7 @@ fn bodies() -> Result<Vec<Body>, PoseError> {
     }
     for i in 0..BODIES {
         let body = Body::moving(Arc::clone(&shapes[i % shapes.len()]), pose(i, 0)?);
-        bodies.push(body.with_importance(if i == 0 { 1.0 } else { 0.0 }));
+        bodies.push(body.importance(if i == 0 { 1.0 } else { 0.0 }));
     }
     Ok(bodies)
 }

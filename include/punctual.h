@@ -319,7 +319,7 @@ enum punctual_body_kind
    */
   PUNCTUAL_BODY_KIND_MOVING = 0,
   /**
-   * Part of the surroundings: two fixed bodies are never looked at. It may be given new poses all the same.
+   * Part of the surroundings: two fixed bodies are never compared. It may be given new poses all the same.
    */
   PUNCTUAL_BODY_KIND_FIXED = 1,
 };
@@ -344,10 +344,10 @@ enum punctual_reach
    */
   PUNCTUAL_REACH_HERE = 0,
   /**
-   * Those around the way of each body since the last frame. Pairs that may have met in between are reported as well, with
-   * what is true of them here.
+   * Swept boxes: each covers a body's motion since the previous frame, at a constant velocity and turn between its two
+   * poses. Pairs that may have met in between are reported as well, with what is true of them here.
    */
-  PUNCTUAL_REACH_WAY = 1,
+  PUNCTUAL_REACH_SWEPT = 1,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -611,10 +611,10 @@ typedef struct punctual_query {
    */
   uint64_t poll_interval;
   /**
-   * Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued: 0 queues every
+   * For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being queued: 0 queues every
    * pair, infinity none. -1 by default: 256, and infinity for MODE_ANY with ORDER_PENETRATION.
    */
-  float grain;
+  float queue_threshold;
   /**
    * The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
    * `punctual_query_estimate`; by default that of the poses for which the model was fitted.
@@ -749,7 +749,7 @@ typedef struct punctual_prediction {
    */
   struct punctual_quantiles work;
   /**
-   * Time in nanoseconds, by the costs that the memory has learned, or else by those of the machine of the authors.
+   * Time in nanoseconds: of an estimate by the costs of its workspace, before a query by those of the machine of the authors.
    */
   struct punctual_quantiles time;
 } punctual_prediction;
@@ -1325,11 +1325,12 @@ punctual_status punctual_query_estimate(const struct punctual_query *query,
                                         struct punctual_estimate *estimate);
 
 /**
- * Begins with these costs; they change with each query under a time budget.
+ * Lets queries in this workspace begin with these costs; they change with each query under a time budget.
  *
  * Fails with BAD_ARGUMENT if one is not finite.
  */
-punctual_status punctual_memory_set_cost_model(struct punctual_memory *memory, struct punctual_cost_model costs);
+punctual_status punctual_workspace_set_cost_model(struct punctual_workspace *workspace,
+                                                  struct punctual_cost_model costs);
 
 /**
  * A moving body that may meet all others. Checked when it is inserted.

@@ -221,9 +221,6 @@ public:
     return detail::filled<punctual_memory_facts>(
         [&](punctual_memory_facts *facts) { return punctual_memory_describe(get(), facts); });
   }
-  [[nodiscard]] punctual_status set_cost_model(const punctual_cost_model &costs) noexcept {
-    return punctual_memory_set_cost_model(get(), costs);
-  }
 };
 
 class Workspace : public detail::Handle<punctual_workspace, punctual_workspace_free> {
@@ -239,6 +236,9 @@ public:
     });
   }
 
+  [[nodiscard]] punctual_status set_cost_model(const punctual_cost_model &costs) noexcept {
+    return punctual_workspace_set_cost_model(get(), costs);
+  }
   [[nodiscard]] punctual_status use_portable_kernels() noexcept {
     return punctual_workspace_use_portable_kernels(get());
   }

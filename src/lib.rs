@@ -23,6 +23,7 @@ pub mod capi;
 mod math;
 mod mesh;
 pub mod model;
+mod names;
 mod query;
 mod scene;
 mod tree;
@@ -31,12 +32,17 @@ mod triangle;
 pub use glam;
 pub use math::{Aabb, Pose, PoseError};
 pub use mesh::{Mesh, MeshError, shapes};
+pub use model::confidence::{DEFAULT_PRIOR, History};
+pub use model::cost::{
+    CostModel, Counts, MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
+};
+pub use model::prediction::Quantiles;
+pub use names::UnknownName;
 #[cfg(feature = "std")]
 pub use query::SystemClock;
 pub use query::{
-    Budget, Certificate, Clock, CostModel, Estimate, LEVELS, MAX_STEP_WORK, ManualClock, Mode, Order, Outcome,
-    PairMemory, Prediction, Query, ResumeError, Stats, StopReason, Verdict, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
-    WORK_PER_TRIANGLE_TEST, Workspace,
+    Budget, Certificate, Clock, Estimate, LEVELS, ManualClock, Mode, Order, Outcome, PairMemory, Prediction, Query,
+    ResumeError, Stats, StopReason, Verdict, Workspace,
 };
 pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};

@@ -18,7 +18,7 @@ fn assert_equal_to_brute_force(a: &Tree, b: &Tree, pose: Pose, workspace: &mut W
         for order in ORDERS {
             let query = Query::new(a, b, pose).mode(mode).order(order);
             for (grain, budget) in [(4096.0, Budget::unlimited()), (4096.0, ENOUGH), (0.0, ENOUGH)] {
-                let (outcome, pairs) = run_to_end(&query.grain(grain), workspace, budget);
+                let (outcome, pairs) = run_to_end(&query.queue_threshold(grain), workspace, budget);
                 assert_complete(mode, &outcome, &pairs, &truth);
             }
         }
@@ -170,7 +170,7 @@ fn no_grain_and_no_poll_interval_changes_the_answer() {
                 for grain in [0.0, 1.0, 100.0, 1e4, f32::INFINITY, f32::NAN] {
                     for poll in [0, 1, u64::MAX] {
                         let query = Query::new(&a, &b, pose).mode(mode).order(order);
-                        let query = query.grain(grain).poll_interval(poll);
+                        let query = query.queue_threshold(grain).poll_interval(poll);
                         let (outcome, pairs) = run_to_end(&query, &mut workspace, ENOUGH);
                         assert_complete(mode, &outcome, &pairs, &truth);
                     }

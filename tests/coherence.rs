@@ -53,7 +53,7 @@ fn at_every_stop_nothing_is_false_lost_or_reported_twice() {
         let mut workspace = Workspace::with_capacity(queue, 65_536);
         let mut memory = PairMemory::new();
         for (frame, truth) in truths.iter().enumerate() {
-            let query = motion.query(frame).grain(grain);
+            let query = motion.query(frame).queue_threshold(grain);
             let places: Vec<Place> =
                 truth.iter().map(|&pair| place(motion.a.mesh(), motion.b.mesh(), &motion.poses[frame], pair)).collect();
             let mut known = memory.clone();

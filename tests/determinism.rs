@@ -65,7 +65,7 @@ fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
     let (again_a, again_b, _) = knot_and_gear();
     for mode in MODES {
         for order in ORDERS {
-            let query = Query::new(&a, &b, pose).mode(mode).order(order).grain(0.0);
+            let query = Query::new(&a, &b, pose).mode(mode).order(order).queue_threshold(0.0);
             let full = run(&query, &mut Workspace::new(), ENOUGH);
             for budget in [Budget::unlimited(), ENOUGH, Budget::work(full.stats.work / 2)] {
                 let first = ask(&query, &mut Workspace::new(), budget);
@@ -82,7 +82,7 @@ fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
                     scope.spawn(rounds);
                 });
                 let rebuilt = Query::new(&again_a, &again_b, pose);
-                let rebuilt = rebuilt.mode(mode).order(order).grain(0.0);
+                let rebuilt = rebuilt.mode(mode).order(order).queue_threshold(0.0);
                 assert_eq!(ask(&rebuilt, &mut Workspace::new(), budget), first);
             }
         }
@@ -94,7 +94,7 @@ fn a_seed_changes_the_order_and_nothing_else() {
     let (a, b, pose) = knot_and_gear();
     let mut workspace = Workspace::new();
     let mut in_order = |seed| {
-        let query = Query::new(&a, &b, pose).mode(Mode::All).grain(0.0);
+        let query = Query::new(&a, &b, pose).mode(Mode::All).queue_threshold(0.0);
         run_to_end(&query.order(Order::Random(seed)), &mut workspace, ENOUGH).1
     };
     let first = in_order(1);
@@ -110,7 +110,7 @@ fn orders_differ_in_order() {
     let (a, b, pose) = knot_and_gear();
     let mut workspace = Workspace::new();
     let in_order = ORDERS.map(|order| {
-        let query = Query::new(&a, &b, pose).mode(Mode::All).grain(0.0);
+        let query = Query::new(&a, &b, pose).mode(Mode::All).queue_threshold(0.0);
         run_to_end(&query.order(order), &mut workspace, ENOUGH).1
     });
     for (i, one) in in_order.iter().enumerate() {

@@ -42,7 +42,12 @@ fn quantiles_are_in_order_and_the_same_each_time() {
         for pose in poses() {
             let query = Query::new(&a, &b, pose).mode(mode);
             let prediction = query.predict(None);
-            for q in [prediction.bv_tests, prediction.triangle_tests, prediction.work, prediction.time_ns] {
+            for q in [
+                prediction.bv_tests,
+                prediction.triangle_tests,
+                prediction.work,
+                prediction.time(&CostModel::default()),
+            ] {
                 assert_ordered(q);
             }
             assert_eq!(prediction, query.predict(None));
@@ -205,27 +210,28 @@ fn what_is_left_shrinks_to_nothing() {
 fn time_budgets_teach_the_costs() {
     let [a, b] = trees();
     let mut workspace = Workspace::new();
-    let mut memory = PairMemory::new();
-    assert_eq!(memory.cost_model(), None);
-    let slow = CostModel::default();
-    let slow = CostModel { bv_test: 10.0 * slow.bv_test, ..slow };
-    memory.set_cost_model(slow);
+    assert_eq!(workspace.cost_model(), CostModel::default());
+    let slow = CostModel::default().scaled(10.0);
+    workspace.set_cost_model(slow);
     // Every look at this clock takes a nanosecond: a machine that is far faster.
     let clock = ManualClock::ticking(Duration::from_nanos(1));
     let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All);
-    let before = query.predict(Some(&memory)).time_ns.p50;
+    let predicted = query.predict(None);
     for _ in 0..10 {
-        let _ = query.run_with(&mut workspace, Some(&mut memory), Budget::time(Duration::from_secs(1)), &clock);
+        let _ = query.run_with(&mut workspace, None, Budget::time(Duration::from_secs(1)), &clock);
     }
-    assert!(memory.cost_model().unwrap().bv_test < 0.5 * slow.bv_test);
-    assert!(query.predict(Some(&memory)).time_ns.p50 < before);
+    let learned = workspace.cost_model();
+    assert!(learned.bv_test < 0.5 * slow.bv_test);
+    assert!(predicted.time(&learned).p50 < predicted.time(&slow).p50);
+    let _ = query.run_with(&mut workspace, None, Budget::unlimited(), &clock);
+    assert_eq!(workspace.cost_model(), learned, "only budgets of time are measured");
 }
 
 /// Generous time: depth-first, no queue. Too little: the queue. Either way the answer is the same.
 #[test]
 fn the_time_budget_decides_whether_pairs_are_queued() {
     let (a, b) = (Tree::new(shapes::icosphere(6)), Tree::new(shapes::torus(1.0, 0.3, 256)));
-    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All).grain(0.0);
+    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All).queue_threshold(0.0);
     let mut workspace = Workspace::new();
     let peaks = [Duration::from_secs(100), Duration::from_nanos(100)].map(|limit| {
         let outcome = query.run_with(&mut workspace, None, Budget::time(limit), &ManualClock::new());
@@ -235,18 +241,16 @@ fn the_time_budget_decides_whether_pairs_are_queued() {
     assert!(peaks[1].0);
 }
 
-/// The costs that a memory was given count from its first query on.
+/// The costs that a workspace was given count from its first query on.
 #[test]
 fn given_costs_decide_whether_the_first_query_is_queued() {
     let (a, b) = (Tree::new(shapes::icosphere(6)), Tree::new(shapes::torus(1.0, 0.3, 256)));
-    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All).grain(0.0);
-    let mut workspace = Workspace::new();
+    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All).queue_threshold(0.0);
     let queued = [1.0, 1e9].map(|factor| {
-        let mut memory = PairMemory::new();
-        let costs = CostModel::default();
-        memory.set_cost_model(CostModel { bv_test: factor * costs.bv_test, ..costs });
+        let mut workspace = Workspace::new();
+        workspace.set_cost_model(CostModel::default().scaled(factor));
         let limit = Budget::time(Duration::from_secs(100));
-        query.run_with(&mut workspace, Some(&mut memory), limit, &ManualClock::new()).stats.queue_peak > 0
+        query.run_with(&mut workspace, None, limit, &ManualClock::new()).stats.queue_peak > 0
     });
     assert_eq!(queued, [false, true]);
 }
@@ -272,7 +276,7 @@ fn random_queries_give_numbers() {
     for _ in 0..300 {
         let pose = pose_about(DVec3::ZERO, 1.5, Drift::None, &mut random);
         for (a, b) in [(&large, &large), (&tiny, &large), (&large, &tiny), (&tiny, &tiny)] {
-            let query = Query::new(a, b, pose).mode(Mode::All).grain(0.0);
+            let query = Query::new(a, b, pose).mode(Mode::All).queue_threshold(0.0);
             assert_ordered(query.predict(None).bv_tests);
             let _ = run(&query, &mut workspace, None, Budget::work(random.below(3000) as u64));
             let estimate = query.estimate(&workspace, None).unwrap();

@@ -50,8 +50,8 @@ struct Model {
 
 impl Model {
     fn may_meet(x: &Body, y: &Body) -> bool {
-        let (a, b) = (x.filter(), y.filter());
-        let moving = x.kind() == BodyKind::Moving || y.kind() == BodyKind::Moving;
+        let (a, b) = (x.filter, y.filter);
+        let moving = x.kind == BodyKind::Moving || y.kind == BodyKind::Moving;
         moving && a.groups & b.mask != 0 && b.groups & a.mask != 0
     }
 
@@ -62,8 +62,8 @@ impl Model {
             for (other, y) in &self.bodies[i + 1..] {
                 let ((a, x), (b, y)) = if id < other { ((id, x), (other, y)) } else { ((other, y), (id, x)) };
                 if Self::may_meet(x, y) {
-                    let b_in_a = x.pose().inverse().unwrap().compose(y.pose()).unwrap();
-                    let query = Query::new(x.tree(), y.tree(), b_in_a).mode(Mode::All);
+                    let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
+                    let query = Query::new(&x.tree, &y.tree, b_in_a).mode(Mode::All);
                     let found = check::run(&query, workspace, Budget::unlimited()).found;
                     if found > 0 {
                         pairs.push((a.index(), b.index(), found));
@@ -79,22 +79,22 @@ impl Model {
 /// One random change of the scene and its model.
 fn change(scene: &mut Scene, model: &mut Model, trees: &[Arc<Tree>], random: &mut Random) {
     let tree = Arc::clone(&trees[random.below(trees.len())]);
-    let filter = Filter { groups: 1 << random.below(3), mask: (random.bits() as u32) | 1 };
+    let filter = Filter::new(1 << random.below(3), (random.bits() as u32) | 1);
     if model.bodies.is_empty() || (model.bodies.len() < 40 && random.below(6) == 0) {
         let place = pose(2.5, random);
         let body = if random.below(4) == 0 { Body::fixed(tree, place) } else { Body::moving(tree, place) };
-        let body = if random.below(2) == 0 { body.with_filter(filter) } else { body };
+        let body = if random.below(2) == 0 { body.filter(filter) } else { body };
         let id = scene.insert(body.clone()).unwrap();
         assert!(!model.removed.contains(&id), "{id} was in use before");
         return model.bodies.push((id, body));
     }
     let at = random.below(model.bodies.len());
     let (id, body) = model.bodies[at].clone();
-    let rebuilt = |body: &Body, tree: Arc<Tree>, pose: Pose, filter: Filter| match body.kind() {
-        BodyKind::Fixed => Body::fixed(tree, pose).with_filter(filter),
-        BodyKind::Moving => Body::moving(tree, pose).with_filter(filter),
+    let rebuilt = |body: &Body, tree: Arc<Tree>, pose: Pose, filter: Filter| match body.kind {
+        BodyKind::Fixed => Body::fixed(tree, pose).filter(filter),
+        BodyKind::Moving => Body::moving(tree, pose).filter(filter),
     };
-    let (own_tree, own_pose, own_filter) = (Arc::clone(body.tree()), *body.pose(), body.filter());
+    let (own_tree, own_pose, own_filter) = (Arc::clone(&body.tree), body.pose, body.filter);
     match random.below(12) {
         0 => {
             scene.remove(id).unwrap();
@@ -190,7 +190,7 @@ fn assert_certificates(scene: &Scene, truth: &[(usize, usize, u64)]) {
 fn without_a_budget_it_equals_all_pairs() {
     run_against_model(Mode::Any, Reach::Here, 1, |_| Budget::unlimited());
     run_against_model(Mode::All, Reach::Here, 2, |_| Budget::unlimited());
-    run_against_model(Mode::Any, Reach::Way, 3, |_| Budget::unlimited());
+    run_against_model(Mode::Any, Reach::Swept, 3, |_| Budget::unlimited());
 }
 
 #[test]
@@ -201,7 +201,7 @@ fn within_budgets_nothing_that_it_says_is_false() {
     };
     run_against_model(Mode::Any, Reach::Here, 4, any);
     run_against_model(Mode::All, Reach::Here, 5, any);
-    run_against_model(Mode::Any, Reach::Way, 6, any);
+    run_against_model(Mode::Any, Reach::Swept, 6, any);
 }
 
 /// Spheres in a row, each overlapping its neighbours' boxes, turning and swinging.
@@ -329,7 +329,7 @@ fn a_deadline_ends_the_frame() {
 fn a_body_that_passes_through_between_two_frames_is_reported_on_its_way() {
     let ball = Arc::new(Tree::new(shapes::icosphere(1)));
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::new(x, 0.0, 0.0)).unwrap();
-    for (reach, expected) in [(Reach::Here, 0), (Reach::Way, 1)] {
+    for (reach, expected) in [(Reach::Here, 0), (Reach::Swept, 1)] {
         let mut scene = Scene::new().reach(reach);
         scene.insert(Body::fixed(Arc::clone(&ball), at(0.0))).unwrap();
         let bullet = scene.insert(Body::moving(Arc::clone(&ball), at(-10.0))).unwrap();
@@ -354,7 +354,7 @@ fn what_is_refused_names_the_body_and_changes_nothing() {
     let importance = scene.set_importance(id, f32::NAN).unwrap_err();
     assert_eq!(importance, SceneError::ImportanceNotANumber { body: id });
     assert!(scene.insert(Body::moving(ball, sheared)).is_err());
-    assert_eq!((scene.len(), *scene.body(id).unwrap().pose()), (1, Pose::IDENTITY));
+    assert_eq!((scene.len(), scene.body(id).unwrap().pose), (1, Pose::IDENTITY));
     scene.remove(id).unwrap();
     assert_eq!(scene.remove(id).unwrap_err(), SceneError::NoSuchBody { body: id });
     assert!(detect(&mut scene, Budget::unlimited()).pairs.is_empty());

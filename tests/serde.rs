@@ -38,8 +38,8 @@ fn options_and_budgets() {
     }
     MODES.iter().for_each(again);
     ORDERS.iter().for_each(again);
-    [Reach::Here, Reach::Way].iter().for_each(again);
-    again(&Filter { groups: 5, mask: u32::MAX });
+    [Reach::Here, Reach::Swept].iter().for_each(again);
+    again(&Filter::new(5, u32::MAX));
     let time = Budget::time(Duration::from_nanos(200_001));
     [time, Budget::work(u64::MAX), Budget::unlimited()].iter().for_each(again);
     // What is left out is the default; what does not exist is an error.
@@ -73,7 +73,7 @@ fn outcomes_certificates_and_the_model() {
     let clock = ManualClock::ticking(Duration::from_nanos(1001));
     for mode in MODES {
         for budget in [Budget::work(0), Budget::work(3_000), Budget::time(Duration::from_micros(50)), ENOUGH] {
-            let query = Query::new(&a, &b, Pose::IDENTITY).mode(mode).grain(0.0);
+            let query = Query::new(&a, &b, Pose::IDENTITY).mode(mode).queue_threshold(0.0);
             let outcome = query.run_with(&mut workspace, None, budget, &clock);
             again(&outcome);
             let certificate = query.certificate(&workspace).unwrap();
@@ -89,7 +89,7 @@ fn outcomes_certificates_and_the_model() {
     assert_eq!(stats, a.stats());
     a.root().unwrap().profile().iter().for_each(again);
     again(&Counts { bv_tests: 0.1, triangle_tests: 1e300, box_updates: 0.0 });
-    again(&CostModel { bv_test: 0.3, triangle_test: 13.6, box_update: 46.0, setup: 1.0 / 3.0 });
+    again(&CostModel::new([0.3, 13.6, 46.0, 1.0 / 3.0]));
 }
 
 #[test]
@@ -164,4 +164,17 @@ fn a_memory_that_somebody_made_up_changes_no_verdict() {
     }
     let too_many = json!({ "witnesses": vec![[0, 0]; 17] });
     assert!(from_str::<PairMemory>(&too_many.to_string()).is_err());
+}
+
+/// What was written by hand is checked as what was computed is.
+#[test]
+fn a_memory_with_an_impossible_rate_of_changes_is_refused() {
+    let text = to_string(&PairMemory::new()).unwrap();
+    let with = |rate: &str| text.replace("\"change_rate\":null", &format!("\"change_rate\":{rate}"));
+    assert_ne!(with("0.5"), text);
+    assert_eq!(from_str::<PairMemory>(&with("0.5")).unwrap().change_rate(), 0.5);
+    for bad in ["-0.1", "1.5", "1e300"] {
+        let error = from_str::<PairMemory>(&with(bad)).unwrap_err().to_string();
+        assert!(error.contains("change_rate"), "{error}");
+    }
 }

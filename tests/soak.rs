@@ -43,7 +43,7 @@ fn cases<'t>(trees: &'t [Tree], random: &mut Random) -> Vec<Case<'t>> {
         let query = Query::new(&trees[chosen[0]], &trees[chosen[1]], pose)
             .mode(MODES[random.below(2)])
             .order(ORDERS[random.below(ORDERS.len())])
-            .grain([0.0, 100.0, 4096.0][random.below(3)]);
+            .queue_threshold([0.0, 100.0, 4096.0][random.below(3)]);
         // A third is cut short, so that the next query finds its rest in the workspace.
         let budget = [ENOUGH, Budget::unlimited(), Budget::work(random.below(3000) as u64)][random.below(3)];
         let mut fresh = workspace();

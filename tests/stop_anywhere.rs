@@ -40,7 +40,7 @@ impl Case {
             for order in ORDERS {
                 let query = self.query(mode, order);
                 visit(&query, mode);
-                visit(&query.grain(0.0), mode);
+                visit(&query.queue_threshold(0.0), mode);
             }
         }
     }
@@ -325,4 +325,38 @@ fn only_a_stopped_run_of_the_same_query_resumes() {
         assert!(!resumed(stranger, &mut workspace));
         assert!(resumed(&query, &mut workspace), "the stopped run is intact");
     }
+}
+
+/// A pose that cancels leaves small coordinates with the rounding of large ones: the boxes of a certificate allow for it.
+#[test]
+fn certificate_boxes_hold_what_a_pose_brings_back_from_afar() {
+    let mut workspace = Workspace::new();
+    let mut points = 0;
+    for distance in [1e8, 1e11, 1e13] {
+        let away = DVec3::new(distance, -0.7 * distance, 0.4 * distance);
+        let knot = shapes::torus_knot(2, 3, 0.3, 12);
+        let far = (0..knot.vertex_count()).map(|i| (knot.vertex(i) + away).to_array());
+        let far = Mesh::from_f64(far, knot.triangles().iter().copied()).unwrap();
+        // Turned, so that each coordinate is a sum of large ones.
+        let turn = DMat3::from_rotation_z(0.8) * DMat3::from_rotation_x(-0.5);
+        let back = Pose::new(turn, DVec3::new(0.2, 0.1, 0.0) - turn * away).unwrap();
+        let case = Case::new("brought back", knot, far, back);
+        let places: Vec<Place> =
+            case.truth.iter().map(|&pair| place(case.a.mesh(), case.b.mesh(), &case.pose, pair)).collect();
+        assert!(!case.truth.is_empty());
+        let query = case.query(Mode::All, Order::default()).queue_threshold(0.0);
+        let full = run(&query, &mut workspace, ENOUGH);
+        for budget in budgets(full.stats.work, 200) {
+            let outcome = run(&query, &mut workspace, Budget::work(budget));
+            let certificate = query.certificate(&workspace).unwrap();
+            assert_certificate(&certificate, &outcome, case.truth.len());
+            let (found, boxes) = (sorted(workspace.pairs()), certificate.boxes().collect::<Vec<_>>());
+            for (pair, place) in case.truth.iter().zip(&places) {
+                let covered = found.binary_search(pair).is_ok() || boxes.iter().any(|open| place.is_in(open));
+                assert!(covered, "{distance:e}: {pair:?} is in no box, budget {budget}");
+                points += 1;
+            }
+        }
+    }
+    assert!(points > 10_000);
 }

@@ -63,7 +63,7 @@ fn answers(tree: &Tree, other: &Tree, pose: Pose) -> Vec<impl PartialEq + std::f
     for mode in MODES {
         for order in ORDERS {
             for budget in [ENOUGH, punctual::Budget::work(3_000)] {
-                let query = Query::new(tree, other, pose).mode(mode).order(order).grain(0.0);
+                let query = Query::new(tree, other, pose).mode(mode).order(order).queue_threshold(0.0);
                 let outcome = run(&query, &mut workspace, budget);
                 let open: Vec<_> = query.certificate(&workspace).iter().flat_map(Certificate::boxes).collect();
                 all.push((outcome, workspace.pairs().to_vec(), open));

@@ -84,7 +84,7 @@ fn engine() -> Result<(), Box<dyn Error>> {
     let mut ids = Vec::new();
     for i in 0..60 {
         let body = Body::moving(Arc::clone(&trees[i % trees.len()]), pose_of(i, 0)?);
-        ids.push(scene.insert(body.with_importance(if i == 0 { 1.0 } else { 0.0 }))?);
+        ids.push(scene.insert(body.importance(if i == 0 { 1.0 } else { 0.0 }))?);
     }
     let (mut pairs, mut decided, mut intersecting, mut oldest, mut work) = (0, 0, 0, 0, 0);
     for frame in 0..60 {

@@ -37,8 +37,8 @@ impl Arms {
             for number in 0..LINKS {
                 let tree = [&joint, &link][number % 2];
                 let tree = if number + 1 == LINKS { &hand } else { tree };
-                let filter = Filter { groups: side, mask: !side };
-                links.push(scene.insert(Body::moving(Arc::clone(tree), Pose::IDENTITY).with_filter(filter))?);
+                let filter = Filter::new(side, !side);
+                links.push(scene.insert(Body::moving(Arc::clone(tree), Pose::IDENTITY).filter(filter))?);
             }
         }
         let of_side = |side: usize| std::array::from_fn(|number| links[side * LINKS + number]);

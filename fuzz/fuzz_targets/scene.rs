@@ -56,7 +56,7 @@ impl Model {
         if self.bodies.is_empty() || (self.bodies.len() < 8 && bytes.ratio(1, 3)?) {
             let (place, fixed) = (pose(bytes)?, bytes.ratio(1, 4)?);
             let body = if fixed { Body::fixed(tree, place) } else { Body::moving(tree, place) };
-            let body = if bytes.arbitrary()? { body.with_filter(filter(bytes)?) } else { body };
+            let body = if bytes.arbitrary()? { body.filter(filter(bytes)?) } else { body };
             if let Ok(id) = self.scene.insert(body.clone()) {
                 assert!(!self.removed.contains(&id), "{id} was in use before");
                 self.bodies.push((id, body));
@@ -163,7 +163,7 @@ impl Model {
 fuzz_target!(|bytes: &[u8]| {
     let mut bytes = Unstructured::new(bytes);
     let mode = if bytes.arbitrary().unwrap_or_default() { Mode::Any } else { Mode::All };
-    let reach = if bytes.arbitrary().unwrap_or_default() { Reach::Here } else { Reach::Way };
+    let reach = if bytes.arbitrary().unwrap_or_default() { Reach::Here } else { Reach::Swept };
     let scene = Scene::new().mode(mode).reach(reach);
     let _ = Model { scene, mode, bodies: Vec::new(), removed: Vec::new() }.play(&mut bytes);
 });

@@ -35,7 +35,7 @@ impl From<punctual_body_id> for BodyId {
 pub enum punctual_body_kind {
     /// Meets moving and fixed bodies.
     Moving = 0,
-    /// Part of the surroundings: two fixed bodies are never looked at. It may be given new poses all the same.
+    /// Part of the surroundings: two fixed bodies are never compared. It may be given new poses all the same.
     Fixed = 1,
 }
 
@@ -67,20 +67,19 @@ impl punctual_body<'_> {
             x if x == punctual_body_kind::Fixed as u32 => Body::fixed(tree, pose),
             unknown => return Err(Fault::Value("body->kind", unknown)),
         };
-        let filter = Filter { groups: self.groups, mask: self.mask };
-        Ok(body.with_filter(filter).with_importance(self.importance))
+        Ok(body.filter(Filter::new(self.groups, self.mask)).importance(self.importance))
     }
 }
 
 /// Without the tree, which is the scene's.
 impl From<&Body> for punctual_body<'_> {
     fn from(body: &Body) -> Self {
-        let kind = match body.kind() {
+        let kind = match body.kind {
             BodyKind::Moving => punctual_body_kind::Moving,
             BodyKind::Fixed => punctual_body_kind::Fixed,
         };
-        let Filter { groups, mask } = body.filter();
-        Self { tree: None, pose: body.pose().into(), kind: kind as u32, groups, mask, importance: body.importance() }
+        let Filter { groups, mask } = body.filter;
+        Self { tree: None, pose: (&body.pose).into(), kind: kind as u32, groups, mask, importance: body.importance }
     }
 }
 

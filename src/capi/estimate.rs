@@ -37,17 +37,17 @@ pub struct punctual_prediction {
     pub triangle_tests: punctual_quantiles,
     /// Units of work.
     pub work: punctual_quantiles,
-    /// Time in nanoseconds, by the costs that the memory has learned, or else by those of the machine of the authors.
+    /// Time in nanoseconds: of an estimate by the costs of its workspace, before a query by those of the machine of the authors.
     pub time: punctual_quantiles,
 }
 
-impl From<Prediction> for punctual_prediction {
-    fn from(prediction: Prediction) -> Self {
+impl punctual_prediction {
+    fn new(prediction: Prediction, costs: &CostModel) -> Self {
         Self {
             bv_tests: prediction.bv_tests.into(),
             triangle_tests: prediction.triangle_tests.into(),
             work: prediction.work.into(),
-            time: prediction.time_ns.into(),
+            time: prediction.time(costs).into(),
         }
     }
 }
@@ -92,7 +92,9 @@ pub extern "C" fn punctual_query_predict(
 ) -> punctual_status {
     door("punctual_query_predict", || {
         let query = given(query, "query")?.check()?;
-        given(prediction, "prediction")?.write(query.predict(known(memory)?).into());
+        let predicted = query.predict(known(memory)?);
+        let costs = CostModel::default();
+        given(prediction, "prediction")?.write(punctual_prediction::new(predicted, &costs));
         Ok(())
     })
 }
@@ -111,28 +113,29 @@ pub extern "C" fn punctual_query_estimate(
     door("punctual_query_estimate", || {
         let query = given(query, "query")?.check()?;
         let estimate = given(estimate, "estimate")?;
-        let said = query.estimate(given(workspace, "workspace")?.0.get("workspace")?, known(memory)?)?;
-        let (remaining, probability, recall) = (said.remaining.into(), said.probability, said.recall);
-        estimate.write(punctual_estimate { remaining, probability, recall });
+        let workspace = given(workspace, "workspace")?.0.get("workspace")?;
+        let said = query.estimate(workspace, known(memory)?)?;
+        let remaining = punctual_prediction::new(said.remaining, &workspace.cost_model());
+        estimate.write(punctual_estimate { remaining, probability: said.probability, recall: said.recall });
         Ok(())
     })
 }
 
-/// Begins with these costs; they change with each query under a time budget.
+/// Lets queries in this workspace begin with these costs; they change with each query under a time budget.
 ///
 /// Fails with BAD_ARGUMENT if one is not finite.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_memory_set_cost_model(
-    memory: Option<&mut punctual_memory>,
+pub extern "C" fn punctual_workspace_set_cost_model(
+    workspace: Option<&mut punctual_workspace>,
     costs: punctual_cost_model,
 ) -> punctual_status {
-    door("punctual_memory_set_cost_model", || {
+    door("punctual_workspace_set_cost_model", || {
         let punctual_cost_model { bv_test, triangle_test, box_update, setup } = costs;
         if let Some(&bad) = [bv_test, triangle_test, box_update, setup].iter().find(|cost| !cost.is_finite()) {
             return Err(Fault::Number("a cost", bad));
         }
-        given(memory, "memory")?.0.change("memory", |memory| {
-            memory.set_cost_model(CostModel { bv_test, triangle_test, box_update, setup });
+        given(workspace, "workspace")?.0.change("workspace", |workspace| {
+            workspace.set_cost_model(CostModel::new([bv_test, triangle_test, box_update, setup]));
             Ok(())
         })
     })

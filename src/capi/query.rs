@@ -8,9 +8,9 @@ use super::status::{Fault, door, given, punctual_status};
 use super::tree::punctual_tree;
 use super::workspace::{punctual_triangle_pair, punctual_workspace};
 use crate::model::confidence::DEFAULT_PRIOR;
+use crate::model::cost::MAX_STEP_WORK;
 use crate::query::{
-    Budget, Clock, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, SystemClock,
-    Verdict, Workspace,
+    Budget, Clock, LEVELS, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, SystemClock, Verdict, Workspace,
 };
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
@@ -133,9 +133,9 @@ pub struct punctual_query<'t> {
     pub pair_limit: usize,
     /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
     pub poll_interval: u64,
-    /// Node pairs of which fewer BV tests than this are expected are finished at once instead of being queued: 0 queues every
+    /// For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being queued: 0 queues every
     /// pair, infinity none. -1 by default: 256, and infinity for MODE_ANY with ORDER_PENETRATION.
-    pub grain: f32,
+    pub queue_threshold: f32,
     /// The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
     /// `punctual_query_estimate`; by default that of the poses for which the model was fitted.
     pub prior: f64,
@@ -223,7 +223,7 @@ pub extern "C" fn punctual_query_new<'t>(
         seed: 0,
         pair_limit: usize::MAX,
         poll_interval: MAX_STEP_WORK,
-        grain: -1.0,
+        queue_threshold: -1.0,
         prior: DEFAULT_PRIOR,
     }
 }
@@ -352,14 +352,14 @@ impl punctual_query<'_> {
             x if x == punctual_order::Random as u32 => Order::Random(self.seed),
             unknown => return Err(Fault::Value("query->order", unknown)),
         };
-        if self.grain.is_nan() {
-            return Err(Fault::Number("query->grain", f64::NAN));
+        if self.queue_threshold.is_nan() {
+            return Err(Fault::Number("query->queue_threshold", f64::NAN));
         }
         if self.prior.is_nan() {
             return Err(Fault::Number("query->prior", self.prior));
         }
         let query = Query::new(a, b, self.b_in_a.check()?).mode(check_mode(self.mode, "query->mode")?).order(order);
-        let query = if self.grain < 0.0 { query } else { query.grain(self.grain) };
+        let query = if self.queue_threshold < 0.0 { query } else { query.queue_threshold(self.queue_threshold) };
         Ok(query.pair_limit(self.pair_limit).poll_interval(self.poll_interval).prior(self.prior))
     }
 }

@@ -33,9 +33,9 @@ const MAX_THREADS: usize = 1024;
 pub enum punctual_reach {
     /// Those around the bodies where they are: pairs that are not reported do not meet.
     Here = 0,
-    /// Those around the way of each body since the last frame. Pairs that may have met in between are reported as well, with
-    /// what is true of them here.
-    Way = 1,
+    /// Swept boxes: each covers a body's motion since the previous frame, at a constant velocity and turn between its two
+    /// poses. Pairs that may have met in between are reported as well, with what is true of them here.
+    Swept = 1,
 }
 
 /// What is known about two bodies whose boxes overlap.
@@ -146,7 +146,7 @@ pub extern "C" fn punctual_scene_new(
     door("punctual_scene_new", || {
         let reach = match reach {
             x if x == punctual_reach::Here as u32 => Reach::Here,
-            x if x == punctual_reach::Way as u32 => Reach::Way,
+            x if x == punctual_reach::Swept as u32 => Reach::Swept,
             unknown => return Err(Fault::Value("reach", unknown)),
         };
         let mode = check_mode(mode, "mode")?;
@@ -222,7 +222,7 @@ pub extern "C" fn punctual_scene_tree(
 ) -> punctual_status {
     door("punctual_scene_tree", || {
         let body = punctual_scene::get(scene)?.body(id.into())?;
-        put(tree, || Ok(punctual_tree::new(Arc::clone(body.tree()))))
+        put(tree, || Ok(punctual_tree::new(Arc::clone(&body.tree))))
     })
 }
 

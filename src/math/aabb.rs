@@ -7,6 +7,7 @@ use glam::DVec3;
 /// Unit and frame are those of the points it was made from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Aabb {
     /// Smallest coordinate per axis.
     pub min: DVec3,
@@ -18,6 +19,11 @@ impl Aabb {
     /// The box of no points: neutral in [`union`](Self::union), meets nothing.
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
+    /// The box between two corners; empty if `min` exceeds `max` along an axis.
+    pub const fn new(min: DVec3, max: DVec3) -> Self {
+        Self { min, max }
+    }
+
     /// The smallest box around all points, which must not be NaN; [`EMPTY`](Self::EMPTY) without points.
     pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, |aabb, point| Self { min: aabb.min.min(point), max: aabb.max.max(point) })
@@ -28,6 +34,13 @@ impl Aabb {
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// The points that lie in both boxes.
+    #[inline]
+    #[must_use]
+    pub fn intersection(&self, other: &Self) -> Self {
+        Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
     /// The middle of the box, rounded; NaN when the box is empty.

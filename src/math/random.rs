@@ -9,7 +9,7 @@ impl Random {
     const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
     /// Begins the sequence of `seed`; nearby seeds give unrelated sequences.
-    pub fn new(seed: u64) -> Self {
+    pub const fn new(seed: u64) -> Self {
         Self(seed)
     }
 

@@ -73,7 +73,3 @@ pub(super) const RECALL: [f64; 9] = [0.24755, -0.59158, 0.27036, -0.073537, 0.48
 /// The same where what met in the frame before was looked at first.
 #[rustfmt::skip]
 pub(super) const RECALL_AFTER_HISTORY: [f64; 9] = [-4.9042, -0.14509, 0.44798, -0.12549, 0.81051, -0.37966, -2.0546, 0.057895, -0.29135];
-
-/// Cost of a BV test, a triangle test, an opened node pair and a query, by `CostModel::measure`.
-#[rustfmt::skip]
-pub(super) const NANOSECONDS: [f64; 4] = [0.47731, 17.101, 14.043, 61.048];

@@ -1,6 +1,48 @@
-//! The cost function: what counts cost in time.
+//! What things cost: in units of work, which are the same everywhere, and in time, which is the machine's.
+//!
+//! Everything that the library assumes about cost stands here. The weights of work were fitted so that work is proportional
+//! to time within about 20 % (`docs/performance.md`); a default [`CostModel`] is those weights at [`TYPICAL_UNIT`].
 
-use super::constants::NANOSECONDS;
+use core::time::Duration;
+
+/// Work of opening one node pair, besides its BV tests.
+///
+/// One unit of work is the time that one more BV test adds to an opened pair, about 0.36 ns. The weights are part of what a
+/// budget of work means.
+pub const WORK_PER_EXPANSION: u64 = 84;
+
+/// Work of one triangle test in the fast filter.
+pub const WORK_PER_TRIANGLE_TEST: u64 = 44;
+
+/// Work of one exact triangle test, on average.
+pub const WORK_PER_EXACT_TEST: u64 = 200;
+
+/// The most work that is done between two looks at the budget: a batch of eight triangle tests.
+pub const MAX_STEP_WORK: u64 = 8 * WORK_PER_TRIANGLE_TEST;
+
+const _: () = assert!(MAX_STEP_WORK >= WORK_PER_EXPANSION + 65 && MAX_STEP_WORK >= WORK_PER_EXACT_TEST);
+
+/// Work that counts for setting up the query of a pair in a scene, about what it takes.
+pub(crate) const WORK_PER_QUERY: u64 = 250;
+
+/// Work that counts for testing the last witness of a pair in a scene, set-up included.
+pub(crate) const WORK_PER_WITNESS: u64 = 120;
+
+/// The least that is of use to a pair in a scene: a query and one step.
+pub(crate) const LEAST_WORK: u64 = WORK_PER_QUERY + MAX_STEP_WORK;
+
+/// Work that takes as long as planning another round of a scene's frame, for each pair.
+pub(crate) const WORK_PER_PLANNED_PAIR: u64 = 15;
+
+/// Nanoseconds of a unit of work, the median over 8,373 queries (`docs/performance.md`).
+pub(crate) const TYPICAL_UNIT: f64 = 0.36;
+
+/// Upper bound on the time of a unit of work, as far as a machine allows one: eight times what is usual. With 1 ns, large
+/// trees out of cache were 5 us late in one call of a hundred.
+pub(crate) const SLOWEST_UNIT: Duration = Duration::from_nanos(3);
+
+/// Nanoseconds of setting up a query, as measured by [`CostModel::measure`].
+const TYPICAL_SETUP: f64 = 61.0;
 
 /// What a query does, in numbers; expected values may be fractions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -10,7 +52,7 @@ pub struct Counts {
     pub bv_tests: f64,
     /// `N_p`, triangle pairs tested.
     pub triangle_tests: f64,
-    /// `N_u`, boxes brought up to date.
+    /// `N_u`, boxes brought up to date: in a rigid query the frames of an opened node pair, so node pairs opened.
     pub box_updates: f64,
 }
 
@@ -24,11 +66,19 @@ impl Counts {
             box_updates: self.box_updates - before.box_updates,
         }
     }
+
+    /// The same in units of work, exact tests aside.
+    pub fn work(&self) -> f64 {
+        self.bv_tests
+            + self.triangle_tests * WORK_PER_TRIANGLE_TEST as f64
+            + self.box_updates * WORK_PER_EXPANSION as f64
+    }
 }
 
-/// `T = N_v C_v + N_p C_p + N_u C_u + C_i`; all costs in one unit of time, the caller's.
+/// `T = N_v C_v + N_p C_p + N_u C_u + C_i`, the paper's cost function; all costs in one unit of time, the caller's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct CostModel {
     /// `C_v`, one box overlap test.
     pub bv_test: f64,
@@ -41,14 +91,20 @@ pub struct CostModel {
 }
 
 impl Default for CostModel {
-    /// As measured where the other constants of the model were fitted, in nanoseconds.
+    /// In nanoseconds, as measured on one machine: the weights of work at 0.36 ns a unit, and 61 ns to set up a query.
     fn default() -> Self {
-        let [bv_test, triangle_test, box_update, setup] = NANOSECONDS;
-        Self { bv_test, triangle_test, box_update, setup }
+        Self::new([1.0, WORK_PER_TRIANGLE_TEST as f64, WORK_PER_EXPANSION as f64, TYPICAL_SETUP / TYPICAL_UNIT])
+            .scaled(TYPICAL_UNIT)
     }
 }
 
 impl CostModel {
+    /// From `C_v`, `C_p`, `C_u`, `C_i`.
+    #[must_use]
+    pub const fn new([bv_test, triangle_test, box_update, setup]: [f64; 4]) -> Self {
+        Self { bv_test, triangle_test, box_update, setup }
+    }
+
     /// The time of a query that does this.
     pub fn time(&self, counts: &Counts) -> f64 {
         counts.bv_tests * self.bv_test
@@ -57,21 +113,18 @@ impl CostModel {
             + self.setup
     }
 
+    /// All costs times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self::new([self.bv_test, self.triangle_test, self.box_update, self.setup].map(|cost| cost * factor))
+    }
+
     /// The costs after a query that did this and took so long: all of them are moved by a part of the ratio between that and
     /// what was expected. A ratio beyond 4 counts as 4, since a machine is also busy with other things.
     #[must_use]
     pub fn learned(&self, counts: &Counts, time: f64) -> Self {
         let ratio = (time / self.time(counts)).clamp(0.25, 4.0);
-        if ratio.is_nan() {
-            return *self;
-        }
-        let factor = libm::pow(ratio, 0.125);
-        Self {
-            bv_test: self.bv_test * factor,
-            triangle_test: self.triangle_test * factor,
-            box_update: self.box_update * factor,
-            setup: self.setup * factor,
-        }
+        if ratio.is_nan() { *self } else { self.scaled(libm::pow(ratio, 0.125)) }
     }
 }
 
@@ -81,9 +134,16 @@ mod tests {
 
     #[test]
     fn every_count_has_its_own_cost() {
-        let costs = CostModel { bv_test: 2.0, triangle_test: 30.0, box_update: 500.0, setup: 7000.0 };
+        let costs = CostModel::new([2.0, 30.0, 500.0, 7000.0]);
         let counts = Counts { bv_tests: 1.5, triangle_tests: 2.0, box_updates: 3.0 };
         assert_eq!(costs.time(&Counts::default()), 7000.0);
         assert_eq!(costs.time(&counts), 3.0 + 60.0 + 1500.0 + 7000.0);
+    }
+
+    #[test]
+    fn the_default_costs_are_the_weights_of_work() {
+        let counts = Counts { bv_tests: 1000.0, triangle_tests: 20.0, box_updates: 30.0 };
+        let time = CostModel::default().time(&counts);
+        assert!((time - TYPICAL_UNIT * counts.work() - TYPICAL_SETUP).abs() < 1e-9 * time);
     }
 }

@@ -11,8 +11,8 @@ pub struct FrontSummary {
     pub triangle_tests: f64,
     /// Intersecting pairs that it has found.
     pub found: f64,
-    /// BV tests made on trial, which the query has still to make.
-    pub looked: f64,
+    /// BV tests made by the probe, which the query has still to make.
+    pub probed: f64,
     /// Triangle pairs that wait, those met on trial included.
     pub triangle_pairs: f64,
     /// Open node pairs.
@@ -38,7 +38,7 @@ impl FrontSummary {
 
     /// Whether nothing is left to do.
     pub fn is_done(&self) -> bool {
-        self.looked + self.triangle_pairs + self.node_pairs == 0.0
+        self.probed + self.triangle_pairs + self.node_pairs == 0.0
     }
 }
 

@@ -43,7 +43,7 @@ impl Quantiles {
 /// BV tests expected in the rest of a query that finds all intersections: those seen on trial, and what the pair costs stand
 /// for. At least 1.
 pub fn expected(front: &FrontSummary) -> f64 {
-    (front.looked + front.cost).max(1.0)
+    (front.probed + front.cost).max(1.0)
 }
 
 /// The share of [`expected`] that has not been seen on trial.
@@ -73,7 +73,7 @@ pub fn all_left(front: &FrontSummary, previous: Option<f64>) -> Quantiles {
 
 fn all_by_front(front: &FrontSummary) -> Quantiles {
     let x = features_of_all(front);
-    Quantiles::ordered(ALL_LEFT.map(|w| exp2(dot(&w, &x))), front.looked)
+    Quantiles::ordered(ALL_LEFT.map(|w| exp2(dot(&w, &x))), front.probed)
 }
 
 /// The 90 % quantile of a whole query, from the [`super::front::pair_cost`] of its roots at the deepest, without a look at

@@ -1,16 +1,16 @@
 //! The box tests: eight boxes at a time, on the six face axes.
 //!
-//! A box with centre `c` and half extents `h` lies, seen from a frame of the other side ([`View`]), within
+//! A box with centre `c` and half extents `h` lies, seen from the orientation of a node of the other side ([`View`]), within
 //! `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and
 //! a box kept in vain only costs time. The nine edge axes would cost more than they save. All is in A's units.
 
-use super::frames::{Frames, View};
+use super::views::{View, Views};
 use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis};
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::batch::Rows;
 use wide::f32x4;
 
-/// Eight boxes by centre and half extents, in their node's frame.
+/// Eight boxes by centre and half extents, along the axes of their node.
 #[derive(Clone, Copy)]
 struct Boxes<L: Lanes> {
     center: V8<L>,
@@ -36,7 +36,7 @@ impl<L: Lanes> Boxes<L> {
         }
     }
 
-    /// The boxes around these in the frame of the other side.
+    /// The boxes around these along the axes of the other side.
     #[inline(always)]
     fn seen(&self, lanes: L, view: &View) -> Slabs<L> {
         let m = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
@@ -97,16 +97,16 @@ fn ends(center: f32x4, half: f32x4) -> ([f32; 3], [f32; 3]) {
     (xyz(center - half), xyz(center + half))
 }
 
-/// Whether the boxes of two nodes may meet. A child passes the test in its parent's frame first; this one is in its own.
+/// Whether the boxes of two nodes may meet. A child first passes the test along its parent's axes; this one is along its own.
 #[inline(always)]
-pub(super) fn own(a: &Node, b: &Node, frames: &Frames, scale: f32) -> bool {
+pub(super) fn own(a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
     let scale = f32x4::splat(scale);
     let a = (a.own_center, a.own_half);
     let b = (b.own_center * scale, b.own_half * scale);
-    !apart(b, a, &frames.of_b) && !apart(a, b, &frames.of_a)
+    !apart(b, a, &views.of_b) && !apart(a, b, &views.of_a)
 }
 
-/// Whether a box, from the frame of another, is apart from that; both by centre and half extents.
+/// Whether a box, seen from another, is apart from it; both by centre and half extents.
 #[inline(always)]
 fn apart(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> bool {
     let distance = view.point(seen.0) - other.0;
@@ -123,11 +123,11 @@ pub(super) fn both<L: Lanes>(
     lanes: L,
     [a, b]: [&Node; 2],
     [alive_a, alive_b]: [u32; 2],
-    frames: &Frames,
+    views: &Views,
     scale: f32,
     depths: &mut Depths,
 ) -> u64 {
-    let (of_a, of_b) = (&frames.of_a, &frames.of_b);
+    let (of_a, of_b) = (&views.of_a, &views.of_b);
     let b_rows = Boxes::children(lanes, b, scale);
     let b_in_a = b_rows.seen(lanes, of_b);
     let (low, high) = ends(a.own_center, a.own_half);
@@ -154,7 +154,7 @@ pub(super) fn both<L: Lanes>(
 }
 
 /// The children of `opened` against the box of `other`: bit `i` is set where child `i` may meet it. The views are of each
-/// from the frame of the other.
+/// from the other.
 #[inline(always)]
 pub(super) fn children<L: Lanes>(
     lanes: L,

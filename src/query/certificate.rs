@@ -1,6 +1,7 @@
 //! What an unfinished query can still say: how many intersections it may have missed, and where.
 
 use super::queue::Pair;
+use super::views::rounding;
 use super::workspace::Workspace;
 use crate::math::tolerance::FRAME_ROUNDING;
 use crate::math::{Aabb, Pose};
@@ -49,6 +50,9 @@ impl<'w> Certificate<'w> {
     /// Boxes in A's frame, one for each open pair: every missed intersection has all its points in one of them.
     pub fn boxes(&self) -> impl Iterator<Item = Aabb> + 'w {
         let Self { a, b, b_in_a, .. } = *self;
+        // That of B's vertices as they are placed, and twice as much for the boxes computed here (`docs/numerics.md`).
+        let margin = 3.0 * rounding(a.unit(), b.unit(), b_in_a) + 8.0 * f64::EPSILON * a.unit().length();
+        let margin = DVec3::splat(margin);
         self.open().map(move |open| {
             let [a, b] = match open {
                 Open::Nodes(Pair { nodes, .. }) => {
@@ -58,7 +62,6 @@ impl<'w> Certificate<'w> {
                     [triangle_bounds(a, pair[0], &Pose::IDENTITY), triangle_bounds(b, pair[1], b_in_a)]
                 }
             };
-            let margin = DVec3::splat(rounding(&a) + rounding(&b));
             Aabb { min: a.min.max(b.min) - margin, max: a.max.min(b.max) + margin }
         })
     }
@@ -112,11 +115,6 @@ fn node_bounds(tree: &Tree, node: u32, pose: &Pose) -> Aabb {
     let half = node.extent().as_dvec3() + DVec3::splat(f64::from(FRAME_ROUNDING));
     let half = abs(&(*pose.rotation() * rotation)) * half * unit.length();
     Aabb { min: center - half, max: center + half }
-}
-
-/// What rounding of the coordinates of a box can amount to.
-fn rounding(bounds: &Aabb) -> f64 {
-    bounds.min.abs().max(bounds.max.abs()).max_element() * f64::EPSILON * 8.0
 }
 
 fn abs(m: &DMat3) -> DMat3 {

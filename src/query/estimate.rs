@@ -1,14 +1,14 @@
 //! What a query will cost, before it, and what an unfinished one leaves open, after it: quantiles, a probability, a recall.
 //!
-//! Nothing of this runs inside a query. The caller asks when it wants to know, at a price of one or two microseconds.
+//! Apart from the choice of the strategy under a budget of time ([`Query::fits`]), nothing of this runs inside a query: the
+//! caller asks when it wants to know, at a price of one to three microseconds.
 
 use super::Query;
-use super::budget::{WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
-use super::frames::Relation;
-use super::look::Look;
 use super::memory::PairMemory;
-use super::order::Mode;
+use super::options::Mode;
+use super::probe::Probe;
 use super::queue::Pair;
+use super::views::Relation;
 use super::workspace::{ResumeError, Workspace};
 use crate::math::lanes::Instructions;
 use crate::model::confidence;
@@ -28,18 +28,22 @@ pub struct Prediction {
     pub triangle_tests: Quantiles,
     /// Units of work, see [`crate::Budget::work`].
     pub work: Quantiles,
-    /// Time in nanoseconds by the [`CostModel`] of the memory, or by the default one.
-    pub time_ns: Quantiles,
 }
 
 impl Prediction {
-    fn of(bv_tests: Quantiles, cost: &CostModel) -> Self {
+    fn of(bv_tests: Quantiles) -> Self {
         Self {
             bv_tests,
             triangle_tests: bv_tests.map(prediction::triangle_tests),
-            work: bv_tests.map(|n| work(&counts(n))),
-            time_ns: bv_tests.map(|n| cost.time(&counts(n))),
+            work: bv_tests.map(|n| counts(n).work()),
         }
+    }
+
+    /// Time by these costs, in their unit: [`crate::Workspace::cost_model`], [`CostModel::measure`], or the default ones
+    /// for nanoseconds of a machine like the one that the model was fitted on.
+    #[must_use]
+    pub fn time(&self, cost_model: &CostModel) -> Quantiles {
+        self.bv_tests.map(|n| if n > 0.0 { cost_model.time(&counts(n)) } else { 0.0 })
     }
 }
 
@@ -50,12 +54,6 @@ fn counts(bv_tests: f64) -> Counts {
         triangle_tests: prediction::triangle_tests(bv_tests),
         box_updates: prediction::openings(bv_tests),
     }
-}
-
-fn work(counts: &Counts) -> f64 {
-    counts.bv_tests
-        + counts.box_updates * WORK_PER_EXPANSION as f64
-        + counts.triangle_tests * WORK_PER_TRIANGLE_TEST as f64
 }
 
 /// What can be said of a stopped query: see [`Query::estimate`].
@@ -72,7 +70,7 @@ pub struct Estimate {
     pub recall: f64,
 }
 
-/// How much a look ahead may cost, in openings and children: before a query, and after a stopped one.
+/// How much a probe may cost, in openings and children: before a query, and after a stopped one.
 const EFFORT_BEFORE: usize = 48;
 const EFFORT_AFTER: usize = 120;
 
@@ -93,7 +91,7 @@ impl Query<'_> {
     pub fn predict(&self, memory: Option<&PairMemory>) -> Prediction {
         let memory = self.known(memory);
         let left = self.left(&self.front_before(), memory);
-        Prediction::of(left, &cost_model(memory))
+        Prediction::of(left)
     }
 
     /// What the last run of this query in `workspace` leaves open, given what is remembered of the pair. Takes about 3
@@ -108,11 +106,8 @@ impl Query<'_> {
         let memory = self.known(memory);
         let run = &workspace.run;
         let decided = run.found > 0 && self.options.mode == Mode::Any;
-        let remaining = if decided || front.is_done() {
-            Prediction::default()
-        } else {
-            Prediction::of(self.left(&front, memory), &cost_model(memory))
-        };
+        let remaining =
+            if decided || front.is_done() { Prediction::default() } else { Prediction::of(self.left(&front, memory)) };
         let probability = if run.found > 0 { 1.0 } else { self.probability(&front, memory) };
         let recall = if decided { 1.0 } else { confidence::recall(&front, !workspace.witnesses.is_empty()) };
         Ok(Estimate { remaining, probability, recall })
@@ -128,7 +123,7 @@ impl Query<'_> {
             return Err(ResumeError);
         }
         let summary = FrontSummary {
-            bv_tests: run.stats.bv_tests as f64,
+            bv_tests: run.bv_tests() as f64,
             triangle_tests: run.stats.primitive_tests as f64,
             found: run.found as f64,
             triangle_pairs: (workspace.waiting.len() + workspace.doubtful.len()) as f64,
@@ -136,9 +131,9 @@ impl Query<'_> {
         };
         let open = workspace.front.len();
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
-        let mut look = Look::new([self.a, self.b], &relation, summary);
-        workspace.front.iter().take(SAMPLE).for_each(|pair| look.add(pair));
-        let mut front = look.finish(workspace.instructions, EFFORT_AFTER);
+        let mut probe = Probe::new([self.a, self.b], &relation, summary);
+        workspace.front.iter().take(SAMPLE).for_each(|pair| probe.add(pair));
+        let mut front = probe.finish(workspace.instructions, EFFORT_AFTER);
         let beyond = open.saturating_sub(SAMPLE) as f64 / SAMPLE as f64;
         front.node_pairs += beyond * front.node_pairs;
         front.cost += beyond * front.cost;
@@ -149,11 +144,11 @@ impl Query<'_> {
     /// The front before the query: its root, opened on trial.
     pub fn front_before(&self) -> FrontSummary {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
-        let mut look = Look::new([self.a, self.b], &relation, FrontSummary::default());
+        let mut probe = Probe::new([self.a, self.b], &relation, FrontSummary::default());
         if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
-            look.add(Pair::new(0, 0));
+            probe.add(Pair::new(0, 0));
         }
-        look.finish(Instructions::detect(), EFFORT_BEFORE)
+        probe.finish(Instructions::detect(), EFFORT_BEFORE)
     }
 
     /// The memory, if it is of this pair.
@@ -181,7 +176,7 @@ impl Query<'_> {
 
     /// Whether the time lasts to the end, as far as can be told without a look at the boxes: by the 90 % quantile for the
     /// costliest placement of the two trees, or for the next frame after the last one.
-    pub(super) fn fits(&self, limit: Duration, memory: Option<&PairMemory>) -> bool {
+    pub(super) fn fits(&self, limit: Duration, memory: Option<&PairMemory>, cost_model: &CostModel) -> bool {
         let (Some(a), Some(b)) = (self.a.nodes().first(), self.b.nodes().first()) else { return true };
         let memory = self.known(memory);
         let roots = pair_cost([a.visits, b.visits], 1.0);
@@ -190,10 +185,6 @@ impl Query<'_> {
             (Some(previous), Mode::All) => prediction::all_after(previous).p90,
             (Some(previous), Mode::Any) => prediction::any_after(previous).p90,
         };
-        cost_model(memory).time(&counts(most)) <= limit.as_nanos() as f64
+        cost_model.time(&counts(most)) <= limit.as_nanos() as f64
     }
-}
-
-fn cost_model(memory: Option<&PairMemory>) -> CostModel {
-    memory.and_then(PairMemory::cost_model).unwrap_or_default()
 }

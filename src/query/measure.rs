@@ -1,11 +1,12 @@
 //! What things cost on this machine: a few queries, timed.
 
+use super::Query;
 use super::budget::{Budget, Clock};
-use super::order::Mode;
+use super::options::Mode;
 use super::workspace::Workspace;
-use super::{CostModel, Query};
 use crate::math::Pose;
 use crate::mesh::shapes;
+use crate::model::cost::{CostModel, Counts};
 use crate::model::regression::least_squares;
 use crate::tree::Tree;
 use alloc::vec::Vec;
@@ -37,14 +38,13 @@ impl CostModel {
             let Ok(pose) = Pose::new(DMat3::from_rotation_y(f64::from(i)), translation) else { continue };
             for mode in [Mode::Any, Mode::All] {
                 let query = Query::new(&a, &b, pose).mode(mode);
-                let mut least = Duration::MAX;
+                let (mut least, mut counts) = (Duration::MAX, Counts::default());
                 for _ in 0..REPETITIONS {
                     let start = clock.now();
                     let outcome = query.run_with(&mut workspace, None, Budget::unlimited(), clock);
                     least = least.min(clock.now().saturating_sub(start));
-                    core::hint::black_box(outcome.found);
+                    counts = core::hint::black_box(outcome).stats.counts();
                 }
-                let counts = workspace.run.stats.counts();
                 features.push([counts.bv_tests, counts.triangle_tests, counts.box_updates, 1.0]);
                 times.push(least.as_nanos() as f64);
             }
@@ -81,11 +81,11 @@ impl CostModel {
         }
         let least = |fitted: f64, cost: f64| fitted.max(0.1 * factor * cost);
         let [bv_test, triangle_test, box_update, setup] = least_squares(&x, &y, &weights);
-        Self {
-            bv_test: least(bv_test, default.bv_test),
-            triangle_test: least(triangle_test, default.triangle_test),
-            box_update: least(box_update, default.box_update),
-            setup: least(setup, default.setup),
-        }
+        Self::new([
+            least(bv_test, default.bv_test),
+            least(triangle_test, default.triangle_test),
+            least(box_update, default.box_update),
+            least(setup, default.setup),
+        ])
     }
 }

@@ -1,15 +1,14 @@
 //! What one frame tells the next about a pair of meshes.
 
-use super::order::Mode;
-use super::outcome::{Outcome, StopReason, Verdict};
+use super::options::Mode;
+use super::outcome::{StopReason, Verdict};
 use super::queue::PATHS;
+use super::workspace::Workspace;
 use crate::math::Pose;
 use crate::model::confidence::History;
-use crate::model::cost::{CostModel, Counts};
 use crate::tree::Tree;
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
-use core::time::Duration;
 
 /// Most witnesses of [`Mode::Any`] that are remembered, and tested before anything else: a batch.
 pub(super) const WITNESSES: usize = 8;
@@ -36,9 +35,8 @@ pub(super) struct Before {
 /// of them, and then to what lies beside these paths, the nearest first.
 ///
 /// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never in a decided verdict.
-/// Handed to another pair of trees it forgets everything but the costs of this machine; refitted trees it takes for the
-/// same. Read with the feature `serde` it belongs to the first pair of trees that it is handed to; if that is not the pair it
-/// was written for, it is of no use and does no harm.
+/// Used with another pair of trees it forgets everything; refitted trees count as the same. A deserialized memory (feature
+/// `serde`) binds to the first pair of trees it is used with. Using it with another pair is safe, but does not help.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]
@@ -52,8 +50,20 @@ pub struct PairMemory {
     last_verdict: Option<bool>,
     last_bv_tests: Option<(Mode, u64)>,
     frames_undecided: u32,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "rate"))]
     change_rate: Option<f64>,
-    cost_model: Option<CostModel>,
+}
+
+/// A deserialized rate, refused unless it is one.
+#[cfg(feature = "serde")]
+fn rate<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    let rate = <Option<f64> as serde::Deserialize>::deserialize(deserializer)?;
+    match rate {
+        Some(rate) if !(0.0..=1.0).contains(&rate) => {
+            Err(serde::de::Error::custom(format_args!("change_rate {rate} is not within 0 and 1")))
+        }
+        rate => Ok(rate),
+    }
 }
 
 impl PairMemory {
@@ -88,17 +98,6 @@ impl PairMemory {
         self.change_rate.unwrap_or(0.125)
     }
 
-    /// What a BV test, a triangle pair, an opened node pair and a query cost for this pair, in nanoseconds, as far as time
-    /// budgets have taught; `None` without any and without [`PairMemory::set_cost_model`].
-    pub fn cost_model(&self) -> Option<CostModel> {
-        self.cost_model
-    }
-
-    /// Begins with these costs, those of [`CostModel::measure`] for example. They change with each query under a time budget.
-    pub fn set_cost_model(&mut self, cost_model: CostModel) {
-        self.cost_model = Some(cost_model);
-    }
-
     /// What the confidence goes by; `None` if the pair was never decided.
     pub fn history(&self) -> Option<History> {
         let Self { last_verdict, frames_undecided, .. } = *self;
@@ -129,7 +128,7 @@ impl PairMemory {
             let exists = |tree: &Tree, triangle: u32| (triangle as usize) < tree.mesh().len();
             self.witnesses.retain(|&mut [x, y]| exists(a, x) && exists(b, y));
         } else if self.trees != trees {
-            *self = Self { trees, cost_model: self.cost_model, ..Self::default() };
+            *self = Self { trees, ..Self::default() };
         }
     }
 
@@ -138,24 +137,26 @@ impl PairMemory {
         &self.witnesses
     }
 
-    /// After a call. One that went on with a stopped run belongs to the same frame.
-    pub(super) fn remember(&mut self, mode: Mode, outcome: &Outcome, found: &[[u32; 2]], before: Before) {
+    /// After a call that ended for this reason. One that resumed a stopped run belongs to the same frame.
+    pub(super) fn remember(&mut self, mode: Mode, stop: StopReason, workspace: &Workspace, before: Before) {
+        let (run, found) = (&workspace.run, workspace.sample.pairs());
         if !found.is_empty() {
             // What a stopped query has not come to may still be where it was.
             let kept = match mode {
                 Mode::Any => WITNESSES.saturating_sub(found.len()),
-                Mode::All if outcome.stop == StopReason::Finished => 0,
+                Mode::All if stop == StopReason::Finished => 0,
                 Mode::All => PATHS - found.len(),
             };
             let known = self.witnesses.iter().filter(|known| !found.contains(known));
             self.witnesses = found.iter().chain(known.take(kept)).copied().collect();
         }
-        if outcome.stop == StopReason::Finished || outcome.stop == StopReason::FirstHit {
-            self.last_bv_tests = Some((mode, outcome.stats.bv_tests));
+        if stop.is_final() {
+            self.last_bv_tests = Some((mode, run.bv_tests()));
         }
         self.frames_undecided = self.frames_undecided.saturating_add(u32::from(!before.resumed));
-        if outcome.verdict != Verdict::Undecided {
-            let meet = outcome.verdict != Verdict::Separated;
+        let verdict = run.verdict(stop);
+        if verdict != Verdict::Undecided {
+            let meet = verdict != Verdict::Separated;
             if let Some(last) = self.last_verdict.filter(|_| !before.decided) {
                 let rate = self.change_rate();
                 self.change_rate = Some(rate + (f64::from(last != meet) - rate) / FRAMES_OF_RATE);
@@ -163,11 +164,5 @@ impl PairMemory {
             self.last_verdict = Some(meet);
             self.frames_undecided = 0;
         }
-    }
-
-    /// Moves the costs towards those of a call that did this and took so long.
-    pub(super) fn learn(&mut self, done: &Counts, elapsed: Duration) {
-        let model = self.cost_model.unwrap_or_default();
-        self.cost_model = Some(model.learned(done, elapsed.as_nanos() as f64));
     }
 }

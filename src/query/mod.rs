@@ -1,71 +1,63 @@
 //! The budgeted query: two trees, a pose and a budget in, an [`Outcome`] out.
 //!
-//! [`traversal`] has the one loop, the stop rule and the guarantee; [`queue`] the front, [`budget`] the meter, [`boxes`]
-//! and [`frames`] the overlap test, [`certificate`] what an unfinished query can still say.
+//! [`traversal`] has the one loop, the stop rule and the guarantee; [`expand`] what a node pair is replaced by, [`boxes`] and
+//! [`views`] the overlap test, [`leaf`] the triangle tests; [`queue`] the front, [`strategy`] the choices of a run,
+//! [`deadline`] its end, [`certificate`] what an unfinished query can still say.
 
 mod boxes;
 mod budget;
 mod certificate;
 mod corners;
+mod deadline;
 mod estimate;
-mod frames;
-mod look;
+mod expand;
+mod leaf;
 mod measure;
 mod memory;
+mod options;
 mod order;
 mod outcome;
+mod probe;
 mod queue;
+mod strategy;
 mod traversal;
-mod waiting;
+mod triangle_pairs;
+mod views;
 mod workspace;
 
-pub use crate::model::cost::CostModel;
 #[cfg(feature = "std")]
 pub use budget::SystemClock;
-pub use budget::{
-    Budget, Clock, MAX_STEP_WORK, ManualClock, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
-};
+pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
+pub(crate) use deadline::Deadline;
 pub use estimate::{Estimate, Prediction};
 pub use memory::PairMemory;
-pub use order::{Mode, Order};
+pub use options::Mode;
+use options::Options;
+pub use order::Order;
 pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
+pub(crate) use strategy::Strategy;
 pub use workspace::{ResumeError, Workspace};
 
 use crate::math::Pose;
+use crate::math::random::Random;
 use crate::model::confidence::DEFAULT_PRIOR;
+use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::{Tree, WIDTH};
-use budget::Meter;
 use corners::Corners;
-use frames::Relation;
 use memory::{Before, WITNESSES};
-use queue::Pair;
+use queue::{Origin, Pair};
+use strategy::WarmStart;
 use traversal::Traversal;
+use views::Relation;
 use workspace::Key;
 
-/// See [`Query::grain`].
-const DEFAULT_GRAIN: f32 = 256.0;
-
-/// Everything about a query that is a choice.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Options {
-    pub mode: Mode,
-    pub order: Order,
-    pub pair_limit: usize,
-    pub poll_interval: u64,
-    pub grain: Option<f32>,
-}
-
-impl Options {
-    pub fn grain(&self) -> f32 {
-        self.grain.unwrap_or(match (self.mode, self.order) {
-            (Mode::Any, Order::Penetration) => f32::INFINITY,
-            _ => DEFAULT_GRAIN,
-        })
-    }
-}
-
 /// The question whether, or where, two meshes intersect at a pose. Cheap to make; one for each pose.
+///
+/// **Guarantee.** At every moment each intersecting pair of triangles has been reported, or is kept in the workspace as a
+/// triangle pair still to be tested, or lies under a node pair still to be opened. So `Separated` is said only when nothing
+/// is left, a stopped query can name what it may have missed ([`Query::certificate`]), and it can go on later as if it had
+/// never stopped ([`Query::resume`]). A full queue costs order, a full pair buffer is a stop reason; neither costs an answer.
 ///
 /// ```
 /// use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
@@ -96,7 +88,7 @@ impl<'t> Query<'t> {
             order: Order::Penetration,
             pair_limit: usize::MAX,
             poll_interval: MAX_STEP_WORK,
-            grain: None,
+            queue_threshold: None,
         };
         Self { a, b, b_in_a, options, prior: DEFAULT_PRIOR }
     }
@@ -108,13 +100,6 @@ impl<'t> Query<'t> {
         self
     }
 
-    /// The order of visits; penetration by default.
-    #[must_use]
-    pub fn order(mut self, order: Order) -> Self {
-        self.options.order = order;
-        self
-    }
-
     /// Stop with [`StopReason::PairsFull`] when this many pairs are in the workspace; by default, when it is full.
     #[must_use]
     pub fn pair_limit(mut self, pairs: usize) -> Self {
@@ -123,42 +108,59 @@ impl<'t> Query<'t> {
     }
 
     /// Least work between looks at the clock, which come closer together towards the deadline; default
-    /// [`MAX_STEP_WORK`]. It bounds how late a time budget can end.
+    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK). It bounds how late a budget of time can end.
     #[must_use]
     pub fn poll_interval(mut self, work: u64) -> Self {
         self.options.poll_interval = work;
         self
     }
 
-    /// Node pairs of which fewer BV tests than this are expected are finished depth-first at once instead of being
-    /// queued. 0 queues every node pair, and infinity none. By default 256, and infinity for the first hit in the default
-    /// order: there a stack with the deepest of siblings on top finds it sooner than the queue (`docs/benchmarks.md`).
-    #[must_use]
-    pub fn grain(mut self, bv_tests: f32) -> Self {
-        self.options.grain = Some(bv_tests);
-        self
-    }
-
     /// The share of poses with an intersection among those that are asked about, 0 to 1; it shifts the probability of
     /// [`Query::estimate`]. By default that of the poses for which the model was fitted,
-    /// [`crate::model::confidence::DEFAULT_PRIOR`].
+    /// [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR).
     #[must_use]
     pub fn prior(mut self, share: f64) -> Self {
         self.prior = share;
         self
     }
 
+    /// For experiments: the order of visits; penetration by default, which finds most before a budget ends
+    /// (`docs/benchmarks.md`).
+    #[must_use]
+    pub fn order(mut self, order: Order) -> Self {
+        self.options.order = order;
+        self
+    }
+
+    /// For experiments: node pairs of which fewer BV tests than this are expected are finished depth-first at once instead
+    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 256, and infinity for the first hit in
+    /// the default order: there a stack with the deepest of siblings on top finds it sooner than the queue
+    /// (`docs/benchmarks.md`).
+    #[must_use]
+    pub fn queue_threshold(mut self, bv_tests: f32) -> Self {
+        // The larger of NaN and 0 is 0.
+        self.options.queue_threshold = Some(bv_tests.max(0.0));
+        self
+    }
+
     /// Runs within a budget, by the clock of the system. What it finds stays in the workspace.
     ///
-    /// Under a time budget it returns at most one poll interval of work late. It does not allocate, lock or panic.
+    /// Under a budget of time it stops as soon as it sees that the time is up, and it looks the more often the nearer the
+    /// deadline, in the end every [`Query::poll_interval`] units of work. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Outcome {
         self.run_with(workspace, None, budget, &SystemClock::default())
     }
 
+    /// [`Query::run`] with what is remembered of the pair from the frame before, and will be for the next.
+    #[cfg(feature = "std")]
+    pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Outcome {
+        self.run_with(workspace, Some(memory), budget, &SystemClock::default())
+    }
+
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
     ///
-    /// However it is cut into pieces by work budgets, the outcome at the end is that of one uninterrupted run.
+    /// However it is cut into pieces by budgets of work, the outcome at the end is that of one uninterrupted run.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
@@ -167,7 +169,21 @@ impl<'t> Query<'t> {
         self.resume_with(workspace, None, budget, &SystemClock::default())
     }
 
-    /// [`Query::run`] with the memory of earlier frames and a clock of the caller's.
+    /// [`Query::resume`] with what is remembered of the pair.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
+    #[cfg(feature = "std")]
+    pub fn resume_with_memory(
+        &self,
+        workspace: &mut Workspace,
+        memory: &mut PairMemory,
+        budget: Budget,
+    ) -> Result<Outcome, ResumeError> {
+        self.resume_with(workspace, Some(memory), budget, &SystemClock::default())
+    }
+
+    /// [`Query::run`] by a clock of the caller's, with or without a memory.
     pub fn run_with<C: Clock>(
         &self,
         workspace: &mut Workspace,
@@ -175,46 +191,17 @@ impl<'t> Query<'t> {
         budget: Budget,
         clock: &C,
     ) -> Outcome {
-        workspace.clear();
-        workspace.run.key = Some(self.key());
-        if let Order::Random(seed) = self.options.order {
-            workspace.run.random = seed;
-        }
+        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
         if let Some(memory) = &mut memory {
             memory.bind(self.a, self.b);
         }
-        let queues = self.queues(budget, memory.as_deref());
-        if let Some(memory) = memory.as_deref().filter(|memory| memory.last_verdict() != Some(false)) {
-            let witnesses = memory.witnesses();
-            if self.options.mode == Mode::Any {
-                // They are tested before anything else, as any other waiting pairs.
-                workspace.waiting.extend(&witnesses[..witnesses.len().min(WITNESSES)]);
-                workspace.testing = !witnesses.is_empty();
-            } else if queues && self.options.order == Order::default() {
-                // The paths to them are opened before anything else.
-                workspace.witnesses.extend(witnesses.iter().copied());
-            }
-        }
-        if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
-            if queues {
-                let known = (1u32 << workspace.witnesses.len()) - 1;
-                if !workspace.front.follow(Pair::new(0, 0), known as u16) {
-                    workspace.front.queue(Pair::new(0, 0), 0, true);
-                }
-            } else {
-                workspace.front.push(Pair::new(0, 0));
-            }
-            // Where triangles met last, others near them are likely to meet now: they are visited first.
-            if let Some(&[x, y]) = workspace.waiting.as_slice().first() {
-                let (x, y) = (self.a.nodes_above(x), self.b.nodes_above(y));
-                workspace.front.push(Pair::new(x[0], y[0]));
-                workspace.front.push(Pair::new(x[1], y[1]));
-            }
-        }
-        self.proceed(workspace, memory, budget, clock)
+        let fits = |limit| self.fits(limit, memory.as_deref(), &workspace.cost_model);
+        let strategy = Strategy::choose(&self.options, budget, fits);
+        self.begin(workspace, memory.as_deref(), strategy);
+        self.spend(workspace, memory, &mut deadline)
     }
 
-    /// [`Query::resume`] with the memory of earlier frames and a clock of the caller's.
+    /// [`Query::resume`] by a clock of the caller's, with or without a memory.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
@@ -225,11 +212,10 @@ impl<'t> Query<'t> {
         budget: Budget,
         clock: &C,
     ) -> Result<Outcome, ResumeError> {
-        if workspace.run.stopped && workspace.run.key == Some(self.key()) {
-            Ok(self.proceed(workspace, memory, budget, clock))
-        } else {
-            Err(ResumeError)
+        if !self.is_stopped_in(workspace) {
+            return Err(ResumeError);
         }
+        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, self.options.poll_interval, clock)))
     }
 
     /// What the last run of this query in `workspace` left open.
@@ -244,71 +230,108 @@ impl<'t> Query<'t> {
         }
     }
 
+    /// Whether the workspace holds a stopped run of this query.
+    pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
+        workspace.run.stopped && workspace.run.key == Some(self.key())
+    }
+
     fn key(&self) -> Key {
         Key { trees: [self.a.identity(), self.b.identity()], b_in_a: self.b_in_a, options: self.options }
     }
 
-    /// Whether node pairs are queued. What no budget can cut short, or a time budget is not expected to, is finished
-    /// depth-first, which costs least, unless another order was asked for. Work budgets promise the same bits however the
-    /// work is cut into pieces, so their size decides nothing.
-    fn queues(&self, budget: Budget, memory: Option<&PairMemory>) -> bool {
-        match self.options.order {
-            _ if self.options.grain() == f32::INFINITY => false,
-            Order::DepthFirst => false,
-            Order::Penetration => budget.work.is_some() || budget.time.is_some_and(|limit| !self.fits(limit, memory)),
-            _ => true,
+    /// How a run goes about its visits that is expected to be complete, or else that has any budget of work.
+    pub(crate) fn strategy(&self, complete: bool) -> Strategy {
+        if complete {
+            Strategy::complete(&self.options)
+        } else {
+            Strategy::choose(&self.options, Budget::work(0), |_| false)
         }
     }
 
-    fn proceed<C: Clock>(
+    /// Prepares the workspace for a run from the roots.
+    pub(crate) fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, strategy: Strategy) {
+        workspace.clear();
+        workspace.run.key = Some(self.key());
+        workspace.run.strategy = strategy;
+        if let Order::Random(seed) = self.options.order {
+            workspace.run.random = Random::new(seed);
+        }
+        let remembered = memory.filter(|memory| memory.last_verdict() != Some(false) && memory.is_of(self.a, self.b));
+        let witnesses = remembered.map_or(&[][..], PairMemory::witnesses);
+        match strategy.warm_start {
+            WarmStart::None => {}
+            WarmStart::Paths => workspace.witnesses.extend(witnesses.iter().copied()),
+            WarmStart::Witnesses => {
+                // Tested before anything else, as any other waiting pairs.
+                workspace.waiting.extend(&witnesses[..witnesses.len().min(WITNESSES)]);
+                workspace.testing = !witnesses.is_empty();
+            }
+        }
+        if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
+            return;
+        }
+        let roots = Pair::new(0, 0);
+        let paths = (1u32 << workspace.witnesses.len()) - 1;
+        if !strategy.queues() {
+            workspace.front.push(roots);
+        } else if !workspace.front.follow(roots, paths as u16) {
+            workspace.front.queue(roots, 0, true);
+        }
+        // Where triangles met last, others near them are likely to meet now: they are visited first.
+        if let Some(&[x, y]) = workspace.waiting.as_slice().first() {
+            let (x, y) = (self.a.nodes_above(x), self.b.nodes_above(y));
+            workspace.front.push(Pair::new(x[0], y[0]));
+            workspace.front.push(Pair::new(x[1], y[1]));
+        }
+    }
+
+    /// Spends a budget on the run in the workspace; learns what it costs.
+    fn spend<C: Clock>(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &C,
+        deadline: &mut Deadline<C>,
     ) -> Outcome {
+        let before = deadline.is_timed().then(|| workspace.counts());
+        let stop = self.advance(workspace, memory, deadline);
+        if let (Some(before), Some(elapsed)) = (before, deadline.elapsed()) {
+            let done = workspace.counts().since(&before);
+            workspace.cost_model = workspace.cost_model.learned(&done, elapsed.as_nanos() as f64);
+            let total = &mut workspace.run.stats.elapsed;
+            *total = Some(total.unwrap_or_default().saturating_add(elapsed));
+        }
+        workspace.outcome(stop)
+    }
+
+    /// Goes on with the run in the workspace until it is over or the deadline stops it.
+    pub(crate) fn advance<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline<C>,
+    ) -> StopReason {
         let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
-        let counts_before = budget.time.map(|_| workspace.run.stats.counts());
-        let meter = Meter::start(budget, self.options.poll_interval, clock, workspace.run.stats.work);
-        // Waiting pairs are work: within a budget, or when the first hit ends the query, they wait only for a full batch.
-        let patient = self.options.mode == Mode::All && budget == Budget::unlimited();
-        let instructions = workspace.instructions;
         workspace.corners.iter_mut().for_each(Corners::clear);
-        let relation = Relation::new(self.a, self.b, &self.b_in_a);
-        let mut traversal = Traversal {
+        deadline.begin(workspace.run.stats.work);
+        let instructions = workspace.instructions;
+        let stop = instructions.run(&mut Traversal {
             a: self.a,
             b: self.b,
             b_in_a: &self.b_in_a,
             options: &self.options,
-            relation: &relation,
+            strategy: workspace.run.strategy,
+            relation: &Relation::new(self.a, self.b, &self.b_in_a),
             workspace,
-            meter,
+            deadline,
             depths: [[0.0; WIDTH]; WIDTH],
-            greedy: self.options.mode == Mode::Any && self.options.order == Order::default(),
-            batch: if patient { waiting::PATIENCE } else { 8 },
-        };
-        let stop = instructions.run(&mut traversal);
-        let elapsed = traversal.meter.elapsed();
-        let run = &mut workspace.run;
-        run.stats.bv_tests = run.stats.bv_tests_per_level.iter().sum();
-        run.stats.queue_peak = workspace.front.peak();
-        if let Some(elapsed) = elapsed {
-            run.stats.elapsed = Some(run.stats.elapsed.unwrap_or_default().saturating_add(elapsed));
-        }
-        run.stopped = !matches!(stop, StopReason::Finished | StopReason::FirstHit);
-        let verdict = match (run.witness, stop) {
-            (Some(witness), _) => Verdict::Intersecting { witness },
-            (None, StopReason::Finished) => Verdict::Separated,
-            _ => Verdict::Undecided,
-        };
-        let outcome = Outcome { verdict, stop, found: run.found, stats: run.stats };
+            origin: Origin::Stack,
+        });
+        deadline.end(workspace.run.stats.work);
+        workspace.run.stopped = !stop.is_final();
         if let Some(memory) = memory {
             memory.bind(self.a, self.b);
-            memory.remember(self.options.mode, &outcome, workspace.sample.pairs(), before);
-            if let (Some(elapsed), Some(counts)) = (elapsed, counts_before) {
-                memory.learn(&outcome.stats.counts().since(&counts), elapsed);
-            }
+            memory.remember(self.options.mode, stop, workspace, before);
         }
-        outcome
+        stop
     }
 }

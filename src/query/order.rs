@@ -1,19 +1,12 @@
 //! Which node pair is visited next.
 
-use super::frames::{Frames, Relation};
 use super::queue::BUCKETS;
+use super::views::{Relation, Views};
+use crate::math::random::Random;
+use crate::names::UnknownName;
 use crate::tree::{Node, xyz};
-
-/// What a query looks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Mode {
-    /// Whether there is an intersection: stops at the first.
-    #[default]
-    Any,
-    /// Every intersecting pair of triangles.
-    All,
-}
+use core::fmt;
+use core::str::FromStr;
 
 /// Which node pair of the front is visited next. All orders give the same finished answer; they differ in what is known
 /// when a budget ends.
@@ -37,7 +30,35 @@ pub enum Order {
     Random(u64),
 }
 
-/// The boxes of a node pair, in the frame of A's node.
+const NAMES: [&str; 6] = ["penetration", "low-alpha", "overlap-volume", "depth-first", "breadth-first", "random(SEED)"];
+
+/// `random(7)` has its seed with it.
+impl fmt::Display for Order {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [penetration, low_alpha, overlap_volume, depth_first, breadth_first, _] = NAMES;
+        f.pad(match self {
+            Self::Penetration => penetration,
+            Self::LowAlpha => low_alpha,
+            Self::OverlapVolume => overlap_volume,
+            Self::DepthFirst => depth_first,
+            Self::BreadthFirst => breadth_first,
+            Self::Random(seed) => return write!(f, "random({seed})"),
+        })
+    }
+}
+
+impl FromStr for Order {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        let plain = [Self::Penetration, Self::LowAlpha, Self::OverlapVolume, Self::DepthFirst, Self::BreadthFirst];
+        let seed = || name.strip_prefix("random(")?.strip_suffix(')')?.parse().ok();
+        let named = NAMES.iter().position(|&known| known == name).and_then(|at| plain.get(at).copied());
+        named.or_else(|| seed().map(Self::Random)).ok_or_else(|| UnknownName::new(name, &NAMES))
+    }
+}
+
+/// The boxes of a node pair, in the orientation of A's node.
 pub(super) struct BoxPair {
     a: Extent,
     b: Extent,
@@ -48,7 +69,7 @@ type Extent = ([f32; 3], [f32; 3]);
 
 impl BoxPair {
     pub fn new(a: &Node, b: &Node, relation: &Relation) -> Self {
-        let view = Frames::new(a, b, relation).of_b;
+        let view = Views::between(a, b, relation).of_b;
         let (center, half) = (b.own_center * relation.scale, b.own_half * relation.scale);
         Self { a: (xyz(a.own_center), xyz(a.own_half)), b: (xyz(view.point(center)), xyz(view.half(half))) }
     }
@@ -75,7 +96,7 @@ impl Order {
         boxes: impl FnOnce() -> BoxPair,
         depth: f32,
         alpha: f32,
-        random: &mut u64,
+        random: &mut Random,
     ) -> (usize, bool) {
         let step = |x: f32, steps: usize| ((x * steps as f32) as usize).min(steps - 1);
         match self {
@@ -84,18 +105,9 @@ impl Order {
             Self::Penetration => (step(1.0 - DEPTHS * depth, BUCKETS), true),
             Self::OverlapVolume => (step(-libm::log2f(boxes().overlap_volume()) / 32.0, BUCKETS), true),
             Self::LowAlpha => (step(alpha, BUCKETS), true),
-            Self::Random(_) => ((next(random) >> 57) as usize, true),
+            Self::Random(_) => ((random.bits() >> 57) as usize, true),
         }
     }
-}
-
-/// SplitMix64.
-fn next(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 const _: () = assert!(BUCKETS == 1 << 7);

@@ -1,7 +1,9 @@
 //! What a query says.
 
-use super::budget::{WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
-use crate::model::cost::Counts;
+use crate::model::cost::{Counts, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
+use crate::names::{UnknownName, named};
+use core::fmt;
+use core::str::FromStr;
 use core::time::Duration;
 
 /// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
@@ -23,9 +25,41 @@ pub enum Verdict {
     Undecided,
 }
 
+const VERDICTS: [&str; 3] = ["intersecting(A, B)", "separated", "undecided"];
+
+/// `intersecting(12, 907)` has its witness with it.
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [_, separated, undecided] = VERDICTS;
+        match self {
+            Self::Intersecting { witness: [a, b] } => write!(f, "intersecting({a}, {b})"),
+            Self::Separated => f.pad(separated),
+            Self::Undecided => f.pad(undecided),
+        }
+    }
+}
+
+impl FromStr for Verdict {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        let witness = || {
+            let (a, b) = name.strip_prefix("intersecting(")?.strip_suffix(')')?.split_once(", ")?;
+            Some(Self::Intersecting { witness: [a.parse().ok()?, b.parse().ok()?] })
+        };
+        let [_, separated, undecided] = VERDICTS;
+        match name {
+            _ if name == separated => Ok(Self::Separated),
+            _ if name == undecided => Ok(Self::Undecided),
+            _ => witness().ok_or_else(|| UnknownName::new(name, &VERDICTS)),
+        }
+    }
+}
+
 /// Why a query returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum StopReason {
     /// Nothing is left to visit: the answer is complete.
     Finished,
@@ -37,6 +71,21 @@ pub enum StopReason {
     WorkLimit,
     /// The pair buffer was full. Drain it and resume.
     PairsFull,
+}
+
+named!(StopReason {
+    Finished => "finished",
+    FirstHit => "first-hit",
+    Deadline => "deadline",
+    WorkLimit => "work-limit",
+    PairsFull => "pairs-full",
+});
+
+impl StopReason {
+    /// Whether the run is over, so that there is nothing to resume.
+    pub(crate) fn is_final(self) -> bool {
+        matches!(self, Self::Finished | Self::FirstHit)
+    }
 }
 
 /// What a query has done, resumed calls included.
@@ -62,6 +111,16 @@ pub struct Stats {
 }
 
 impl Stats {
+    pub(super) const NONE: Self = Self {
+        bv_tests: 0,
+        primitive_tests: 0,
+        exact_tests: 0,
+        work: 0,
+        bv_tests_per_level: [0; LEVELS],
+        queue_peak: 0,
+        elapsed: None,
+    };
+
     /// The counts that time depends on; node pairs that were opened stand for box updates.
     pub fn counts(&self) -> Counts {
         let others =

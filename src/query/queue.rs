@@ -47,13 +47,13 @@ struct Entry {
 /// Node pairs still to be visited.
 #[derive(Clone, Debug)]
 pub(super) struct Front {
-    /// The last is opened first. With each, which witnesses are below it: a bit for one.
+    /// The last is opened first. With each, which witnesses are below it, a bit for each.
     paths: ArrayVec<(Pair, u16), PATHS>,
-    /// The witnesses below the last one opened. In [`Origin`] they would slow down each visit.
-    led: u16,
+    /// Witness mask of the path popped last. Kept here because carrying it in [`Origin`] slowed every pop.
+    path_witnesses: u16,
     stack: Box<[Pair; STACK]>,
     height: usize,
-    /// What is below this height of the stack lies beside the paths, and waits for their ends.
+    /// Entries below this height were set aside while paths were followed; they are popped after the last path.
     base: usize,
     arena: Box<[Entry]>,
     /// First and last entry of each bucket.
@@ -72,7 +72,7 @@ impl Front {
         let capacity = capacity.min(NONE as usize - 1);
         Self {
             paths: ArrayVec::new_const(),
-            led: 0,
+            path_witnesses: 0,
             stack: Box::new([Pair::new(0, 0); STACK]),
             height: 0,
             base: 0,
@@ -104,9 +104,9 @@ impl Front {
         witnesses != 0 && self.height <= BESIDE_PATHS && self.paths.try_push((pair, witnesses)).is_ok()
     }
 
-    /// The witnesses below the path that was opened last.
-    pub fn led(&self) -> u16 {
-        self.led
+    /// The witnesses below the path that was popped last.
+    pub fn path_witnesses(&self) -> u16 {
+        self.path_witnesses
     }
 
     /// Puts a pair where it is finished depth-first, before any queued pair. Returns where.
@@ -139,10 +139,8 @@ impl Front {
     /// Queues a pair in `bucket`, as its first or last; a pair that finds no room is finished depth-first.
     pub fn queue(&mut self, pair: Pair, bucket: usize, first: bool) {
         let slot = if self.free != NONE {
-            {
-                let next = self.arena[self.free as usize].next;
-                core::mem::replace(&mut self.free, next)
-            }
+            let next = self.arena[self.free as usize].next;
+            core::mem::replace(&mut self.free, next)
         } else if (self.touched as usize) < self.arena.len() {
             self.touched += 1;
             self.touched - 1
@@ -177,7 +175,7 @@ impl Front {
     pub fn pop(&mut self) -> Option<(Pair, Origin)> {
         if self.height == self.base {
             if let Some((pair, witnesses)) = self.paths.pop() {
-                self.led = witnesses;
+                self.path_witnesses = witnesses;
                 return Some((pair, Origin::Path));
             }
             if self.base == 0 {
@@ -268,12 +266,12 @@ mod tests {
         let pair = |i| Pair::new(i, 0);
         let mut front = Front::new(8);
         assert!(!front.follow(pair(9), 0) && front.follow(pair(0), 0b11));
-        assert_eq!((front.pop(), front.led()), (Some((pair(0), Origin::Path)), 0b11));
+        assert_eq!((front.pop(), front.path_witnesses()), (Some((pair(0), Origin::Path)), 0b11));
         front.push(pair(1));
         front.queue(pair(2), 0, true);
         assert!(front.follow(pair(3), 0b01) && front.follow(pair(4), 0b10));
         front.set_aside();
-        assert_eq!((front.pop(), front.led()), (Some((pair(4), Origin::Path)), 0b10));
+        assert_eq!((front.pop(), front.path_witnesses()), (Some((pair(4), Origin::Path)), 0b10));
         front.push(pair(5));
         assert_eq!((front.len(), front.iter().count()), (4, 4));
         assert_eq!(front.pop(), Some((pair(5), Origin::Stack)));

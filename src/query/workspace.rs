@@ -1,11 +1,15 @@
 //! Every buffer that a query needs, owned by the caller.
 
 use super::corners::Corners;
-use super::outcome::Stats;
+use super::options::Options;
+use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS};
-use super::waiting::Waiting;
+use super::strategy::Strategy;
+use super::triangle_pairs::TrianglePairs;
 use crate::math::Pose;
 use crate::math::lanes::Instructions;
+use crate::math::random::Random;
+use crate::model::cost::{CostModel, Counts};
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::fmt;
@@ -13,20 +17,23 @@ use core::fmt;
 /// The buffers of a query. Allocated once; no query allocates.
 ///
 /// It carries capacity, the pairs that the last query found, and what that query left open for
-/// [`crate::Query::resume`]; a fresh workspace and a used one give the same answers.
-#[derive(Clone, Debug)]
+/// [`crate::Query::resume`]; a fresh workspace and a used one give the same answers. A clone has all of it, the room too.
+///
+/// It belongs to a thread of a machine, and so it knows what queries cost there ([`Workspace::cost_model`]).
+#[derive(Debug)]
 pub struct Workspace {
     pub(super) instructions: Instructions,
+    pub(super) cost_model: CostModel,
     pub(super) front: Front,
     /// Triangle pairs (tree order) that wait for the filter, and those that are left in doubt by it.
-    pub(super) waiting: Waiting,
+    pub(super) waiting: TrianglePairs,
     pub(super) doubtful: ArrayVec<[u32; 2], 8>,
     /// Triangles of A and of B in the exact test.
     pub(super) corners: [Corners; 2],
     /// Whether triangle pairs are being tested, until none is in doubt and less than a batch waits.
     pub(super) testing: bool,
-    /// Whether the last batch had pairs in doubt, so that the search goes on elsewhere.
-    pub(super) elsewhere: bool,
+    /// The last batch was inconclusive: take the next node pair from another part of the stack.
+    pub(super) inconclusive: bool,
     /// Triangle pairs (tree order) that met in the frame before, where the paths lead.
     pub(super) witnesses: ArrayVec<[u32; 2], PATHS>,
     /// What the next frame will remember.
@@ -36,18 +43,47 @@ pub struct Workspace {
 }
 
 /// The state of the last query, besides its buffers.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
     /// The trees, the pose and the options it belongs to.
     pub key: Option<Key>,
+    pub strategy: Strategy,
     /// Whether it was stopped by a budget or a full buffer, and so can be resumed.
     pub stopped: bool,
+    /// Without the sum of the BV tests and the peak of the queue: [`Workspace::outcome`].
     pub stats: Stats,
     pub found: u64,
     /// First pair found: ids of the input meshes.
     pub witness: Option<[u32; 2]>,
-    pub random: u64,
+    pub random: Random,
 }
+
+impl Run {
+    /// BV tests of all levels.
+    pub fn bv_tests(&self) -> u64 {
+        self.stats.bv_tests_per_level.iter().sum()
+    }
+
+    /// What is known when the query ends for this reason.
+    pub fn verdict(&self, stop: StopReason) -> Verdict {
+        match (self.witness, stop) {
+            (Some(witness), _) => Verdict::Intersecting { witness },
+            (None, StopReason::Finished) => Verdict::Separated,
+            _ => Verdict::Undecided,
+        }
+    }
+}
+
+/// Before the first query.
+const NO_RUN: Run = Run {
+    key: None,
+    strategy: Strategy::NONE,
+    stopped: false,
+    stats: Stats::NONE,
+    found: 0,
+    witness: None,
+    random: Random::new(0),
+};
 
 /// Some of the pairs that were found, in tree order: every `2^skips`-th, at least half as many as there is room for.
 #[derive(Clone, Debug, Default)]
@@ -93,7 +129,7 @@ impl Sample {
 pub(super) struct Key {
     pub trees: [usize; 2],
     pub b_in_a: Pose,
-    pub options: super::Options,
+    pub options: Options,
 }
 
 impl Workspace {
@@ -110,20 +146,21 @@ impl Workspace {
     pub fn with_capacity(queue: usize, found: usize) -> Self {
         Self {
             instructions: Instructions::detect(),
+            cost_model: CostModel::default(),
             front: Front::new(queue),
-            waiting: Waiting::new(),
+            waiting: TrianglePairs::new(),
             doubtful: ArrayVec::new(),
             corners: [Corners::EMPTY; 2],
             testing: false,
-            elsewhere: false,
+            inconclusive: false,
             witnesses: ArrayVec::new(),
             sample: Sample::default(),
             found: Vec::with_capacity(found.max(1)),
-            run: Run::default(),
+            run: NO_RUN,
         }
     }
 
-    /// Uses the portable kernels, whatever the machine offers: slower, the same bits.
+    /// For experiments: uses the portable kernels, whatever the machine offers; slower, the same bits.
     pub fn use_portable_kernels(&mut self) {
         self.instructions = Instructions::PORTABLE;
     }
@@ -139,6 +176,50 @@ impl Workspace {
         self.found.drain(..)
     }
 
+    /// What a BV test, a triangle pair, an opened node pair and a query cost on this machine, in nanoseconds, as far as
+    /// budgets of time have taught. It chooses how a query with such a budget goes about its visits.
+    pub fn cost_model(&self) -> CostModel {
+        self.cost_model
+    }
+
+    /// Begins with these costs, those of [`CostModel::measure`] for example. They change with each query that has a budget
+    /// of time.
+    pub fn set_cost_model(&mut self, cost_model: CostModel) {
+        self.cost_model = cost_model;
+    }
+
+    /// Work of the last query, resumed calls included.
+    pub(crate) fn work(&self) -> u64 {
+        self.run.stats.work
+    }
+
+    /// BV tests of the last query.
+    pub(crate) fn bv_tests(&self) -> u64 {
+        self.run.bv_tests()
+    }
+
+    /// Pairs that the last query found.
+    pub(crate) fn found(&self) -> u64 {
+        self.run.found
+    }
+
+    /// What is known when the last query ended for this reason.
+    pub(crate) fn verdict(&self, stop: StopReason) -> Verdict {
+        self.run.verdict(stop)
+    }
+
+    /// What the last query has done.
+    pub(super) fn counts(&self) -> Counts {
+        Stats { bv_tests: self.bv_tests(), ..self.run.stats }.counts()
+    }
+
+    /// What the last query says, having ended for this reason.
+    pub(super) fn outcome(&self, stop: StopReason) -> Outcome {
+        let run = &self.run;
+        let stats = Stats { bv_tests: run.bv_tests(), queue_peak: self.front.peak(), ..run.stats };
+        Outcome { verdict: run.verdict(stop), stop, found: run.found, stats }
+    }
+
     /// Whether nothing is left open.
     pub(super) fn is_done(&self) -> bool {
         self.front.is_empty() && self.waiting.len() == 0 && self.doubtful.is_empty()
@@ -149,11 +230,29 @@ impl Workspace {
         self.waiting.clear();
         self.doubtful.clear();
         self.testing = false;
-        self.elsewhere = false;
+        self.inconclusive = false;
         self.witnesses.clear();
         self.sample.clear();
         self.found.clear();
-        self.run = Run::default();
+        self.run = NO_RUN;
+    }
+}
+
+impl Clone for Workspace {
+    fn clone(&self) -> Self {
+        // A cloned vector has no room beyond what it holds.
+        let mut found = Vec::with_capacity(self.found.capacity());
+        found.extend_from_slice(&self.found);
+        Self {
+            front: self.front.clone(),
+            waiting: self.waiting.clone(),
+            doubtful: self.doubtful.clone(),
+            corners: self.corners.clone(),
+            witnesses: self.witnesses.clone(),
+            sample: self.sample.clone(),
+            found,
+            ..*self
+        }
     }
 }
 

@@ -1,43 +1,12 @@
 //! Bodies: a shared tree at a pose, and who may meet whom.
 
 use super::error::SceneError;
+use super::id::BodyId;
 use crate::math::tolerance::{SCENE_REACH, SCENE_ROTATION_TOLERANCE};
 use crate::math::{Pose, rotation_deviation};
 use crate::tree::Tree;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
-use core::fmt;
-
-/// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct BodyId {
-    index: u32,
-    generation: u32,
-}
-
-impl BodyId {
-    /// A small number that no other body now in the scene has; those of removed bodies are given out again.
-    pub fn index(self) -> usize {
-        self.index as usize
-    }
-
-    /// All of the id as a number, for other languages: the index in the low half.
-    pub fn to_bits(self) -> u64 {
-        u64::from(self.generation) << 32 | u64::from(self.index)
-    }
-
-    /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are ids of its bodies.
-    pub fn from_bits(bits: u64) -> Self {
-        Self { index: bits as u32, generation: (bits >> 32) as u32 }
-    }
-}
-
-impl fmt::Display for BodyId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "body {} (generation {})", self.index, self.generation)
-    }
-}
 
 /// Whether a body can meet others of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +14,7 @@ impl fmt::Display for BodyId {
 pub enum BodyKind {
     /// Meets moving and fixed bodies.
     Moving,
-    /// Part of the surroundings: two fixed bodies are never looked at. It may be given new poses all the same.
+    /// Part of the surroundings: two fixed bodies are never compared. It may be given new poses all the same.
     Fixed,
 }
 
@@ -53,6 +22,7 @@ pub enum BodyKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Filter {
     /// The groups it belongs to.
     pub groups: u32,
@@ -60,21 +30,35 @@ pub struct Filter {
     pub mask: u32,
 }
 
+impl Filter {
+    /// In these groups, meets those.
+    pub const fn new(groups: u32, mask: u32) -> Self {
+        Self { groups, mask }
+    }
+}
+
 impl Default for Filter {
     /// In all groups, meets all groups.
     fn default() -> Self {
-        Self { groups: u32::MAX, mask: u32::MAX }
+        Self::new(u32::MAX, u32::MAX)
     }
 }
 
 /// A body: a tree, shared with any number of other bodies, at a pose.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Body {
-    pub(super) tree: Arc<Tree>,
-    pub(super) pose: Pose,
-    pub(super) kind: BodyKind,
-    pub(super) filter: Filter,
-    pub(super) importance: f32,
+    /// Its mesh.
+    pub tree: Arc<Tree>,
+    /// Maps the coordinates of the mesh to those of the scene.
+    pub pose: Pose,
+    /// Moving or fixed.
+    pub kind: BodyKind,
+    /// Whom it may meet; by default, everybody.
+    pub filter: Filter,
+    /// How much its pairs matter when the budget does not reach all; default 0. A pair counts as the more important of its
+    /// two bodies, and goes before all pairs that are less important.
+    pub importance: f32,
 }
 
 impl Body {
@@ -88,44 +72,16 @@ impl Body {
         Self { kind: BodyKind::Fixed, ..Self::moving(tree, pose) }
     }
 
-    /// Whom it may meet; by default, everybody.
+    /// With another [`Body::filter`].
     #[must_use]
-    pub fn with_filter(mut self, filter: Filter) -> Self {
-        self.filter = filter;
-        self
+    pub fn filter(self, filter: Filter) -> Self {
+        Self { filter, ..self }
     }
 
-    /// How much its pairs matter when the budget does not reach all; default 0. A pair counts as the more important of its
-    /// two bodies, and goes before all pairs that are less important.
+    /// With another [`Body::importance`].
     #[must_use]
-    pub fn with_importance(mut self, importance: f32) -> Self {
-        self.importance = importance;
-        self
-    }
-
-    /// Its tree.
-    pub fn tree(&self) -> &Arc<Tree> {
-        &self.tree
-    }
-
-    /// Where it is.
-    pub fn pose(&self) -> &Pose {
-        &self.pose
-    }
-
-    /// Moving or fixed.
-    pub fn kind(&self) -> BodyKind {
-        self.kind
-    }
-
-    /// Whom it may meet.
-    pub fn filter(&self) -> Filter {
-        self.filter
-    }
-
-    /// How much its pairs matter.
-    pub fn importance(&self) -> f32 {
-        self.importance
+    pub fn importance(self, importance: f32) -> Self {
+        Self { importance, ..self }
     }
 }
 
@@ -146,11 +102,25 @@ impl Placed {
     }
 }
 
+/// What is new about a body, as far as pairs are concerned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(super) enum Change {
+    /// Its box, at most.
+    #[default]
+    None,
+    /// Its fat AABB, or whom it may meet.
+    Place,
+    /// It is another body than before.
+    Body,
+}
+
 /// What is asked of a body for each of its pairs: few bytes, so that those of a large scene stay in the caches.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Facts {
     /// The frame in which pose or tree were last new.
     pub changed: u64,
+    /// What the next frame has to see to.
+    pending: Option<Change>,
     pub generation: u32,
     pub importance: f32,
     /// Fourth root of the number of triangles.
@@ -171,6 +141,8 @@ pub(super) struct Bodies {
     slots: Vec<Option<Placed>>,
     facts: Vec<Facts>,
     free: Vec<u32>,
+    /// Slots with a pending change, each once.
+    pending: Vec<u32>,
     len: usize,
 }
 
@@ -198,6 +170,7 @@ impl Bodies {
         self.slots[index] = Some(placed);
         self.len += 1;
         self.note(index, frame);
+        self.set_pending(index as u32, Change::Body);
     }
 
     pub fn remove(&mut self, id: BodyId) -> Result<Body, SceneError> {
@@ -209,35 +182,62 @@ impl Bodies {
             self.facts[id.index()].generation = next;
             self.free.push(id.index);
         }
+        self.set_pending(id.index, Change::Body);
         Ok(placed.body)
     }
 
-    /// Changes a body in `frame`. Whether it is the first change of that kind in this frame.
-    pub fn change(&mut self, id: BodyId, frame: u64, change: impl FnOnce(&mut Placed)) -> Result<bool, SceneError> {
+    /// Changes a body in a way that may change its box or its verdicts from `frame` on.
+    pub fn change(&mut self, id: BodyId, frame: u64, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
+        self.update(id, change)?;
+        self.facts[id.index()].changed = frame;
+        self.set_pending(id.index, Change::None);
+        Ok(())
+    }
+
+    /// Changes a body in a way that leaves its box and its verdicts alone.
+    pub fn update(&mut self, id: BodyId, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
         self.get(id)?;
         if let Some(placed) = &mut self.slots[id.index()] {
             change(placed);
         }
-        Ok(self.note(id.index(), frame))
+        let changed = self.facts[id.index()].changed;
+        self.note(id.index(), changed);
+        Ok(())
     }
 
-    /// Copies the facts of a body.
-    fn note(&mut self, index: usize, frame: u64) -> bool {
+    /// Copies the facts of a body that was last new in `frame`.
+    fn note(&mut self, index: usize, frame: u64) {
         let facts = &mut self.facts[index];
         if let Some(Placed { body, .. }) = &self.slots[index] {
             (facts.importance, facts.filter) = (body.importance, body.filter);
             facts.size = libm::sqrtf(libm::sqrtf(body.tree.mesh().len() as f32));
         }
-        core::mem::replace(&mut facts.changed, frame) != frame
+        facts.changed = frame;
+    }
+
+    /// Leaves a change to the next frame.
+    pub fn set_pending(&mut self, index: u32, change: Change) {
+        let pending = &mut self.facts[index as usize].pending;
+        if pending.is_none() {
+            self.pending.push(index);
+        }
+        *pending = (*pending).max(Some(change));
+    }
+
+    /// How many changes are pending.
+    pub fn pending(&self) -> usize {
+        self.pending.len()
+    }
+
+    /// Takes the pending change in a place, where the last one goes then.
+    pub fn take_pending(&mut self, place: usize) -> (u32, Change) {
+        let index = self.pending.swap_remove(place);
+        (index, self.facts[index as usize].pending.take().unwrap_or_default())
     }
 
     pub fn get(&self, id: BodyId) -> Result<&Placed, SceneError> {
         let placed = self.at(id.index).filter(|_| self.facts[id.index()].generation == id.generation);
         placed.ok_or(SceneError::NoSuchBody { body: id })
-    }
-
-    pub fn facts_of(&self, id: BodyId) -> Result<&Facts, SceneError> {
-        self.get(id).map(|_| self.facts(id.index))
     }
 
     pub fn at(&self, index: u32) -> Option<&Placed> {

@@ -1,9 +1,10 @@
 //! The box of a body in the scene.
 
 use crate::math::tolerance::{FRAME_ROUNDING, ROUNDING};
-use crate::math::{Aabb, Pose};
+use crate::math::{Aabb, Pose, rotation_deviation};
 use crate::tree::{Node, Tree};
-use glam::{DVec3, Mat4, Vec3, Vec4};
+use core::f64::consts::PI;
+use glam::{DMat3, DVec3, Mat4, Vec3, Vec4};
 use wide::f32x8;
 
 /// Rounding that the box of a body allows for, relative to its distance and size.
@@ -33,7 +34,12 @@ pub(super) fn at(tree: &Tree, pose: &Pose) -> Aabb {
     Aabb { min: origin + low * unit - margin, max: origin + high * unit + margin }
 }
 
-/// A box around all of the mesh's way from `from` to `to`, if it turns about the middle of its box while that goes straight.
+/// A box around all places that the mesh takes on its way from `from` to `to`, at a constant velocity and turn: along the
+/// screw between the poses, or with the middle of its box on a straight line.
+///
+/// A point at distance `r` from the axis of a turn by `a` leaves the straight line between its ends by at most `r a^2 / 8`
+/// (linear interpolation of a curve with a second derivative of `r a^2`). The axis of the screw is at most
+/// `d / (2 sin(a/2))` from the middle of the box, which moves by `d`.
 pub(super) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
     let ends = at(tree, from).union(&at(tree, to));
     if tree.nodes().is_empty() || from.rotation() == to.rotation() {
@@ -41,13 +47,27 @@ pub(super) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
     }
     let bounds = tree.mesh().aabb();
     let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
-    let radius = DVec3::splat(SPHERE * (max - min).length());
-    let way = [from, to].map(|pose| pose.transform_point(min + max));
-    let around = Aabb::from_points(way.into_iter().flat_map(|center| [center - radius, center + radius]));
-    around.union(&ends)
+    let distance = (to.transform_point(min + max) - from.transform_point(min + max)).length();
+    let deviation = rotation_deviation(from.rotation()) + rotation_deviation(to.rotation());
+    let angle = (turn(from.rotation(), to.rotation()) + 4.0 * deviation + TURN_ROUNDING).min(PI);
+    let radius = (max - min).length() * (1.0 + deviation);
+    let bulge = angle / 8.0 * (distance * (angle / 2.0) / libm::sin(angle / 2.0) + radius * angle);
+    // What is not quite a rotation is not quite the screw.
+    let bulge = DVec3::splat((bulge + 4.0 * deviation * (distance + radius)) * (1.0 + 1e-9));
+    Aabb { min: ends.min - bulge, max: ends.max + bulge }
 }
 
-/// Least and largest coordinates of the boxes below a node along three directions of its frame.
+/// The angle between two rotations, 0 to pi.
+fn turn(from: &DMat3, to: &DMat3) -> f64 {
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *to * from.transpose();
+    let sine = DVec3::new(y.z - z.y, z.x - x.z, x.y - y.x).length();
+    libm::atan2(sine, x.x + y.y + z.z - 1.0)
+}
+
+/// Rounding of [`turn`], radians.
+const TURN_ROUNDING: f64 = 1e-12;
+
+/// Least and largest coordinates of the boxes below a node along three directions, given along its axes.
 #[inline(always)]
 fn reach(node: &Node, [x, y, z]: [DVec3; 3]) -> (DVec3, DVec3) {
     let (x, y, z) = (along(node, x.as_vec3()), along(node, y.as_vec3()), along(node, z.as_vec3()));
@@ -85,7 +105,3 @@ fn halves(lanes: f32x8) -> [Vec4; 2] {
     let [a, b, c, d, e, f, g, h] = lanes.to_array();
     [Vec4::new(a, b, c, d), Vec4::new(e, f, g, h)]
 }
-
-/// Radius of the sphere around a mesh over the half diagonal of its box: what poses that are not quite rotations may stretch
-/// it by, and rounding.
-const SPHERE: f64 = 1.001;

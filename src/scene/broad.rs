@@ -1,37 +1,27 @@
 //! The broad phase: which bodies may meet at all.
 //!
-//! Each body has its box, and a wider one around it that it may move in before anything else happens. The wide boxes are
+//! Each body has its box and a fat AABB around it; while the box stays inside that, the tree is left alone. The fat AABBs are
 //! the leaves of a balanced binary tree. When some bodies have left theirs, the tree is refitted along their paths, and one
-//! descent of the tree against itself finds the pairs of wide boxes that have a new one among them: all subtrees without one
-//! are passed by, and so are those of fixed bodies among themselves. The pairs found ([`super::pairs`]) stay until one of
-//! their bodies leaves its wide box again.
+//! descent of the tree against itself finds the overlapping pairs of fat AABBs that have a new one among them: all subtrees
+//! without one are passed by, and so are those of fixed bodies among themselves. The pairs found ([`super::pairs`]) stay until
+//! one of their bodies leaves its fat AABB again.
 //!
-//! Cost: nothing for bodies that rest; `O(log n)` expected for a body that leaves its wide box, and as much, spread over
+//! Cost: nothing for bodies that rest; `O(log n)` expected for a body that leaves its fat AABB, and as much, spread over
 //! the frames, for building the tree anew when its bodies have moved about.
 
-use super::pairs::{Key, key};
+use super::body::Change;
+use super::id::{PairKey, pair_key};
 use crate::math::Aabb;
 use alloc::vec::Vec;
 use glam::DVec3;
 
 const NONE: u32 = u32::MAX;
 
-/// How much wider than the box of a body the wide box is, on each side, relative to the longest edge.
+/// How far the fat AABB of a moving body reaches beyond its box, on each side, relative to the longest edge.
 const SLACK: f64 = 0.05;
 
-/// Times that a body leaves its wide box, on average, before the tree is built anew.
+/// Times that a body leaves its fat AABB, on average, before the tree is built anew.
 const MOVES_BEFORE_REBUILD: usize = 6;
-
-/// What is new about a body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub(super) enum News {
-    #[default]
-    None,
-    /// Another wide box, or other bodies that it may meet.
-    Place,
-    /// Another body than before.
-    Body,
-}
 
 /// A node of the tree, one cache line. Its children are the next node and `second`.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +34,7 @@ struct Node {
     parent: u32,
     /// The body of a leaf.
     body: u32,
-    /// Whether there is a new wide box below.
+    /// Whether there is a new fat AABB below.
     new: bool,
     /// Whether there is a moving body below.
     moving: bool,
@@ -52,10 +42,10 @@ struct Node {
 
 const _: () = assert!(size_of::<Node>() == 64);
 
-/// What the broad phase knows of one body.
+/// A body in the broad phase.
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    wide: Aabb,
+struct Proxy {
+    fat: Aabb,
     leaf: u32,
     moving: bool,
 }
@@ -64,19 +54,19 @@ struct Place {
 pub(super) struct Broad {
     /// The boxes of all bodies, empty for those that are not there.
     boxes: Vec<Aabb>,
-    places: Vec<Place>,
+    proxies: Vec<Proxy>,
     /// What is new about each body, and those of whom something is.
-    news: Vec<News>,
+    news: Vec<Change>,
     newcomers: Vec<u32>,
     nodes: Vec<Node>,
-    /// The root of the tree, then the leaves of bodies that came or were carried off since it was built.
+    /// The root of the tree, then a one-leaf tree for each body inserted or teleported since the last rebuild.
     roots: Vec<u32>,
     /// Leaves with a new box.
     marked: Vec<u32>,
     moves: usize,
     /// Buffer for building the tree.
     order: Vec<u32>,
-    found: Vec<Key>,
+    found: Vec<PairKey>,
 }
 
 impl Broad {
@@ -85,40 +75,40 @@ impl Broad {
         &self.boxes[body as usize]
     }
 
-    /// Whether a body has another wide box than before the last [`Broad::update`].
-    pub fn news(&self, body: u32) -> News {
+    /// What is new about a body since the [`Broad::update`] before the last.
+    pub fn news(&self, body: u32) -> Change {
         self.news[body as usize]
     }
 
     /// Gives a body its box; an empty box takes it away.
-    pub fn place(&mut self, body: u32, bounds: Aabb, moving: bool, news: News) {
+    pub fn place(&mut self, body: u32, bounds: Aabb, moving: bool, news: Change) {
         let at = body as usize;
         if at >= self.boxes.len() {
             self.boxes.resize(at + 1, Aabb::EMPTY);
-            self.places.resize(at + 1, Place { wide: Aabb::EMPTY, leaf: NONE, moving });
-            self.news.resize(at + 1, News::None);
+            self.proxies.resize(at + 1, Proxy { fat: Aabb::EMPTY, leaf: NONE, moving });
+            self.news.resize(at + 1, Change::None);
         }
         self.boxes[at] = bounds;
-        let place = &mut self.places[at];
-        place.moving = moving;
-        let inside = place.wide.min.cmple(bounds.min).all() && bounds.max.cmple(place.wide.max).all();
-        if inside && news == News::None && !bounds.is_empty() {
+        let proxy = &mut self.proxies[at];
+        proxy.moving = moving;
+        let inside = proxy.fat.min.cmple(bounds.min).all() && bounds.max.cmple(proxy.fat.max).all();
+        if inside && news == Change::None && !bounds.is_empty() {
             return;
         }
         let slack = DVec3::splat(if moving { SLACK * bounds.extents().max_element() } else { 0.0 });
-        place.wide = Aabb { min: bounds.min - slack, max: bounds.max + slack };
-        if self.news[at] == News::None {
+        proxy.fat = Aabb { min: bounds.min - slack, max: bounds.max + slack };
+        if self.news[at] == Change::None {
             self.newcomers.push(body);
         }
-        self.news[at] = self.news[at].max(news).max(News::Place);
+        self.news[at] = self.news[at].max(news).max(Change::Place);
     }
 
     pub fn has_news(&self) -> bool {
         !self.newcomers.is_empty()
     }
 
-    /// All pairs of wide boxes that overlap and have a new one among them, ascending, as of the last update.
-    pub fn found(&self) -> &[Key] {
+    /// All pairs of fat AABBs that overlap and have a new one among them, ascending, as of the last update.
+    pub fn found(&self) -> &[PairKey] {
         &self.found
     }
 
@@ -149,7 +139,7 @@ impl Broad {
     /// Ends the frame of an update.
     pub fn forget_news(&mut self) {
         for body in self.newcomers.drain(..) {
-            self.news[body as usize] = News::None;
+            self.news[body as usize] = Change::None;
         }
         for mut at in self.marked.drain(..) {
             while let Some(node) = self.nodes.get_mut(at as usize).filter(|node| node.new) {
@@ -159,23 +149,23 @@ impl Broad {
         }
     }
 
-    /// Puts a body's wide box into its leaf, or into a leaf of its own if it was carried off.
+    /// Puts a body's fat AABB into its leaf, or into a one-leaf tree if it was teleported.
     fn renew(&mut self, body: u32) {
-        let place = self.places[body as usize];
-        if let Some(leaf) = self.nodes.get(place.leaf as usize) {
-            let moved = leaf.bounds.intersects(&place.wide);
-            self.set_leaf(place.leaf, if moved { place.wide } else { Aabb::EMPTY }, place.moving);
+        let proxy = self.proxies[body as usize];
+        if let Some(leaf) = self.nodes.get(proxy.leaf as usize) {
+            let moved = leaf.bounds.intersects(&proxy.fat);
+            self.set_leaf(proxy.leaf, if moved { proxy.fat } else { Aabb::EMPTY }, proxy.moving);
             if moved {
                 return;
             }
         }
-        self.places[body as usize].leaf = NONE;
-        if !place.wide.is_empty() {
+        self.proxies[body as usize].leaf = NONE;
+        if !proxy.fat.is_empty() {
             let leaf = self.nodes.len() as u32;
-            self.places[body as usize].leaf = leaf;
+            self.proxies[body as usize].leaf = leaf;
             self.roots.push(leaf);
             self.nodes.push(Node { bounds: Aabb::EMPTY, second: NONE, parent: NONE, body, new: false, moving: false });
-            self.set_leaf(leaf, place.wide, place.moving);
+            self.set_leaf(leaf, proxy.fat, proxy.moving);
         }
     }
 
@@ -197,40 +187,40 @@ impl Broad {
         self.roots.clear();
         self.nodes.clear();
         self.order.clear();
-        for (body, place) in (0..).zip(&mut self.places) {
-            place.leaf = NONE;
-            if !place.wide.is_empty() {
+        for (body, proxy) in (0..).zip(&mut self.proxies) {
+            proxy.leaf = NONE;
+            if !proxy.fat.is_empty() {
                 self.order.push(body);
             }
         }
         if !self.order.is_empty() {
-            self.roots.push(build(&mut self.nodes, &mut self.places, &self.news, &mut self.order, NONE));
+            self.roots.push(build(&mut self.nodes, &mut self.proxies, &self.news, &mut self.order, NONE));
         }
         self.marked.clear();
-        let leaves = self.newcomers.iter().map(|&body| self.places[body as usize].leaf);
+        let leaves = self.newcomers.iter().map(|&body| self.proxies[body as usize].leaf);
         self.marked.extend(leaves.filter(|&leaf| leaf != NONE));
     }
 }
 
 /// Builds the subtree of `order`, which is not empty, by halves along the longest axis: balanced, so recursion is short.
-fn build(nodes: &mut Vec<Node>, places: &mut [Place], news: &[News], order: &mut [u32], parent: u32) -> u32 {
+fn build(nodes: &mut Vec<Node>, proxies: &mut [Proxy], news: &[Change], order: &mut [u32], parent: u32) -> u32 {
     let at = nodes.len() as u32;
     if let [body] = *order {
-        let place = &mut places[body as usize];
-        place.leaf = at;
-        let new = news[body as usize] != News::None;
-        nodes.push(Node { bounds: place.wide, second: NONE, parent, body, new, moving: place.moving });
+        let proxy = &mut proxies[body as usize];
+        proxy.leaf = at;
+        let new = news[body as usize] != Change::None;
+        nodes.push(Node { bounds: proxy.fat, second: NONE, parent, body, new, moving: proxy.moving });
         return at;
     }
-    let middle = |body: u32| places[body as usize].wide.min * 0.5 + places[body as usize].wide.max * 0.5;
+    let middle = |body: u32| proxies[body as usize].fat.min * 0.5 + proxies[body as usize].fat.max * 0.5;
     let axis = Aabb::from_points(order.iter().map(|&body| middle(body))).extents().max_position();
     let half = order.len() / 2;
     order.select_nth_unstable_by(half, |&a, &b| middle(a)[axis].total_cmp(&middle(b)[axis]).then(a.cmp(&b)));
     let empty = Node { bounds: Aabb::EMPTY, second: NONE, parent, body: NONE, new: false, moving: false };
     nodes.push(empty);
     let (left, right) = order.split_at_mut(half);
-    let first = build(nodes, places, news, left, at);
-    let second = build(nodes, places, news, right, at);
+    let first = build(nodes, proxies, news, left, at);
+    let second = build(nodes, proxies, news, right, at);
     let (first, other) = (nodes[first as usize], nodes[second as usize]);
     let node = &mut nodes[at as usize];
     node.bounds = first.bounds.union(&other.bounds);
@@ -255,7 +245,7 @@ fn refit(nodes: &mut [Node], at: u32) {
 }
 
 /// Pairs below one node.
-fn within(nodes: &[Node], at: u32, found: &mut Vec<Key>) {
+fn within(nodes: &[Node], at: u32, found: &mut Vec<PairKey>) {
     let node = &nodes[at as usize];
     if node.new && node.moving && node.second != NONE {
         within(nodes, at + 1, found);
@@ -273,12 +263,12 @@ pub(super) fn overlap(a: &Aabb, b: &Aabb) -> bool {
 
 /// Pairs of one body below each of two nodes.
 #[inline(always)]
-fn across(nodes: &[Node], x: u32, y: u32, found: &mut Vec<Key>) {
+fn across(nodes: &[Node], x: u32, y: u32, found: &mut Vec<PairKey>) {
     let (a, b) = (&nodes[x as usize], &nodes[y as usize]);
     // Most pairs end here, before a call is made for them.
     if (a.new | b.new) & (a.moving | b.moving) && overlap(&a.bounds, &b.bounds) {
         if a.second == NONE && b.second == NONE {
-            found.push(key(a.body, b.body));
+            found.push(pair_key(a.body, b.body));
         } else {
             below(nodes, x, y, found);
         }
@@ -286,7 +276,7 @@ fn across(nodes: &[Node], x: u32, y: u32, found: &mut Vec<Key>) {
 }
 
 /// Pairs below two nodes that are not both leaves.
-fn below(nodes: &[Node], x: u32, y: u32, found: &mut Vec<Key>) {
+fn below(nodes: &[Node], x: u32, y: u32, found: &mut Vec<PairKey>) {
     match (nodes[x as usize].second, nodes[y as usize].second) {
         (NONE, second) => {
             across(nodes, x, y + 1, found);

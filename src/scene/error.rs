@@ -1,6 +1,6 @@
 //! Why a scene refuses something.
 
-use super::body::BodyId;
+use super::id::BodyId;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use core::fmt;
 

@@ -1,8 +1,8 @@
 //! What a pair is expected to cost, and to tell.
 
-use super::chain::WORK_PER_PAIR;
-use super::pairs::Track;
-use crate::query::{MAX_STEP_WORK, Verdict};
+use super::pairs::PairState;
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_QUERY};
+use crate::query::Verdict;
 
 /// Expectations of a pair.
 #[derive(Clone, Copy, Debug)]
@@ -23,24 +23,24 @@ impl Forecast {
 
     /// From what is remembered, or else from the fourth roots of the triangle counts. `age`: frames since it was decided.
     #[inline]
-    pub fn new(track: &Track, sizes: [f32; 2], age: u64) -> Self {
-        let (search, high) = expected_cost(track, sizes);
-        let chance = match track.verdict {
+    pub fn new(state: &PairState, sizes: [f32; 2], age: u64) -> Self {
+        let (search, high) = expected_cost(state, sizes);
+        let chance = match state.verdict {
             Verdict::Intersecting { .. } => LOST_WITNESS,
             Verdict::Undecided => NEVER_DECIDED,
-            Verdict::Separated => (NEW_CONTACT * track.search as f32 * age as f32).min(NEVER_DECIDED),
+            Verdict::Separated => (NEW_CONTACT * state.search as f32 * age as f32).min(NEVER_DECIDED),
         };
-        let (median, still) = match track.verdict {
-            Verdict::Intersecting { .. } => (track.cost.min(search), (1.0 - GOES * age as f32).max(chance)),
+        let (median, still) = match state.verdict {
+            Verdict::Intersecting { .. } => (state.cost.min(search), (1.0 - PARTED * age as f32).max(chance)),
             _ => (search, chance),
         };
-        let capped = |work: u64| (work + WORK_PER_PAIR).min(u64::from(u32::MAX)) as u32;
+        let capped = |work: u64| (work + WORK_PER_QUERY).min(u64::from(u32::MAX)) as u32;
         Self { median: capped(median), high: capped(high), search: capped(search), still, chance }
     }
 }
 
-/// Probability that a pair that intersects does not any more, for each frame since (.007 and .015 measured on two scenes).
-const GOES: f32 = 0.01;
+/// Per-frame probability that an intersecting pair has separated (.007 and .015 measured on two scenes).
+const PARTED: f32 = 0.01;
 
 /// Chances that a pair intersects: whose remembered witnesses do not meet any more (.92 and .95 measured on two scenes); that
 /// was never decided; and for each unit of work that it took to find it apart, and each frame since (1e-5 and 1e-4).
@@ -50,14 +50,14 @@ const NEW_CONTACT: f32 = 3e-5;
 
 /// Work of a query that no remembered witness spares, median and 90 % quantile.
 #[inline]
-fn expected_cost(track: &Track, sizes: [f32; 2]) -> (u64, u64) {
-    let (search, spread) = if track.search > 0 {
-        (track.search, track.search / 2)
+fn expected_cost(state: &PairState, sizes: [f32; 2]) -> (u64, u64) {
+    let (search, spread) = if state.search > 0 {
+        (state.search, state.search / 2)
     } else {
         // Near contact, work grows about like the fourth root of the product of the triangle counts.
         let guess = (40.0 * sizes[0] * sizes[1]) as u64;
         (guess, 4 * guess)
     };
-    let left = search.saturating_sub(track.pending[0]).max(MAX_STEP_WORK);
+    let left = search.saturating_sub(state.pending.work).max(MAX_STEP_WORK);
     (left, left + spread)
 }

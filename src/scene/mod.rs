@@ -1,37 +1,40 @@
 //! Many bodies, one budget a frame.
 //!
-//! A [`Scene`] holds bodies, finds those whose boxes overlap ([`broad`], [`pairs`]), shares the budget of the frame among
-//! them ([`schedule`], where the guarantees stand), and runs each pair through the one query ([`chain`]), on one thread or
-//! on several ([`workers`]).
+//! A [`Scene`] holds bodies ([`body`]), finds those whose boxes overlap ([`broad`], [`pairs`]), shares the budget of the frame
+//! among them ([`schedule`], [`deal`]), and runs each pair through the one query ([`batch`]), on one thread or on several
+//! ([`workers`]). Of two bodies there is a state that is kept, a job of the frame, and a report.
 
+mod batch;
 mod body;
 mod bounds;
 mod broad;
-mod chain;
+mod deal;
 mod error;
 mod forecast;
-mod guard;
+mod id;
+mod job;
 mod pairs;
 mod report;
 mod schedule;
 #[cfg(feature = "parallel")]
 mod workers;
 
-pub use body::{Body, BodyId, BodyKind, Filter};
+pub use body::{Body, BodyKind, Filter};
 pub use error::SceneError;
+pub use id::BodyId;
 pub use report::{PairCertificate, PairReport, Report};
 
 use crate::math::{Aabb, Pose};
+use crate::names::named;
 #[cfg(feature = "std")]
 use crate::query::SystemClock;
 use crate::query::{Budget, Clock, Mode, Verdict, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
-use body::{Bodies, Placed, checked_importance, checked_inverse};
-use broad::{Broad, News};
-use chain::{Chain, Round};
+use batch::{Batch, Round};
+use body::{Bodies, Change, Placed, checked_importance, checked_inverse};
+use broad::Broad;
 use pairs::Pairs;
 use schedule::{Frame, Schedule};
 
@@ -42,10 +45,13 @@ pub enum Reach {
     /// Those around the bodies where they are: pairs that are not reported do not meet.
     #[default]
     Here,
-    /// Those around the way of each body since the last frame. Pairs that may have met in between are reported as well, with
-    /// what is true of them here.
-    Way,
+    /// Swept boxes: each covers a body's motion since the previous frame, at a constant velocity and turn between its two
+    /// poses (the screw motion, or the middle of its box on a straight line). Pairs that may have met in between are reported
+    /// as well, with what is true of them here.
+    Swept,
 }
+
+named!(Reach { Here => "here", Swept => "swept" });
 
 /// Bodies that move, and the question which of them meet, asked again every frame within a budget.
 ///
@@ -72,10 +78,10 @@ pub enum Reach {
 #[derive(Debug)]
 pub struct Scene {
     mode: Mode,
+    /// The frame from which on this mode is asked for.
+    asked_since: u64,
     reach: Reach,
     bodies: Arc<Bodies>,
-    /// Bodies that need a new box, and whether they are another body than before.
-    moved: Vec<(u32, News)>,
     broad: Broad,
     pairs: Pairs,
     schedule: Schedule,
@@ -91,13 +97,13 @@ impl Scene {
     pub fn new() -> Self {
         Self {
             mode: Mode::Any,
+            asked_since: 1,
             reach: Reach::Here,
             bodies: Arc::default(),
-            moved: Vec::new(),
             broad: Broad::default(),
             pairs: Pairs::default(),
             schedule: Schedule::new(),
-            scratch: chain::workspace(),
+            scratch: batch::workspace(),
             report: Report::default(),
             #[cfg(feature = "parallel")]
             workers: None,
@@ -107,15 +113,27 @@ impl Scene {
     /// Any intersection of each pair (the default), or the number of all.
     #[must_use]
     pub fn mode(mut self, mode: Mode) -> Self {
-        self.mode = mode;
+        self.set_mode(mode);
         self
     }
 
     /// Which boxes the broad phase compares; by default, those where the bodies are.
     #[must_use]
     pub fn reach(mut self, reach: Reach) -> Self {
-        self.reach = reach;
+        self.set_reach(reach);
         self
+    }
+
+    /// Asks another question from the next frame on; what earlier frames found does not answer it.
+    pub fn set_mode(&mut self, mode: Mode) {
+        if self.mode != mode {
+            (self.mode, self.asked_since) = (mode, self.next_frame());
+        }
+    }
+
+    /// Compares other boxes from the next frame on.
+    pub fn set_reach(&mut self, reach: Reach) {
+        self.reach = reach;
     }
 
     /// Shares the work of [`Scene::detect`] among `threads` threads, the caller's included. They wait between frames.
@@ -124,7 +142,7 @@ impl Scene {
     /// If the operating system gives no thread; the scene then has the threads that it had.
     #[cfg(feature = "parallel")]
     pub fn use_threads(&mut self, threads: usize) -> std::io::Result<()> {
-        self.workers = if threads > 1 { Some(workers::Workers::start(threads - 1, schedule::CHAINS)?) } else { None };
+        self.workers = if threads > 1 { Some(workers::Workers::start(threads - 1, deal::BATCHES)?) } else { None };
         Ok(())
     }
 
@@ -138,8 +156,7 @@ impl Scene {
         let importance = checked_importance(id, body.importance)?;
         let frame = self.next_frame();
         let last = body.pose;
-        self.bodies_mut().insert(Placed { body: body.with_importance(importance), inverse, last }, frame);
-        self.moved.push((id.index() as u32, News::Body));
+        self.bodies_mut().insert(Placed { body: Body { importance, ..body }, inverse, last }, frame);
         Ok(id)
     }
 
@@ -148,9 +165,7 @@ impl Scene {
     /// # Errors
     /// If it is not in it.
     pub fn remove(&mut self, id: BodyId) -> Result<Body, SceneError> {
-        let body = self.bodies_mut().remove(id)?;
-        self.moved.push((id.index() as u32, News::Body));
-        Ok(body)
+        self.bodies_mut().remove(id)
     }
 
     /// A body of the scene.
@@ -176,7 +191,7 @@ impl Scene {
         self.len() == 0
     }
 
-    /// Moves a body. The very pose that it has leaves it at rest.
+    /// Moves a body. Setting the pose that it already has is a no-op.
     ///
     /// # Errors
     /// If the body is not in the scene, or its pose too far from a rotation or too far out; it then stays where it was.
@@ -213,7 +228,7 @@ impl Scene {
     /// If the body is not in the scene.
     pub fn set_filter(&mut self, id: BodyId, filter: Filter) -> Result<(), SceneError> {
         self.change(id, |placed| placed.body.filter = filter)?;
-        self.moved.push((id.index() as u32, News::Place));
+        self.bodies_mut().set_pending(id.index() as u32, Change::Place);
         Ok(())
     }
 
@@ -223,8 +238,7 @@ impl Scene {
     /// If the body is not in the scene, or the importance is NaN.
     pub fn set_importance(&mut self, id: BodyId, importance: f32) -> Result<(), SceneError> {
         let importance = checked_importance(id, importance)?;
-        let changed = self.bodies.facts_of(id)?.changed;
-        self.bodies_mut().change(id, changed, |placed| placed.body.importance = importance).map(drop)
+        self.bodies_mut().update(id, |placed| placed.body.importance = importance)
     }
 
     /// Finds out which bodies meet, within a budget for the whole frame.
@@ -232,13 +246,19 @@ impl Scene {
     /// Under a budget of time it ends in time as long as the broad phase alone does; under a budget of work, which does not
     /// count the broad phase, it gives the same report on any number of threads. It does not allocate once its buffers have
     /// grown to the size of the scene.
+    ///
+    /// **Guarantee: no pair starves.** Let `B` be the budget of each frame, of work (at least 602 units) or the time that the
+    /// broad phase leaves; `R = B/8`; and `C` the sum over the overlapping pairs of what each takes to its end, or is
+    /// expected to take if that is more, with 602 units for every frame in which it goes on. Then each pair has a turn within
+    /// **`K = 2 ⌈C/R⌉ + 1`** frames, and a pair that rests, or that takes no more than `R`, is decided at least once in `K`
+    /// frames.
     #[cfg(feature = "std")]
     pub fn detect(&mut self, budget: Budget) -> &Report {
         let clock = SystemClock::default();
         #[cfg(feature = "parallel")]
         if let Some(workers) = self.workers.take() {
-            self.frame(budget, &clock, workers.threads(), |chains, round, bodies, scratch| {
-                workers.run(chains, round, bodies, scratch, clock);
+            self.frame(budget, &clock, workers.threads(), |batches, round, bodies, scratch| {
+                workers.run(batches, round, bodies, scratch, clock);
             });
             self.workers = Some(workers);
             return &self.report;
@@ -248,9 +268,9 @@ impl Scene {
 
     /// [`Scene::detect`] by a clock of the caller's, on the calling thread alone.
     pub fn detect_with<C: Clock>(&mut self, budget: Budget, clock: &C) -> &Report {
-        self.frame(budget, clock, 1, |chains, round, bodies, scratch| {
-            for chain in chains {
-                chain.run(bodies, scratch, round, clock);
+        self.frame(budget, clock, 1, |batches, round, bodies, scratch| {
+            for batch in batches {
+                batch.run(bodies, scratch, round, clock);
             }
         });
         &self.report
@@ -261,28 +281,36 @@ impl Scene {
         &self.report
     }
 
-    /// What the last frame left open about two bodies. Takes time linear in what is open, so it is not part of the report.
+    /// What is not known about two bodies where they are now: what the last frame left open, or everything if they may not
+    /// meet, if one of them was changed since, or if there was no frame yet. Takes time linear in what is open, so it is not part of the report.
     ///
     /// # Errors
     /// If one of them is not in the scene.
     pub fn certificate(&self, x: BodyId, y: BodyId) -> Result<PairCertificate, SceneError> {
         let (a, b) = if x.index() < y.index() { (x, y) } else { (y, x) };
         let (placed_a, placed_b) = (self.bodies.get(a)?, self.bodies.get(b)?);
+        let trees = [placed_a, placed_b].map(|placed| &*placed.body.tree);
+        let [triangles_a, triangles_b] = trees.map(|tree| tree.mesh().len() as u64);
         let nothing = PairCertificate { upper_bound: 0, largest_extent: 0.0 };
+        let whole = |common: &Aabb| PairCertificate {
+            upper_bound: triangles_a * triangles_b,
+            largest_extent: common.extents().max_element(),
+        };
+        let [index_a, index_b] = [a, b].map(|body| body.index() as u32);
+        let (facts_a, facts_b) = (self.bodies.facts(index_a), self.bodies.facts(index_b));
+        let moving = [placed_a, placed_b].iter().any(|placed| placed.body.kind == BodyKind::Moving);
+        let looked_at = moving && facts_a.may_meet(facts_b);
+        if !looked_at || facts_a.changed.max(facts_b.changed).max(self.asked_since) > self.report.frame {
+            let [here, there] = [placed_a, placed_b].map(|placed| bounds::at(&placed.body.tree, &placed.body.pose));
+            return Ok(whole(&here.intersection(&there)));
+        }
         let Some(pair) = self.report.pair(a, b) else { return Ok(nothing) };
         if pair.complete && (self.mode == Mode::All || pair.verdict == Verdict::Separated) {
             return Ok(PairCertificate { upper_bound: pair.found, ..nothing });
         }
-        let [index_a, index_b] = [a, b].map(|body| body.index() as u32);
-        let key = pairs::key(index_a, index_b);
-        let trees = [placed_a, placed_b].map(|placed| &*placed.body.tree);
-        if let Some(held) = self.schedule.certificate(key, trees, placed_a.relative(placed_b), self.mode) {
-            return Ok(held);
-        }
-        let (of_a, of_b) = (self.broad.bounds(index_a), self.broad.bounds(index_b));
-        let common = Aabb { min: of_a.min.max(of_b.min), max: of_a.max.min(of_b.max) };
-        let [a, b] = trees.map(|tree| tree.mesh().len() as u64);
-        Ok(PairCertificate { upper_bound: a * b, largest_extent: common.extents().max_element() })
+        let key = id::pair_key(index_a, index_b);
+        let held = self.schedule.certificate(key, trees, placed_a.relative(placed_b), self.mode);
+        Ok(held.unwrap_or_else(|| whole(&self.broad.bounds(index_a).intersection(self.broad.bounds(index_b)))))
     }
 
     fn bodies_mut(&mut self) -> &mut Bodies {
@@ -298,10 +326,7 @@ impl Scene {
     /// Changes a body in a way that may change its box or its verdicts.
     fn change(&mut self, id: BodyId, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
         let frame = self.next_frame();
-        if self.bodies_mut().change(id, frame, change)? {
-            self.moved.push((id.index() as u32, News::None));
-        }
-        Ok(())
+        self.bodies_mut().change(id, frame, change)
     }
 
     fn frame<C: Clock>(
@@ -309,45 +334,37 @@ impl Scene {
         budget: Budget,
         clock: &C,
         threads: usize,
-        mut execute: impl FnMut(&mut [Chain], &Round, &Arc<Bodies>, &mut Box<Workspace>),
+        mut execute: impl FnMut(&mut [Batch], &Round, &Arc<Bodies>, &mut Box<Workspace>),
     ) {
         let started = budget.time_limit().map(|_| clock.now());
         self.report.frame += 1;
         self.place_moved();
         let Self { pairs, broad, bodies, schedule, scratch, report, .. } = self;
         pairs.update(broad, bodies, report.frame);
-        let number = report.frame;
-        let frame = Frame { number, mode: self.mode, budget, started, clock, bodies, threads };
-        schedule.run(&frame, pairs, report, |chains, round| execute(chains, round, bodies, scratch));
+        let (number, mode, asked_since) = (report.frame, self.mode, self.asked_since);
+        let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
+        schedule.run(&frame, pairs, report, |batches, round| execute(batches, round, bodies, scratch));
         report.elapsed = started.map(|started| clock.now().saturating_sub(started));
     }
 
     /// Gives their boxes to all bodies that moved, came or went.
     fn place_moved(&mut self) {
-        if self.reach == Reach::Way {
-            // Each once: its way ends where it is.
-            self.moved.sort_unstable_by(|x, y| y.cmp(x));
-            self.moved.dedup_by_key(|&mut (index, _)| index);
-        }
         let bodies = Arc::make_mut(&mut self.bodies);
-        for at in (0..self.moved.len()).rev() {
-            let (index, news) = self.moved[at];
-            let mut goes_on = false;
-            if let Some(Placed { body, last, .. }) = bodies.at_mut(index) {
-                let bounds = match self.reach {
-                    Reach::Here => bounds::at(&body.tree, &body.pose),
-                    Reach::Way => bounds::swept(&body.tree, last, &body.pose),
-                };
-                self.broad.place(index, bounds, body.kind == BodyKind::Moving, news);
-                // In the next frame it has come from here.
-                goes_on = self.reach == Reach::Way && core::mem::replace(last, body.pose) != body.pose;
-            } else {
+        for place in (0..bodies.pending()).rev() {
+            let (index, news) = bodies.take_pending(place);
+            let Some(Placed { body, last, .. }) = bodies.at_mut(index) else {
                 self.broad.place(index, Aabb::EMPTY, false, news);
-            }
-            if goes_on {
-                self.moved[at].1 = News::None;
-            } else {
-                self.moved.swap_remove(at);
+                continue;
+            };
+            let from = core::mem::replace(last, body.pose);
+            let bounds = match self.reach {
+                Reach::Here => bounds::at(&body.tree, &body.pose),
+                Reach::Swept => bounds::swept(&body.tree, &from, &body.pose),
+            };
+            self.broad.place(index, bounds, body.kind == BodyKind::Moving, news);
+            if self.reach == Reach::Swept && from != body.pose {
+                // In the next frame it has come from here.
+                bodies.set_pending(index, Change::None);
             }
         }
     }

@@ -1,26 +1,39 @@
-//! The pairs of bodies: candidates whose wide boxes overlap, and what is kept about those whose boxes do.
+//! The pairs of bodies whose fat AABBs overlap, and what is kept about those whose boxes do.
 
-use super::body::Bodies;
-use super::broad::{Broad, News, overlap};
-use super::chain::WORK_PER_WITNESS;
-use crate::query::{Outcome, PairMemory, Stats, StopReason, Verdict};
+use super::body::{Bodies, Change};
+use super::broad::{Broad, overlap};
+use super::id::{PairKey, bodies_of};
+use crate::model::cost::WORK_PER_WITNESS;
+use crate::query::{PairMemory, StopReason, Verdict, Workspace};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-/// Two bodies, the lower index in the upper half: pairs are ordered by it.
-pub(super) type Key = u64;
-
-pub(super) fn key(a: u32, b: u32) -> Key {
-    u64::from(a.min(b)) << 32 | u64::from(a.max(b))
+/// Work and BV tests.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Spent {
+    pub work: u64,
+    pub bv_tests: u64,
 }
 
-pub(super) fn bodies(key: Key) -> [u32; 2] {
-    [(key >> 32) as u32, key as u32]
+impl Spent {
+    /// All that the query in a workspace has done.
+    pub fn of(workspace: &Workspace) -> Self {
+        Self { work: workspace.work(), bv_tests: workspace.bv_tests() }
+    }
+
+    pub fn add(&mut self, other: Self) {
+        self.work += other.work;
+        self.bv_tests += other.bv_tests;
+    }
+
+    pub fn since(self, before: Self) -> Self {
+        Self { work: self.work - before.work, bv_tests: self.bv_tests - before.bv_tests }
+    }
 }
 
 /// What is kept about two bodies as long as their boxes overlap.
 #[derive(Clone, Debug)]
-pub(super) struct Track {
+pub(super) struct PairState {
     pub memory: PairMemory,
     /// What the last frame that decided it found.
     pub verdict: Verdict,
@@ -33,14 +46,14 @@ pub(super) struct Track {
     pub refuted: u64,
     /// Work of the last run to the end; 0 if there was none.
     pub cost: u64,
-    /// The same, or more if that is known, where no remembered witness spared the search.
+    /// Work of the last run that no remembered witness cut short; a lower bound while that run is unfinished.
     pub search: u64,
-    /// Work and BV tests of the run that is not at its end.
-    pub pending: [u64; 2],
+    /// What the run that is not at its end has spent.
+    pub pending: Spent,
 }
 
-impl Track {
-    /// A pair that is first looked at in `frame`.
+impl PairState {
+    /// Of a pair that overlaps for the first time in `frame`.
     fn new(frame: u64) -> Self {
         Self {
             memory: PairMemory::new(),
@@ -51,90 +64,90 @@ impl Track {
             refuted: 0,
             cost: 0,
             search: 0,
-            pending: [0; 2],
+            pending: Spent::default(),
         }
     }
 
     /// Takes note of a witness that still meets in `frame`.
     pub fn meets(&mut self, witness: [u32; 2], frame: u64) {
-        (self.decided, self.completed, self.cost, self.pending) = (frame, frame, WORK_PER_WITNESS, [0; 2]);
+        (self.decided, self.completed, self.cost, self.pending) = (frame, frame, WORK_PER_WITNESS, Spent::default());
         (self.verdict, self.found) = (Verdict::Intersecting { witness }, 1);
     }
 
-    /// Takes note of a call in `frame`; whether the run is at its end.
-    pub fn note(&mut self, outcome: &Outcome, frame: u64) -> bool {
-        let Stats { work, bv_tests, .. } = outcome.stats;
-        let done = matches!(outcome.stop, StopReason::Finished | StopReason::FirstHit);
-        if done {
-            (self.completed, self.cost, self.pending) = (frame, work, [0; 2]);
-            if bv_tests > 0 {
-                self.search = work;
+    /// Takes note of a call in `frame` that ended for this reason; whether the run is over.
+    pub fn note(&mut self, workspace: &Workspace, stop: StopReason, frame: u64) -> bool {
+        let spent = Spent::of(workspace);
+        if stop.is_final() {
+            (self.completed, self.cost, self.pending) = (frame, spent.work, Spent::default());
+            if spent.bv_tests > 0 {
+                self.search = spent.work;
             }
         } else {
-            self.search = self.search.max(2 * work);
-            self.pending = [work, bv_tests];
+            self.search = self.search.max(2 * spent.work);
+            self.pending = spent;
         }
-        if outcome.verdict != Verdict::Undecided {
-            (self.decided, self.verdict, self.found) = (frame, outcome.verdict, outcome.found);
+        let verdict = workspace.verdict(stop);
+        if verdict != Verdict::Undecided {
+            (self.decided, self.verdict, self.found) = (frame, verdict, workspace.found());
         }
-        done
+        stop.is_final()
     }
 }
 
 const NONE: u32 = u32::MAX;
 
-/// Two bodies whose wide boxes overlap, and where the track of those is whose boxes do; [`NONE`] for the others.
+/// Two bodies whose fat AABBs overlap, and where the state of those is whose boxes do; [`NONE`] for the others.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
-    key: Key,
+    key: PairKey,
     slot: u32,
 }
 
-/// Two bodies whose boxes overlap, and where their track is.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Overlap {
-    pub key: Key,
-    pub slot: u32,
-}
-
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Pairs {
     /// Ascending.
     candidates: Vec<Candidate>,
     merged: Vec<Candidate>,
-    /// A track is away while its pair is run.
-    tracks: Vec<Option<Box<Track>>>,
+    /// A state is away while its pair is run.
+    states: Vec<Option<Box<PairState>>>,
     free: Vec<u32>,
-    /// Those of this frame, ascending.
-    pub overlaps: Vec<Overlap>,
 }
 
 impl Pairs {
-    pub fn track(&mut self, slot: u32) -> Option<&mut Track> {
-        self.tracks[slot as usize].as_deref_mut()
+    pub fn state(&mut self, slot: u32) -> Option<&mut PairState> {
+        self.states[slot as usize].as_deref_mut()
     }
 
-    /// Takes a track out.
-    pub fn take(&mut self, slot: u32) -> Option<Box<Track>> {
-        self.tracks[slot as usize].take()
+    /// Takes a state out.
+    pub fn take(&mut self, slot: u32) -> Option<Box<PairState>> {
+        self.states[slot as usize].take()
     }
 
-    pub fn put_back(&mut self, slot: u32, track: Box<Track>) {
-        self.tracks[slot as usize] = Some(track);
+    pub fn put_back(&mut self, slot: u32, state: Box<PairState>) {
+        self.states[slot as usize] = Some(state);
+    }
+
+    /// Pairs whose fat AABBs overlap.
+    pub fn candidates(&self) -> usize {
+        self.candidates.len()
+    }
+
+    /// One of them, in ascending order, and the slot of its state; `None` if their boxes are apart in this frame.
+    pub fn overlapping(&self, candidate: usize) -> Option<(PairKey, u32)> {
+        let Candidate { key, slot } = self.candidates[candidate];
+        (slot != NONE).then_some((key, slot))
     }
 
     /// Finds the pairs whose boxes overlap in `frame`.
     pub fn update(&mut self, broad: &mut Broad, bodies: &Bodies, frame: u64) {
         broad.update();
         self.merge(broad, bodies);
-        self.overlaps.clear();
         for Candidate { key, slot } in &mut self.candidates {
-            let [a, b] = self::bodies(*key);
+            let [a, b] = bodies_of(*key);
             if overlap(broad.bounds(a), broad.bounds(b)) {
                 if *slot == NONE {
-                    *slot = new_track(&mut self.tracks, &mut self.free, frame);
+                    *slot = new_state(&mut self.states, &mut self.free, frame);
                 }
-                self.overlaps.push(Overlap { key: *key, slot: *slot });
             } else if *slot != NONE {
                 self.free.push(*slot);
                 *slot = NONE;
@@ -148,8 +161,8 @@ impl Pairs {
         if !broad.has_news() {
             return;
         }
-        let may_meet = |key: Key| {
-            let [a, b] = self::bodies(key);
+        let may_meet = |key: PairKey| {
+            let [a, b] = bodies_of(key);
             bodies.facts(a).may_meet(bodies.facts(b))
         };
         let mut found = broad.found().iter().copied().filter(|&key| may_meet(key)).peekable();
@@ -159,15 +172,15 @@ impl Pairs {
                 self.merged.push(Candidate { key, slot: NONE });
             }
             let again = found.next_if_eq(&candidate.key).is_some();
-            let [a, b] = self::bodies(candidate.key);
+            let [a, b] = bodies_of(candidate.key);
             match broad.news(a).max(broad.news(b)) {
-                News::None => self.merged.push(candidate),
-                News::Place if again => self.merged.push(candidate),
+                Change::None => self.merged.push(candidate),
+                Change::Place if again => self.merged.push(candidate),
                 news => {
                     if candidate.slot != NONE {
                         self.free.push(candidate.slot);
                     }
-                    if again && news == News::Body {
+                    if again && news == Change::Body {
                         self.merged.push(Candidate { key: candidate.key, slot: NONE });
                     }
                 }
@@ -178,15 +191,15 @@ impl Pairs {
     }
 }
 
-/// A place with a new track; those of pairs that are apart are used again.
-fn new_track(tracks: &mut Vec<Option<Box<Track>>>, free: &mut Vec<u32>, frame: u64) -> u32 {
+/// A slot with a new state; those of pairs that are apart are used again.
+fn new_state(states: &mut Vec<Option<Box<PairState>>>, free: &mut Vec<u32>, frame: u64) -> u32 {
     let slot = free.pop().unwrap_or_else(|| {
-        tracks.push(None);
-        tracks.len() as u32 - 1
+        states.push(None);
+        states.len() as u32 - 1
     });
-    match &mut tracks[slot as usize] {
-        Some(track) => **track = Track::new(frame),
-        empty => *empty = Some(Box::new(Track::new(frame))),
+    match &mut states[slot as usize] {
+        Some(state) => **state = PairState::new(frame),
+        empty => *empty = Some(Box::new(PairState::new(frame))),
     }
     slot
 }

@@ -1,7 +1,7 @@
 //! What a frame says.
 
-use super::body::BodyId;
-use super::pairs::Track;
+use super::id::BodyId;
+use super::pairs::{PairState, Spent};
 use crate::query::{Estimate, Verdict};
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -67,26 +67,26 @@ impl Report {
     }
 
     /// Adds a pair, with what is known about it when the frame begins.
-    pub(super) fn push(&mut self, [a, b]: [BodyId; 2], track: &Track, probability: f32, complete: bool) {
-        let (verdict, age, probability) = (Verdict::Undecided, self.frame - track.decided, f64::from(probability));
+    pub(super) fn push(&mut self, [a, b]: [BodyId; 2], state: &PairState, probability: f32, complete: bool) {
+        let (verdict, age, probability) = (Verdict::Undecided, self.frame - state.decided, f64::from(probability));
         self.pairs.push(PairReport { a, b, verdict, found: 0, complete: false, probability, recall: 0.0, age });
         if complete {
-            self.note(self.pairs.len() - 1, track, [0; 2], true);
+            self.note(self.pairs.len() - 1, state, Spent::default(), true);
         }
     }
 
     /// Takes note of what became of a pair, and of the work and BV tests for it.
-    pub(super) fn note(&mut self, place: usize, track: &Track, [work, bv_tests]: [u64; 2], complete: bool) {
-        self.work += work;
-        self.bv_tests += bv_tests;
+    pub(super) fn note(&mut self, place: usize, state: &PairState, spent: Spent, complete: bool) {
+        self.work += spent.work;
+        self.bv_tests += spent.bv_tests;
         let pair = &mut self.pairs[place];
-        if track.decided == self.frame {
+        if state.decided == self.frame {
             if pair.verdict == Verdict::Undecided {
                 self.decided += 1;
-                self.intersecting += usize::from(track.verdict != Verdict::Separated);
+                self.intersecting += usize::from(state.verdict != Verdict::Separated);
             }
-            (pair.verdict, pair.found, pair.age) = (track.verdict, track.found, 0);
-            pair.probability = f64::from(u8::from(track.verdict != Verdict::Separated));
+            (pair.verdict, pair.found, pair.age) = (state.verdict, state.found, 0);
+            pair.probability = f64::from(u8::from(state.verdict != Verdict::Separated));
         }
         self.complete += usize::from(complete);
         pair.complete = complete;

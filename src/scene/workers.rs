@@ -1,9 +1,9 @@
-//! Threads that run chains, and are parked between frames.
+//! Threads that run batches, and are parked between frames.
 //!
-//! A chain goes to a worker and comes back by value, and the bodies are shared, so there is nothing to lock but the queues.
+//! A batch goes to a worker and comes back by value, and the bodies are shared, so there is nothing to lock but the queues.
 
+use super::batch::{Batch, Round, workspace};
 use super::body::Bodies;
-use super::chain::{Chain, Round, workspace};
 use crate::query::{SystemClock, Workspace};
 use alloc::boxed::Box;
 use alloc::sync::Arc;
@@ -13,45 +13,45 @@ use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::thread::{self, Builder, JoinHandle};
 
-struct Job {
+struct Task {
     index: usize,
-    chain: Chain,
+    batch: Batch,
     round: Round,
     bodies: Arc<Bodies>,
     clock: SystemClock,
 }
 
-impl Job {
-    /// Lets go of the bodies before the chain is given back: the owner of the scene may then change them.
-    fn run(mut self, scratch: &mut Box<Workspace>) -> (usize, Chain) {
-        self.chain.run(&self.bodies, scratch, &self.round, &self.clock);
-        (self.index, self.chain)
+impl Task {
+    /// Lets go of the bodies before the batch is given back: the owner of the scene may then change them.
+    fn run(mut self, scratch: &mut Box<Workspace>) -> (usize, Batch) {
+        self.batch.run(&self.bodies, scratch, &self.round, &self.clock);
+        (self.index, self.batch)
     }
 }
 
 #[derive(Debug)]
 pub(super) struct Workers {
-    jobs: Option<Sender<Job>>,
-    /// The same jobs, for the calling thread to take its part.
-    rest: Receiver<Job>,
-    /// What became of the jobs of the threads.
-    done: Receiver<thread::Result<(usize, Chain)>>,
+    tasks: Option<Sender<Task>>,
+    /// The same tasks, for the calling thread to take its part.
+    rest: Receiver<Task>,
+    /// What became of the tasks of the threads.
+    done: Receiver<thread::Result<(usize, Batch)>>,
     threads: Vec<JoinHandle<()>>,
 }
 
 impl Workers {
-    /// Starts threads that help the calling one, for rounds of at most `chains` chains.
-    pub fn start(threads: usize, chains: usize) -> io::Result<Self> {
-        let (jobs, rest) = bounded::<Job>(chains);
-        let (finished, done) = bounded(chains);
-        let mut workers = Self { jobs: Some(jobs), rest, done, threads: Vec::new() };
+    /// Starts threads that help the calling one, for rounds of at most `batches` batches.
+    pub fn start(threads: usize, batches: usize) -> io::Result<Self> {
+        let (tasks, rest) = bounded::<Task>(batches);
+        let (finished, done) = bounded(batches);
+        let mut workers = Self { tasks: Some(tasks), rest, done, threads: Vec::new() };
         for _ in 0..threads {
-            let (jobs, finished) = (workers.rest.clone(), finished.clone());
+            let (tasks, finished) = (workers.rest.clone(), finished.clone());
             let work = move || {
                 let mut scratch = workspace();
-                for job in jobs {
-                    // The caller waits for every job, so even a panic has to come back to it.
-                    let ended = catch_unwind(AssertUnwindSafe(|| job.run(&mut scratch)));
+                for task in tasks {
+                    // The caller waits for every task, so even a panic has to come back to it.
+                    let ended = catch_unwind(AssertUnwindSafe(|| task.run(&mut scratch)));
                     if finished.send(ended).is_err() {
                         break;
                     }
@@ -67,33 +67,33 @@ impl Workers {
         self.threads.len() + 1
     }
 
-    /// Runs all chains that are not empty.
+    /// Runs all batches that are not empty.
     pub fn run(
         &self,
-        chains: &mut [Chain],
+        batches: &mut [Batch],
         round: &Round,
         bodies: &Arc<Bodies>,
         scratch: &mut Box<Workspace>,
         clock: SystemClock,
     ) {
-        let Some(jobs) = &self.jobs else { return };
+        let Some(tasks) = &self.tasks else { return };
         let mut away = 0;
-        for (index, chain) in chains.iter_mut().enumerate().filter(|(_, chain)| !chain.items.is_empty()) {
-            let chain = core::mem::take(chain);
-            let job = Job { index, chain, round: *round, bodies: Arc::clone(bodies), clock };
-            if jobs.send(job).is_ok() {
+        for (index, batch) in batches.iter_mut().enumerate().filter(|(_, batch)| !batch.jobs.is_empty()) {
+            let batch = core::mem::take(batch);
+            let task = Task { index, batch, round: *round, bodies: Arc::clone(bodies), clock };
+            if tasks.send(task).is_ok() {
                 away += 1;
             }
         }
-        while let Ok(job) = self.rest.try_recv() {
-            let (index, chain) = job.run(scratch);
-            chains[index] = chain;
+        while let Ok(task) = self.rest.try_recv() {
+            let (index, batch) = task.run(scratch);
+            batches[index] = batch;
             away -= 1;
         }
         let mut panic = None;
         for ended in self.done.iter().take(away) {
             match ended {
-                Ok((index, chain)) => chains[index] = chain,
+                Ok((index, batch)) => batches[index] = batch,
                 Err(payload) => panic = Some(payload),
             }
         }
@@ -105,7 +105,7 @@ impl Workers {
 
 impl Drop for Workers {
     fn drop(&mut self) {
-        self.jobs = None;
+        self.tasks = None;
         for thread in self.threads.drain(..) {
             // Nothing is left to do for one that panicked.
             let _ = thread.join();

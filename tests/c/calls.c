@@ -232,7 +232,7 @@ static void queries(void) {
   /* What is expected, before and after. */
   punctual_prediction prediction;
   punctual_estimate estimate;
-  OK(punctual_memory_set_cost_model(memory, (punctual_cost_model){1, 10, 20, 100}));
+  OK(punctual_workspace_set_cost_model(workspace, (punctual_cost_model){1, 10, 20, 100}));
   OK(punctual_query_predict(&query, NULL, &prediction));
   CHECK(prediction.work.p10 <= prediction.work.p50 && prediction.work.p50 <= prediction.work.p90);
   OK(punctual_query_estimate(&query, workspace, memory, &estimate));
@@ -263,7 +263,7 @@ static void scenes(void) {
   punctual_pair_certificate certificate;
   bool is_listed;
   size_t count;
-  OK(punctual_scene_new(PUNCTUAL_MODE_ALL, PUNCTUAL_REACH_WAY, &scene));
+  OK(punctual_scene_new(PUNCTUAL_MODE_ALL, PUNCTUAL_REACH_SWEPT, &scene));
   OK(punctual_scene_use_threads(scene, 2));
   for (int i = 0; i < 3; i++) {
     punctual_body body = punctual_body_new(tree, at(0.7 * i, 0, 0));

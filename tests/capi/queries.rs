@@ -19,6 +19,7 @@ fn same(ours: &punctual_outcome, theirs: &punctual::Outcome) {
         StopReason::Deadline => punctual_stop_reason::Deadline,
         StopReason::WorkLimit => punctual_stop_reason::WorkLimit,
         StopReason::PairsFull => punctual_stop_reason::PairsFull,
+        other => panic!("{other} has no name in C"),
     };
     assert_eq!(
         (ours.verdict, [ours.witness.a, ours.witness.b], ours.stop, ours.found),
@@ -79,15 +80,15 @@ impl<'t> Both<'t> {
         let (number, seed) = number(order);
         let mut query = punctual_query_new(Some(ours), Some(ours), raw(&tilted()));
         (query.mode, query.order, query.seed) = (u32::from(mode == Mode::All), number, seed);
-        (query.pair_limit, query.poll_interval, query.grain, query.prior) = (30, 1000, 64.0, 0.2);
+        (query.pair_limit, query.poll_interval, query.queue_threshold, query.prior) = (30, 1000, 64.0, 0.2);
         let native = Query::new(theirs, theirs, tilted()).mode(mode).order(order);
-        let native = native.pair_limit(30).poll_interval(1000).grain(64.0).prior(0.2);
+        let native = native.pair_limit(30).poll_interval(1000).queue_threshold(64.0).prior(0.2);
 
-        let (mut memory, mut remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
+        let (memory, remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
         let [bv_test, triangle_test, box_update, setup] = [0.5, 8.0, 30.0, 200.0];
         let costs = punctual_cost_model { bv_test, triangle_test, box_update, setup };
-        assert_eq!(punctual_memory_set_cost_model(Some(&mut memory), costs), Status::Ok);
-        remembered.set_cost_model(CostModel { bv_test, triangle_test, box_update, setup });
+        assert_eq!(punctual_workspace_set_cost_model(Some(workspace), costs), Status::Ok);
+        other.set_cost_model(CostModel::new([bv_test, triangle_test, box_update, setup]));
         Self { query, workspace, memory, native, other, remembered }
     }
 
@@ -153,9 +154,11 @@ impl<'t> Both<'t> {
         let expectation = self.native.predict(Some(&self.remembered));
         let left = self.native.estimate(self.other, Some(&self.remembered)).unwrap();
         assert_eq!([estimate.probability, estimate.recall], [left.probability, left.recall]);
-        for (ours, theirs) in [(prediction, expectation), (estimate.remaining, left.remaining)] {
+        let costs = [CostModel::default(), self.other.cost_model()];
+        let both = [(prediction, expectation), (estimate.remaining, left.remaining)];
+        for ((ours, theirs), costs) in both.into_iter().zip(&costs) {
             assert_eq!([ours.bv_tests.p10, ours.triangle_tests.p50], [theirs.bv_tests.p10, theirs.triangle_tests.p50]);
-            assert_eq!([ours.work.p90, ours.time.p50], [theirs.work.p90, theirs.time_ns.p50]);
+            assert_eq!([ours.work.p90, ours.time.p50], [theirs.work.p90, theirs.time(costs).p50]);
         }
         let facts = made(|facts| punctual_memory_describe(Some(&self.memory), facts));
         assert_eq!(facts.last_verdict, self.remembered.last_verdict().map_or(-1, i32::from));

@@ -85,10 +85,10 @@ fn null_is_refused_by_workspaces_and_memories() {
     null_is_seen(punctual_memory_describe(None, None), "memory");
     null_is_seen(punctual_memory_describe(Some(&memory), None), "facts");
     let costs = punctual_cost_model { bv_test: 1.0, triangle_test: 1.0, box_update: 1.0, setup: 1.0 };
-    null_is_seen(punctual_memory_set_cost_model(None, costs), "memory");
+    null_is_seen(punctual_workspace_set_cost_model(None, costs), "workspace");
     let costs = punctual_cost_model { setup: f64::NAN, ..costs };
-    let text = "punctual_memory_set_cost_model: a cost is NaN, which is not finite or too large";
-    fails(punctual_memory_set_cost_model(None, costs), Status::BadArgument, text);
+    let text = "punctual_workspace_set_cost_model: a cost is NaN, which is not finite or too large";
+    fails(punctual_workspace_set_cost_model(None, costs), Status::BadArgument, text);
 }
 
 #[test]
@@ -263,8 +263,12 @@ fn numbers_out_of_range_are_named_by_queries() {
     fails(status, Status::BadArgument, &format!("{name}: query->mode has no value 2"));
     let status = run(punctual_query { order: 6, ..query }, unlimited);
     fails(status, Status::BadArgument, &format!("{name}: query->order has no value 6"));
-    let status = run(punctual_query { grain: f32::NAN, ..query }, unlimited);
-    fails(status, Status::BadArgument, &format!("{name}: query->grain is NaN, which is not finite or too large"));
+    let status = run(punctual_query { queue_threshold: f32::NAN, ..query }, unlimited);
+    fails(
+        status,
+        Status::BadArgument,
+        &format!("{name}: query->queue_threshold is NaN, which is not finite or too large"),
+    );
     let odd = punctual_budget { kind: 3, ..unlimited };
     fails(run(query, odd), Status::BadArgument, &format!("{name}: budget.kind has no value 3"));
     let mut b_in_a = punctual_pose_identity();

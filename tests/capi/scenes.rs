@@ -27,8 +27,9 @@ fn place(i: u32, frame: u32) -> Pose {
 impl Both {
     fn new() -> Self {
         let (ours, theirs) = (tree_of(&knot()), Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.2, 96))));
-        let mut scene = owned(|scene| punctual_scene_new(punctual_mode::All as u32, punctual_reach::Way as u32, scene));
-        let mut native = Scene::new().mode(Mode::All).reach(Reach::Way);
+        let mut scene =
+            owned(|scene| punctual_scene_new(punctual_mode::All as u32, punctual_reach::Swept as u32, scene));
+        let mut native = Scene::new().mode(Mode::All).reach(Reach::Swept);
         assert_eq!(punctual_scene_use_threads(Some(&mut scene), 2), Status::Ok);
         let mut ids = Vec::new();
         for i in 0..12 {
@@ -36,7 +37,7 @@ impl Both {
             (body.kind, body.importance) = (u32::from(i < 2), i as f32);
             let id = made(|id| punctual_scene_insert(Some(&mut scene), Some(&body), id));
             let body = if i < 2 { Body::fixed } else { Body::moving };
-            ids.push((id, native.insert(body(Arc::clone(&theirs), place(i, 0)).with_importance(i as f32)).unwrap()));
+            ids.push((id, native.insert(body(Arc::clone(&theirs), place(i, 0)).importance(i as f32)).unwrap()));
             assert_eq!(id.index as usize, ids[ids.len() - 1].1.index());
         }
         Self { scene, native, ids, ours, theirs }
@@ -73,7 +74,7 @@ impl Both {
         assert_eq!(status, Status::Ok);
         self.native.tree_mut(native_id).unwrap().refit_f64(&wide).unwrap();
         let shared = owned(|tree| punctual_scene_tree(Some(&self.scene), id, tree));
-        assert_eq!(vertex_of(&shared, 5), self.native.body(native_id).unwrap().tree().mesh().vertex(5));
+        assert_eq!(vertex_of(&shared, 5), self.native.body(native_id).unwrap().tree.mesh().vertex(5));
     }
 
     fn set(&mut self, frame: u32) {
@@ -81,7 +82,7 @@ impl Both {
         assert_eq!(punctual_scene_set_tree(Some(&mut self.scene), third, Some(&self.ours)), Status::Ok);
         self.native.set_tree(native_third, Arc::clone(&self.theirs)).unwrap();
         assert_eq!(punctual_scene_set_filter(Some(&mut self.scene), fourth, 2, 6), Status::Ok);
-        self.native.set_filter(native_fourth, Filter { groups: 2, mask: 6 }).unwrap();
+        self.native.set_filter(native_fourth, Filter::new(2, 6)).unwrap();
         assert_eq!(punctual_scene_set_importance(Some(&mut self.scene), fourth, 9.0), Status::Ok);
         self.native.set_importance(native_fourth, 9.0).unwrap();
         let body = made(|body| punctual_scene_body(Some(&self.scene), fourth, body));

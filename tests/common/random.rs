@@ -24,6 +24,11 @@ impl Random {
         usize::try_from(self.bits() >> 33).unwrap() % end
     }
 
+    /// Uniform from 0 to below 1.
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
     /// Uniform in `[-1, 1)`, a multiple of 2^-52.
     #[expect(clippy::cast_precision_loss, reason = "53 bits fit")]
     pub fn signed(&mut self) -> f64 {

@@ -53,7 +53,7 @@ pub fn place(a: &Mesh, b: &Mesh, b_in_a: &Pose, [i, j]: [u32; 2]) -> Place {
     let (box_a, box_b) = (Aabb::from_points(first), Aabb::from_points(second));
     let mut points: Vec<DVec3> = edges(&first).filter_map(|edge| crossing(edge, &second)).collect();
     points.extend(edges(&second).filter_map(|edge| crossing(edge, &first)));
-    let overlap = Aabb { min: box_a.min.max(box_b.min), max: box_a.max.min(box_b.max) };
+    let overlap = box_a.intersection(&box_b);
     Place { overlap, points }
 }
 

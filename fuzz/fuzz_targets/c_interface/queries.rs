@@ -32,7 +32,7 @@ struct Question {
     /// And the seed, where it counts.
     order: (u32, u64),
     limits: (usize, u64),
-    grain: f32,
+    queue_threshold: f32,
 }
 
 /// What is asked: the trees by their places.
@@ -129,8 +129,9 @@ fn remember(world: &mut World, bytes: &mut Unstructured) -> Result<()> {
             punctual_cost_model { bv_test: cost()?, triangle_test: cost()?, box_update: cost()?, setup: cost()? };
         let numbers = [costs.bv_test, costs.triangle_test, costs.box_update, costs.setup];
         call.fault(numbers.iter().any(|cost| !cost.is_finite()), Status::BadArgument);
-        let memory = call.given(bytes, &mut *world.memories[at])?;
-        call.judge(punctual_memory_set_cost_model(memory, costs));
+        let Some(desk) = world.desks.first_mut() else { return Ok(()) };
+        let workspace = call.given(bytes, &mut *desk.workspace)?;
+        call.judge(punctual_workspace_set_cost_model(workspace, costs));
     } else if bytes.ratio(1, 4)? {
         punctual_memory_free(Some(world.memories.swap_remove(at)));
     }
@@ -185,11 +186,11 @@ fn question(world: &World, call: &mut Call, bytes: &mut Unstructured) -> Result<
         query.seed = bytes.arbitrary()?;
         query.pair_limit = if bytes.arbitrary()? { bytes.int_in_range(0..=4)? } else { bytes.arbitrary()? };
         query.poll_interval = bytes.arbitrary()?;
-        query.grain =
+        query.queue_threshold =
             if bytes.ratio(1, 4)? { f32::from_bits(bytes.arbitrary()?) } else { bytes.arbitrary::<u8>()?.into() };
         query.prior = if bytes.ratio(1, 4)? { f64::from_bits(bytes.arbitrary()?) } else { 0.5 };
     }
-    call.fault(query.grain.is_nan() || query.prior.is_nan(), Status::BadArgument);
+    call.fault(query.queue_threshold.is_nan() || query.prior.is_nan(), Status::BadArgument);
     Ok(Some(Ask { trees: [a, b], query }))
 }
 
@@ -203,7 +204,7 @@ impl Ask {
             mode: query.mode,
             order: (query.order, seed),
             limits: (query.pair_limit.max(1), query.poll_interval),
-            grain: query.grain,
+            queue_threshold: query.queue_threshold,
         }
     }
 
@@ -228,7 +229,7 @@ fn held(world: &World, desk: usize, call: &mut Call, bytes: &mut Unstructured) -
     let place = |version| world.trees.iter().position(|tree| tree.shape.version == version);
     let [Some(a), Some(b)] = run.question.versions.map(place) else { return question(world, call, bytes) };
     let mut query = punctual_query_new(None, None, run.question.b_in_a);
-    (query.mode, query.grain) = (run.question.mode, run.question.grain);
+    (query.mode, query.queue_threshold) = (run.question.mode, run.question.queue_threshold);
     ((query.order, query.seed), (query.pair_limit, query.poll_interval)) = (run.question.order, run.question.limits);
     Ok(Some(Ask { trees: [a, b], query }))
 }

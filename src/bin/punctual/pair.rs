@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::{ArgGroup, ValueEnum};
-use punctual::{Budget, Mode, Order, StopReason, Tree, Verdict};
+use punctual::{Budget, CostModel, Mode, Order, Tree, Verdict};
 
 use crate::load::{FileError, load};
 use crate::poses::{self, ListedPose};
@@ -191,7 +191,7 @@ fn print_rows(out: &mut impl Write, rows: &[Option<Row>], mode: ModeName) -> std
             ModeName::Any => -1,
             ModeName::All => i64::try_from(outcome.found).unwrap_or(i64::MAX),
         };
-        let stop = stop_name(outcome.stop);
+        let stop = outcome.stop;
         let stats = &outcome.stats;
         let recall = match mode {
             ModeName::Any => String::new(),
@@ -206,20 +206,10 @@ fn print_rows(out: &mut impl Write, rows: &[Option<Row>], mode: ModeName) -> std
             stats.work,
             predicted.bv_tests.p50,
             predicted.bv_tests.p90,
-            predicted.time_ns.p50,
+            predicted.time(&CostModel::default()).p50,
             estimate.remaining.bv_tests.p50,
             estimate.probability,
         )?;
     }
     Ok(())
-}
-
-fn stop_name(stop: StopReason) -> &'static str {
-    match stop {
-        StopReason::Finished => "finished",
-        StopReason::FirstHit => "first-hit",
-        StopReason::Deadline => "deadline",
-        StopReason::WorkLimit => "work-limit",
-        StopReason::PairsFull => "pairs-full",
-    }
 }

@@ -34,7 +34,7 @@ impl Recording {
         let first = frames.first().ok_or_else(|| FileError::at_line(&poses, 1, "no frame in it"))?;
         let bodies = parts.iter().zip(first).map(|(part, &pose)| {
             let make = if part.fixed { Body::fixed } else { Body::moving };
-            make(Arc::clone(&part.tree), pose).with_importance(part.importance)
+            make(Arc::clone(&part.tree), pose).importance(part.importance)
         });
         let bodies = bodies.collect();
         let truth = either(folder, "truth_pairs.csv").map(|file| truth(&file, frames.len())).transpose()?;

@@ -1,13 +1,13 @@
-//! A look ahead: a front in numbers, after its costliest pairs have been opened on trial.
+//! A probe: a front in numbers, after its costliest pairs have been opened on trial.
 //!
 //! What a pair will cost is hard to tell from outside, and easy to tell from a level below. So the costliest pairs are
 //! replaced by the pairs of their children that may meet, a few times; the rest is summed up. Nothing is kept, the query
 //! does not notice.
 
 use super::boxes::Depths;
-use super::frames::{Frames, Relation};
-use super::queue::{Origin, Pair};
-use super::traversal::Opener;
+use super::expand::{Sink, expand};
+use super::queue::Pair;
+use super::views::{Relation, Views};
 use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::model::front::{FrontSummary, pair_cost};
 use crate::tree::{Node, Tree, WIDTH, xyz};
@@ -16,11 +16,11 @@ use wide::f32x4;
 /// Pairs that can be opened; those that find no room are only counted.
 const ROOM: usize = 64;
 
-/// Effort of opening a pair, besides that of its children: one for each, about 30 ns.
+/// Effort of opening a pair, besides that of its children: one for each of them, about 30 ns.
 const PER_OPENING: usize = 2;
 
 /// A front, the costliest pairs of which are opened one after the other.
-pub(super) struct Look<'q> {
+pub(super) struct Probe<'q> {
     trees: [&'q Tree; 2],
     relation: &'q Relation,
     depths: Depths,
@@ -40,7 +40,7 @@ struct Open {
     crossing: f32,
 }
 
-impl<'q> Look<'q> {
+impl<'q> Probe<'q> {
     pub fn new(trees: [&'q Tree; 2], relation: &'q Relation, summary: FrontSummary) -> Self {
         Self {
             trees,
@@ -99,7 +99,7 @@ impl<'q> Look<'q> {
     }
 }
 
-impl Kernel for &mut Look<'_> {
+impl Kernel for &mut Probe<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -116,20 +116,15 @@ impl Kernel for &mut Look<'_> {
             self.len -= 1;
             self.costs[costliest] = self.costs[self.len];
             self.pairs[costliest] = self.pairs[self.len];
-            self.expand(lanes, pair, Origin::Stack);
+            expand(lanes, pair, self.trees, self.relation, self);
         }
     }
 }
 
-impl<'q> Opener<'q> for Look<'q> {
+impl Sink for Probe<'_> {
     #[inline(always)]
-    fn trees(&self) -> [&'q Tree; 2] {
-        self.trees
-    }
-
-    #[inline(always)]
-    fn relation(&self) -> &'q Relation {
-        self.relation
+    fn count(&mut self, _level: usize, bv_tests: u32) {
+        self.summary.probed += f64::from(bv_tests);
     }
 
     #[inline(always)]
@@ -138,25 +133,20 @@ impl<'q> Opener<'q> for Look<'q> {
     }
 
     #[inline(always)]
-    fn count(&mut self, _level: usize, bv_tests: u32) {
-        self.summary.looked += f64::from(bv_tests);
-    }
-
-    #[inline(always)]
-    fn push(&mut self, mut hits: u64, _origin: Origin, child: impl Fn(u32) -> Pair) {
+    fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
         while hits != 0 {
-            self.push_one(child(hits.trailing_zeros()));
+            self.add(child(hits.trailing_zeros()));
             hits &= hits - 1;
         }
     }
 
     #[inline(always)]
-    fn push_one(&mut self, pair: Pair) {
+    fn cluster(&mut self, pair: Pair) {
         self.add(pair);
     }
 
     #[inline(always)]
-    fn push_triangles(&mut self, hits: u64, _first: [u32; 2]) {
+    fn triangles(&mut self, hits: u64, _first: [u32; 2]) {
         self.summary.triangle_pairs += f64::from(hits.count_ones());
     }
 }
@@ -166,11 +156,11 @@ impl<'q> Opener<'q> for Look<'q> {
 /// offset of the centres.
 #[inline(always)]
 fn overlap(a: &Node, b: &Node, relation: &Relation) -> (f32, f32) {
-    let frames = Frames::new(a, b, relation);
+    let views = Views::between(a, b, relation);
     let scale = f32x4::splat(relation.scale);
     let (center, half) = (b.own_center * scale, b.own_half * scale);
-    let in_a = shares(frames.of_b.point(center), frames.of_b.half(half), a.own_center, a.own_half);
-    let in_b = shares(frames.of_a.point(a.own_center), frames.of_a.half(a.own_half), center, half);
+    let in_a = shares(views.of_b.point(center), views.of_b.half(half), a.own_center, a.own_half);
+    let in_b = shares(views.of_a.point(a.own_center), views.of_a.half(a.own_half), center, half);
     let [x, y, z] = xyz(in_a.0.fast_min(in_b.0));
     let [u, v, w] = xyz(in_a.1.fast_max(in_b.1));
     (x.min(y).min(z).max(0.0), u.max(v).max(w))

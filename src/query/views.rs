@@ -1,10 +1,10 @@
-//! Where B lies in A: once for a query, and once more for the frames of every two nodes.
+//! Where B lies in A: once for a query, and once more for the orientations of every two nodes.
 
 use crate::math::Pose;
 use crate::math::lanes::per_axis;
 use crate::math::pose::rotation_deviation;
 use crate::math::tolerance::ROUNDING;
-use crate::tree::{Node, Tree, power_of_two};
+use crate::tree::{Node, Tree, Unit, power_of_two};
 use crate::triangle::batch::{EDGE_SLOP, Placement};
 use glam::DVec3;
 use wide::f32x4;
@@ -19,7 +19,7 @@ pub(super) struct Relation {
     /// Length of B's unit in A's: a power of two.
     pub scale: f32,
     translation: f32x4,
-    /// What a test of two boxes must allow for in the frame of A's node, and in that of B's.
+    /// What a test of two boxes must allow for in the orientation of A's node, and in that of B's.
     margin: [f32x4; 2],
     /// The same for a direction, of either side, relative to its length.
     pub skew: f32,
@@ -36,11 +36,8 @@ impl Relation {
         let exponent = ub.exponent - ua.exponent;
         let per_unit = power_of_two(-ua.exponent);
         let translation = (b_in_a.transform_point(ub.origin) - ua.origin) * per_unit;
-        // Rounding of the pose as it is defined (v' = R v + t in f64) and of the line above, and twice that.
-        let reach = |v: DVec3| v.abs().max_element();
-        let magnitude = reach(ua.origin) + 6.0 * reach(ub.origin) + reach(b_in_a.translation()) + 8.0 * ub.length();
         let scale = power_of_two(exponent.clamp(-1000, 1000));
-        let slop = (magnitude * f64::EPSILON * 8.0) * per_unit + (1.0 + scale) * power_of_two(-43) + 1e-20;
+        let slop = rounding(ua, ub, b_in_a) * per_unit + (1.0 + scale) * power_of_two(-43) + 1e-20;
         let deviation = rotation_deviation(b_in_a.rotation());
 
         let distance = translation.length();
@@ -79,11 +76,19 @@ impl Relation {
     };
 }
 
+/// Bound on the rounding of a vertex of B as it is placed (`v' = R v + t` in `f64`) and of what is computed from it relative
+/// to A, in the length unit of the meshes. A pose that cancels leaves small coordinates with the rounding of large ones.
+pub(super) fn rounding(a: &Unit, b: &Unit, b_in_a: &Pose) -> f64 {
+    let reach = |v: DVec3| v.abs().max_element();
+    let magnitude = reach(a.origin) + 6.0 * reach(b.origin) + reach(b_in_a.translation()) + 8.0 * b.length();
+    magnitude * f64::EPSILON * 8.0
+}
+
 fn rounded([x, y, z]: [f64; 3]) -> f32x4 {
     f32x4::new([x as f32, y as f32, z as f32, 0.0])
 }
 
-/// What is of one side, seen from the frame of a node of the other: a box with centre `c` and half extents `h`, A's units,
+/// What is of one side, seen from the orientation of a node of the other: a box with centre `c` and half extents `h`, A's units,
 /// lies within `columns c + origin ± (|columns| h + margin)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
@@ -118,18 +123,18 @@ fn transposed([x, y, z]: Columns) -> Columns {
     [x, y, z]
 }
 
-/// The map between the frames of a node of A and one of B, in both directions.
+/// The map between the orientations of a node of A and one of B, in both directions.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frames {
-    /// What is of A, seen from B's frame.
+pub(super) struct Views {
+    /// What is of A, seen from B.
     pub of_a: View,
-    /// What is of B, seen from A's frame.
+    /// What is of B, seen from A.
     pub of_b: View,
 }
 
-impl Frames {
+impl Views {
     #[inline(always)]
-    pub fn new(a: &Node, b: &Node, relation: &Relation) -> Self {
+    pub fn between(a: &Node, b: &Node, relation: &Relation) -> Self {
         let to_a = transposed(a.rotation);
         let columns = per_axis!(k => times(&to_a, times(&relation.rotation, b.rotation[k])));
         let origin = times(&to_a, relation.translation);
@@ -141,14 +146,14 @@ impl Frames {
         }
     }
 
-    /// Triangles of A's mesh, seen from the frame of `b`.
+    /// Triangles of A's mesh, seen from the orientation of `b`.
     #[inline(always)]
     pub fn triangles_of_a(&self, b: &Node, relation: &Relation) -> View {
         let axes = per_axis!(k => times(&relation.rotation, b.rotation[k]));
         View { columns: transposed(axes), ..self.of_a }
     }
 
-    /// Triangles of B's mesh, in B's units, seen from the frame of `a`.
+    /// Triangles of B's mesh, in B's units, seen from the orientation of `a`.
     #[inline(always)]
     pub fn triangles_of_b(&self, a: &Node, relation: &Relation) -> View {
         let scale = f32x4::splat(relation.scale);

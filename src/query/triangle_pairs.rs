@@ -1,4 +1,4 @@
-//! Triangle pairs that wait for the fast filter.
+//! Triangle pairs that wait for the fast filter: a stack with room for all that one step can add.
 
 use alloc::boxed::Box;
 
@@ -13,12 +13,12 @@ const BLOCK: usize = 64;
 
 /// A stack of triangle pairs, in tree order.
 #[derive(Clone, Debug)]
-pub(super) struct Waiting {
+pub(super) struct TrianglePairs {
     pairs: Box<[[u32; 2]; CAPACITY]>,
     len: usize,
 }
 
-impl Waiting {
+impl TrianglePairs {
     pub fn new() -> Self {
         Self { pairs: Box::new([[0; 2]; CAPACITY]), len: 0 }
     }

@@ -1,0 +1,123 @@
+//! When a call has to stop: after so much time, after so much work, or both. Queries and scenes share this one notion.
+//!
+//! Looking at the clock costs as much as a hundred units of work. So from the time that is left follows how much work
+//! cannot pass the deadline, at [`SLOWEST_UNIT`] a unit, and the clock is asked again only when that is done.
+
+use super::budget::{Budget, Clock};
+use super::outcome::StopReason;
+use crate::model::cost::{MAX_STEP_WORK, SLOWEST_UNIT};
+use core::time::Duration;
+
+/// Watches the end of a call, or of all queries of a frame. The stop rule is [`Deadline::stop`].
+#[derive(Debug)]
+pub(crate) struct Deadline<'c, C> {
+    clock: &'c C,
+    started: Option<Duration>,
+    end: Option<Duration>,
+    /// Work that may still be done, and how much of it a query leaves for its last step.
+    left: u64,
+    reserve: u64,
+    /// Work that cannot pass the end.
+    safe: u64,
+    /// Work of the query at hand when `left` and `safe` were last brought up to date, and when the stop rule looks again.
+    at: u64,
+    next_look: u64,
+    poll_interval: u64,
+}
+
+impl<'c, C: Clock> Deadline<'c, C> {
+    /// The end of a budget that begins now.
+    pub fn of(budget: Budget, poll_interval: u64, clock: &'c C) -> Self {
+        let started = budget.time.map(|_| clock.now());
+        let end = started.zip(budget.time).map(|(now, limit)| now.saturating_add(limit));
+        let left = budget.work.unwrap_or(u64::MAX);
+        Self { started, poll_interval: poll_interval.max(1), reserve: 0, ..Self::at(end, left, clock) }
+    }
+
+    /// The end at a moment of the clock, if any, and after so much work, the last step of a query included.
+    pub fn at(end: Option<Duration>, work: u64, clock: &'c C) -> Self {
+        let safe = if end.is_some() { 0 } else { u64::MAX };
+        let (poll_interval, reserve) = (MAX_STEP_WORK, MAX_STEP_WORK - 1);
+        Self { clock, started: None, end, left: work, reserve, safe, at: 0, next_look: 0, poll_interval }
+    }
+
+    /// Begins or resumes a query that has done `work`.
+    pub fn begin(&mut self, work: u64) {
+        self.at = work;
+        self.next_look = work.saturating_add(self.safe.min(self.left.saturating_sub(self.reserve)));
+    }
+
+    /// Whether the query has to stop, having done `work`: the only place where a budget ends a query.
+    #[inline(always)]
+    pub fn stop(&mut self, work: u64) -> Option<StopReason> {
+        if work < self.next_look { None } else { self.look(work) }
+    }
+
+    #[cold]
+    fn look(&mut self, work: u64) -> Option<StopReason> {
+        self.end(work);
+        if self.left <= self.reserve {
+            return Some(StopReason::WorkLimit);
+        }
+        if self.is_timed() {
+            let time = self.time_left();
+            if time.is_zero() {
+                return Some(StopReason::Deadline);
+            }
+            self.safe = work_within(time).max(self.poll_interval);
+        }
+        self.begin(work);
+        None
+    }
+
+    /// Ends or interrupts a query that has done `work`.
+    pub fn end(&mut self, work: u64) {
+        self.spend(work - self.at);
+        self.at = work;
+    }
+
+    /// Takes note of work besides that of queries.
+    pub fn spend(&mut self, work: u64) {
+        self.left = self.left.saturating_sub(work);
+        self.safe = self.safe.saturating_sub(work);
+    }
+
+    /// Whether there is room for `work` more, done as slowly as it may be.
+    pub fn has_room(&mut self, work: u64) -> bool {
+        if self.safe < work && self.is_timed() {
+            self.safe = work_within(self.time_left());
+        }
+        self.left >= work && self.safe >= work
+    }
+
+    /// Looks at the clock before the next step, however far the end.
+    pub fn look_next(&mut self) {
+        if self.is_timed() {
+            self.next_look = 0;
+        }
+    }
+
+    /// Work that may still be done.
+    pub fn work_left(&self) -> u64 {
+        self.left
+    }
+
+    /// Whether a clock ends it.
+    pub fn is_timed(&self) -> bool {
+        self.end.is_some()
+    }
+
+    /// Time since the start; known only under a budget of time.
+    pub fn elapsed(&self) -> Option<Duration> {
+        self.started.map(|started| self.clock.now().saturating_sub(started))
+    }
+
+    fn time_left(&self) -> Duration {
+        self.end.map_or(Duration::MAX, |end| end.saturating_sub(self.clock.now()))
+    }
+}
+
+/// Work that takes no longer than this.
+fn work_within(time: Duration) -> u64 {
+    (time.as_nanos() / SLOWEST_UNIT.as_nanos()).min(u128::from(u64::MAX)) as u64
+}

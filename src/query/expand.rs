@@ -1,0 +1,161 @@
+//! What a node pair is replaced by: the pairs of its children that may meet.
+//!
+//! The boxes of the two nodes are compared first, in the orientations of both. Then the larger node is opened, or both if
+//! their sizes are alike. Triangles of a cluster that meets a smaller inner node stay together: eight of them go down the
+//! tree as one pair with a bit for each that is still of interest.
+
+use super::boxes::{self, Depths};
+use super::queue::Pair;
+use super::views::{Relation, Views};
+use crate::math::lanes::Lanes;
+use crate::tree::{Node, Tree, WIDTH};
+use crate::triangle::batch::Rows;
+
+/// Where the children of an opened pair go.
+pub(super) trait Sink {
+    /// Takes note of BV tests on a level of the bounding volume test tree.
+    fn count(&mut self, level: usize, bv_tests: u32);
+
+    /// The table into which box tests write how deep the boxes of each pair of children overlap.
+    fn depths(&mut self) -> &mut Depths;
+
+    /// Node pairs, a bit for each; `child` makes the pair of a bit, and the depth of bit `i` is entry `i` of the table.
+    fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair);
+
+    /// The triangles of a cluster that are still of interest, and a child of the other side.
+    fn cluster(&mut self, pair: Pair);
+
+    /// The triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`, in tree order.
+    fn triangles(&mut self, hits: u64, first: [u32; 2]);
+}
+
+/// Replaces a pair by the pairs of children that may meet.
+#[inline(always)]
+pub(super) fn expand<L: Lanes>(
+    lanes: L,
+    Pair { nodes: [ia, ib], alive }: Pair,
+    [tree_a, tree_b]: [&Tree; 2],
+    relation: &Relation,
+    sink: &mut impl Sink,
+) {
+    let scale = relation.scale;
+    let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
+    let level = usize::from(a.depth) + usize::from(b.depth);
+    let views = Views::between(a, b, relation);
+    if !boxes::own(a, b, &views, scale) {
+        return sink.count(level, 1);
+    }
+    // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
+    let views = core::hint::black_box(&views);
+    let valid = [u32::from(alive[0]) & a.valid(), u32::from(alive[1]) & b.valid()];
+    let first = [a.first_child, b.first_child];
+    match which(a, b, scale) {
+        Open::Both => {
+            sink.count(level + 2, valid[0].count_ones() * valid[1].count_ones() + 1);
+            let hits = boxes::both(lanes, [a, b], valid, views, scale, sink.depths());
+            if a.is_cluster {
+                sink.triangles(hits, first);
+            } else {
+                sink.pairs(hits, |bit| Pair::new(first[0] + bit / 8, first[1] + bit % 8));
+            }
+        }
+        Open::A => {
+            sink.count(level + 1, u32::from(a.children) + 1);
+            let of = [&views.of_a, &views.of_b];
+            let hits = boxes::children(lanes, [a, b], of, [1.0, scale], &mut sink.depths()[0]);
+            sink.pairs(hits.into(), |i| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive[1]] });
+        }
+        Open::B => {
+            sink.count(level + 1, u32::from(b.children) + 1);
+            let of = [&views.of_b, &views.of_a];
+            let hits = boxes::children(lanes, [b, a], of, [scale, 1.0], &mut sink.depths()[0]);
+            sink.pairs(hits.into(), |j| Pair { nodes: [ia, first[1] + j], alive: [alive[0], u8::MAX] });
+        }
+        Open::TrianglesOfA => {
+            sink.count(level + 2, valid[0].count_ones() * u32::from(b.children) + 1);
+            let view = views.triangles_of_a(b, relation);
+            let hits = boxes::triangles(lanes, b, scale, rows(tree_a, a), valid[0], &view, relation.skew);
+            for (child, alive) in (first[1]..).zip(transposed(hits).to_le_bytes()) {
+                if alive != 0 {
+                    sink.cluster(Pair { nodes: [ia, child], alive: [alive, u8::MAX] });
+                }
+            }
+        }
+        Open::TrianglesOfB => {
+            sink.count(level + 2, valid[1].count_ones() * u32::from(a.children) + 1);
+            let view = views.triangles_of_b(a, relation);
+            let hits = boxes::triangles(lanes, a, 1.0, rows(tree_b, b), valid[1], &view, relation.skew);
+            for (child, alive) in (first[0]..).zip(transposed(hits).to_le_bytes()) {
+                if alive != 0 {
+                    sink.cluster(Pair { nodes: [child, ib], alive: [u8::MAX, alive] });
+                }
+            }
+        }
+    }
+}
+
+/// Which side of a pair is opened.
+enum Open {
+    Both,
+    A,
+    B,
+    TrianglesOfA,
+    TrianglesOfB,
+}
+
+/// The larger of two inner nodes is opened alone if it is this many times larger than the other.
+const LARGER: f32 = 6.0;
+
+#[inline(always)]
+fn which(a: &Node, b: &Node, scale: f32) -> Open {
+    let (size_a, size_b) = (a.size, b.size * scale);
+    match (a.is_cluster, b.is_cluster) {
+        (true, true) => Open::Both,
+        (true, false) if size_a > size_b => Open::TrianglesOfA,
+        (true, false) => Open::B,
+        (false, true) if size_b > size_a => Open::TrianglesOfB,
+        (false, true) => Open::A,
+        (false, false) if size_a > LARGER * size_b => Open::A,
+        (false, false) if size_b > LARGER * size_a => Open::B,
+        (false, false) => Open::Both,
+    }
+}
+
+/// The triangles of a cluster; the last one again where there are fewer than eight.
+#[inline(always)]
+fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
+    let triangles = &tree.triangles()[cluster.triangle_range()];
+    let last = triangles.len() - 1;
+    let mut rows = [&triangles[last].0; WIDTH];
+    let mut i = 0;
+    while i < last {
+        rows[i] = &triangles[i].0;
+        i += 1;
+    }
+    rows
+}
+
+/// Bit `8 i + j` goes to `8 j + i`: blocks of 1, 2 and 4 change places across the diagonal.
+#[inline(always)]
+fn transposed(mut bits: u64) -> u64 {
+    for (shift, mask) in [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0)] {
+        let moved = (bits ^ (bits >> shift)) & mask;
+        bits ^= moved ^ (moved << shift);
+    }
+    bits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::transposed;
+
+    #[test]
+    fn transposing_moves_each_bit_across_the_diagonal() {
+        for i in 0..8 {
+            for j in 0..8 {
+                assert_eq!(transposed(1 << (8 * i + j)), 1 << (8 * j + i));
+            }
+        }
+        assert_eq!(transposed(transposed(0x0123_4567_89ab_cdef)), 0x0123_4567_89ab_cdef);
+    }
+}

@@ -1,0 +1,101 @@
+//! Triangle pairs: eight at a time through the fast filter, and one at a time through the exact test.
+
+use super::budget::Clock;
+use super::options::Mode;
+use super::traversal::{Traversal, bits};
+use crate::math::lanes::Lanes;
+use crate::model::cost::{WORK_PER_EXACT_TEST, WORK_PER_TRIANGLE_TEST};
+use crate::tree::WIDTH;
+use crate::triangle::{batch, triangles_intersect};
+
+impl<C: Clock> Traversal<'_, '_, C> {
+    /// Tests a triangle pair in doubt, or a batch of those that wait.
+    ///
+    /// Where copies of a surface lie side by side every pair is in doubt, and whole regions never meet. So if the first hit
+    /// is all that counts, a batch with doubts but without a hit sends the traversal to another part of the stack; the pairs
+    /// that wait are tested later.
+    #[inline(always)]
+    pub(super) fn test<L: Lanes>(&mut self, lanes: L) {
+        if let Some(pair) = self.workspace.doubtful.pop() {
+            self.test_exactly(pair);
+        } else {
+            self.test_batch(lanes);
+            self.workspace.inconclusive = self.options.mode == Mode::Any && !self.workspace.doubtful.is_empty();
+        }
+        let workspace = &mut *self.workspace;
+        let (waiting, last) = (workspace.waiting.len(), workspace.front.is_empty());
+        if !workspace.doubtful.is_empty() {
+            return;
+        }
+        if workspace.inconclusive {
+            workspace.front.go_elsewhere();
+        }
+        // A last, partial batch is worth it only when nothing else is left.
+        workspace.testing =
+            waiting >= WIDTH && !workspace.inconclusive || waiting > 0 && last || workspace.waiting.is_full();
+    }
+
+    #[inline(always)]
+    pub(super) fn pair_limit(&self) -> usize {
+        self.options.pair_limit.min(self.workspace.found.capacity())
+    }
+
+    /// Tests up to eight waiting pairs, as many as could be reported.
+    #[inline(always)]
+    fn test_batch<L: Lanes>(&mut self, lanes: L) {
+        let room = self.pair_limit() - self.workspace.found.len();
+        let (pairs, count) = self.workspace.waiting.pop_batch(room);
+        if count == 0 {
+            return;
+        }
+        let (a, b) = (self.a.triangles(), self.b.triangles());
+        let [p, q, r, s, t, u, v, w] = pairs;
+        let of_a = |pair: [u32; 2]| &a[pair[0] as usize].0;
+        let of_b = |pair: [u32; 2]| &b[pair[1] as usize].0;
+        let verdicts = batch::test(
+            lanes,
+            [of_a(p), of_a(q), of_a(r), of_a(s), of_a(t), of_a(u), of_a(v), of_a(w)],
+            [of_b(p), of_b(q), of_b(r), of_b(s), of_b(t), of_b(u), of_b(v), of_b(w)],
+            &self.relation.triangles,
+        );
+        let stats = &mut self.workspace.run.stats;
+        stats.primitive_tests += count as u64;
+        stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
+        let tested = (1 << count) - 1;
+        for lane in bits(verdicts.hit & tested) {
+            self.report(pairs[lane]);
+        }
+        for lane in bits(verdicts.doubt & tested) {
+            self.workspace.doubtful.push(pairs[lane]);
+        }
+    }
+
+    #[cold]
+    fn test_exactly(&mut self, pair: [u32; 2]) {
+        let [of_a, of_b] = &mut self.workspace.corners;
+        let a = of_a.of(self.a, pair[0], |v| v);
+        let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
+        let meet = triangles_intersect(a, b);
+        let stats = &mut self.workspace.run.stats;
+        stats.exact_tests += 1;
+        stats.work += WORK_PER_EXACT_TEST;
+        // The one step whose time differs a hundredfold.
+        self.deadline.look_next();
+        if meet {
+            self.report(pair);
+        }
+    }
+
+    fn report(&mut self, pair: [u32; 2]) {
+        let workspace = &mut *self.workspace;
+        if workspace.run.found > 0 && self.options.mode == Mode::Any {
+            // One is enough; the others of its batch stay open.
+            return workspace.doubtful.push(pair);
+        }
+        let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
+        workspace.sample.note(pair, workspace.run.found);
+        workspace.run.found += 1;
+        workspace.run.witness.get_or_insert(ids);
+        workspace.found.push(ids);
+    }
+}

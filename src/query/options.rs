@@ -1,0 +1,27 @@
+//! What a query is asked to do.
+
+use super::order::Order;
+use crate::names::named;
+
+/// What a query looks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Mode {
+    /// Whether there is an intersection: stops at the first.
+    #[default]
+    Any,
+    /// Every intersecting pair of triangles.
+    All,
+}
+
+named!(Mode { Any => "any", All => "all" });
+
+/// Everything about a query that is a choice of the caller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Options {
+    pub mode: Mode,
+    pub order: Order,
+    pub pair_limit: usize,
+    pub poll_interval: u64,
+    pub queue_threshold: Option<f32>,
+}

@@ -1,0 +1,80 @@
+//! How a run goes about its visits: decided once, when it begins, from what is asked and what it may spend.
+
+use super::budget::Budget;
+use super::options::{Mode, Options};
+use super::order::Order;
+use super::triangle_pairs::PATIENCE;
+use crate::tree::WIDTH;
+
+/// Node pairs that are expected to take at least so many BV tests wait in the queue, if there is one.
+const DEFAULT_QUEUE_THRESHOLD: f32 = 256.0;
+
+/// The choices of a run. All give the same finished answer; they differ in speed and in what a stopped run has found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Strategy {
+    /// Least expected BV tests of a node pair that is queued; cheaper ones are finished depth-first at once. Infinite: no
+    /// queue.
+    pub queue_threshold: f32,
+    /// Whether the deepest of siblings goes on top of the stack.
+    pub deepest_first: bool,
+    /// Triangle pairs that wait before they are tested.
+    pub batch: usize,
+    /// What is done with the triangle pairs that met in the frame before.
+    pub warm_start: WarmStart,
+}
+
+/// What is looked at before anything else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum WarmStart {
+    None,
+    /// The remembered triangle pairs themselves, then the nodes above the latest.
+    Witnesses,
+    /// The paths down to the remembered triangle pairs, then what lies beside them.
+    Paths,
+}
+
+impl Strategy {
+    pub const NONE: Self =
+        Self { queue_threshold: f32::INFINITY, deepest_first: false, batch: WIDTH, warm_start: WarmStart::None };
+
+    /// For a run that nothing will stop: depth-first, which costs least.
+    pub fn complete(options: &Options) -> Self {
+        let default_order = options.order == Order::default();
+        let (deepest_first, warm_start) = match options.mode {
+            // The stack with the deepest of siblings on top finds the first hit sooner than the queue.
+            Mode::Any => (default_order, WarmStart::Witnesses),
+            Mode::All => (false, WarmStart::None),
+        };
+        Self { queue_threshold: f32::INFINITY, deepest_first, batch: WIDTH, warm_start }
+    }
+
+    /// For a budget. `fits` tells whether a time is expected to last to the end.
+    ///
+    /// What no budget can cut short, or a budget of time is not expected to, goes depth-first, unless another order was
+    /// asked for. Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing.
+    pub fn choose(options: &Options, budget: Budget, fits: impl FnOnce(core::time::Duration) -> bool) -> Self {
+        let mut strategy = Self::complete(options);
+        let stops = budget.work.is_some() || budget.time.is_some_and(|limit| !fits(limit));
+        strategy.queue_threshold = match (options.order, options.mode) {
+            (Order::DepthFirst, _) => f32::INFINITY,
+            (Order::Penetration, _) if !stops => f32::INFINITY,
+            (Order::Penetration, Mode::Any) => options.queue_threshold.unwrap_or(f32::INFINITY),
+            _ => options.queue_threshold.unwrap_or(DEFAULT_QUEUE_THRESHOLD),
+        };
+        if options.mode == Mode::All {
+            if strategy.queues() && options.order == Order::default() {
+                strategy.warm_start = WarmStart::Paths;
+            }
+            if budget == Budget::unlimited() {
+                // Nothing can come too late, so batches may be as full as possible.
+                strategy.batch = PATIENCE;
+            }
+        }
+        strategy
+    }
+
+    /// Whether node pairs are queued.
+    pub fn queues(&self) -> bool {
+        self.queue_threshold < f32::INFINITY
+    }
+}

@@ -1,0 +1,150 @@
+//! A batch: pairs that are run one after the other, each to its end, within one deadline.
+//!
+//! Batches are what threads share out among themselves. What comes of a batch depends on nothing outside it, so under a budget
+//! of work it does not matter which thread runs it, or when.
+
+use super::body::Bodies;
+use super::id::{PairKey, bodies_of};
+use super::job::Job;
+use super::pairs::Spent;
+use crate::math::Pose;
+use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
+use crate::query::{Clock, Deadline, Mode, Query, StopReason, Workspace};
+use crate::tree::Tree;
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::mem;
+use core::time::Duration;
+
+/// Room for queued node pairs in the workspaces of a scene, and for found pairs, which are only counted.
+const QUEUE: usize = 1024;
+const FOUND: usize = 1024;
+
+pub(super) fn workspace() -> Box<Workspace> {
+    Box::new(Workspace::with_capacity(QUEUE, FOUND))
+}
+
+/// The query of a pair; a stopped one is found again by the same.
+pub(super) fn query<'t>([a, b]: [&'t Tree; 2], b_in_a: Pose, mode: Mode) -> Query<'t> {
+    Query::new(a, b, b_in_a).mode(mode)
+}
+
+/// What all batches of a round have in common.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Round {
+    pub frame: u64,
+    pub mode: Mode,
+    /// Whether all pairs are expected to get to their ends, so that their queries need no queue.
+    pub to_the_end: bool,
+    /// Whether pairs get no more than the test of their last witness.
+    pub witnesses_only: bool,
+    /// When the last batch has to end, by the clock.
+    pub end: Option<Duration>,
+}
+
+/// Jobs with a budget for all of them.
+#[derive(Debug, Default)]
+pub(super) struct Batch {
+    pub jobs: Vec<Job>,
+    pub budget: u64,
+    /// The pair whose run was stopped by the end of the budget; the run is in the workspace.
+    pub held: Option<PairKey>,
+    workspace: Option<Box<Workspace>>,
+}
+
+impl Batch {
+    /// A batch with a workspace, so that no frame has to allocate one.
+    pub fn new() -> Self {
+        Self { workspace: Some(workspace()), ..Self::default() }
+    }
+
+    /// The stopped run, if there is one, and the pair that it is of.
+    pub fn stopped(&self) -> Option<(PairKey, &Workspace)> {
+        self.held.zip(self.workspace.as_deref())
+    }
+
+    /// Changes stopped runs with another batch.
+    pub fn swap_held(&mut self, other: &mut Self) {
+        mem::swap(&mut self.held, &mut other.held);
+        mem::swap(&mut self.workspace, &mut other.workspace);
+    }
+
+    /// Runs what fits. `scratch` is a workspace of the thread at hand.
+    pub fn run<C: Clock>(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &C) {
+        let mut deadline = Deadline::at(round.end, self.budget, clock);
+        let least = if round.witnesses_only { WORK_PER_WITNESS } else { LEAST_WORK };
+        for (at, job) in self.jobs.iter_mut().enumerate() {
+            // A job that is not expected to end has room in the next round, and those after it do not go first.
+            if !deadline.has_room(least) || at > 0 && job.median() > deadline.work_left() {
+                break;
+            }
+            let held = self.held == Some(job.key);
+            let kept = self.workspace.as_mut().filter(|_| held);
+            match job.run(bodies, kept.unwrap_or(scratch), held, round, &mut deadline) {
+                Ended::Complete if held => self.held = None,
+                Ended::Stopped if !held => {
+                    self.held = Some(job.key);
+                    mem::swap(self.workspace.get_or_insert_with(workspace), scratch);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// How far a pair got.
+#[derive(Clone, Copy, PartialEq)]
+enum Ended {
+    Complete,
+    Stopped,
+    NotBegun,
+}
+
+impl Job {
+    /// Runs the pair as far as the deadline allows. `held`: whether the workspace has a stopped run of it.
+    fn run<C: Clock>(
+        &mut self,
+        bodies: &Bodies,
+        workspace: &mut Workspace,
+        held: bool,
+        round: &Round,
+        deadline: &mut Deadline<C>,
+    ) -> Ended {
+        let [a, b] = bodies_of(self.key).map(|body| bodies.at(body));
+        let (Some(a), Some(b), Some(state)) = (a, b, &mut self.state) else { return Ended::NotBegun };
+        let b_in_a = a.relative(b);
+        let (a, b) = (&a.body.tree, &b.body.tree);
+        if self.witnessed && !held {
+            self.witnessed = false;
+            self.spent.work += WORK_PER_WITNESS;
+            deadline.spend(WORK_PER_WITNESS);
+            if let Some(witness) = state.memory.recheck(a, b, &b_in_a) {
+                state.meets(witness, round.frame);
+                return Ended::Complete;
+            }
+            state.refuted = round.frame;
+        }
+        if round.witnesses_only || !deadline.has_room(LEAST_WORK) {
+            return Ended::NotBegun;
+        }
+        let query = query([a, b], b_in_a, round.mode);
+        if !(held && query.is_stopped_in(workspace)) {
+            state.pending = Spent::default();
+            query.begin(workspace, Some(&state.memory), query.strategy(round.to_the_end));
+        }
+        loop {
+            deadline.spend(WORK_PER_QUERY);
+            self.spent.work += WORK_PER_QUERY;
+            let before = state.pending;
+            let stop = query.advance(workspace, Some(&mut state.memory), deadline);
+            self.spent.add(Spent::of(workspace).since(before));
+            if state.note(workspace, stop, round.frame) {
+                return Ended::Complete;
+            }
+            if stop != StopReason::PairsFull || !deadline.has_room(LEAST_WORK) {
+                return Ended::Stopped;
+            }
+            workspace.drain_pairs().for_each(drop);
+        }
+    }
+}

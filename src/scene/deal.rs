@@ -1,0 +1,169 @@
+//! Which job goes into which batch.
+
+use super::batch::Batch;
+use super::id::PairKey;
+use super::job::Job;
+use super::pairs::Pairs;
+use crate::model::cost::WORK_PER_WITNESS;
+use alloc::vec::Vec;
+
+/// Batches under a budget of work, on any number of threads; the first is that of the round robin.
+pub(super) const BATCHES: usize = 16;
+
+/// Under a budget of work, a batch has at least this much: about 20 us.
+const BATCH_WORK: u64 = 1 << 16;
+
+/// The usual share of the round robin is this part of what is left.
+const ROUND_ROBIN: u64 = 4;
+
+/// Deals the jobs of a round.
+#[derive(Debug, Default)]
+pub(super) struct Deal {
+    /// Sort keys and indices of jobs.
+    order: Vec<(u64, u32)>,
+    /// The job whose turn it is.
+    first_turn: usize,
+}
+
+impl Deal {
+    /// Begins a round; the turns begin with the pair `cursor`, or the next after it.
+    pub fn start(&mut self, jobs: &[Job], cursor: PairKey) {
+        self.first_turn = jobs.partition_point(|job| job.key < cursor);
+    }
+
+    /// Median and 90 % quantile of the cost of all open jobs: the sum of the medians, and to it the deviations of the
+    /// quantiles from them added as those of independent variables.
+    pub fn expected(&self, jobs: &[Job]) -> [u64; 2] {
+        let (mut sum, mut squares) = (0, 0.0);
+        for job in jobs.iter().filter(|job| job.is_open()) {
+            let deviation = f64::from(job.forecast.high - job.forecast.median);
+            sum += job.median();
+            squares += deviation * deviation;
+        }
+        [sum, sum + libm::sqrt(squares) as u64]
+    }
+
+    /// All jobs in the order of their turns, in blocks of equal expected cost.
+    pub fn all(
+        &self,
+        jobs: &mut [Job],
+        batches: &mut [Batch],
+        pairs: &mut Pairs,
+        [left, reserve, expected]: [u64; 3],
+        timed: bool,
+    ) {
+        let free = timed || left == u64::MAX;
+        let blocks = if free { BATCHES as u64 } else { (left / BATCH_WORK).clamp(1, BATCHES as u64) };
+        let block = expected / blocks + 1;
+        self.turns(jobs, batches, pairs, u64::MAX, |before| (before / block) as usize);
+        for (batch, index) in batches.iter_mut().zip(0..) {
+            let own: u64 = batch.jobs.iter().map(Job::median).sum();
+            let share = u128::from(left - reserve) * u128::from(own) / u128::from(expected.max(1));
+            let share = share as u64 + if index == 0 { reserve } else { 0 };
+            batch.budget = if free { u64::MAX } else { share };
+        }
+    }
+
+    /// Jobs that a remembered witness may decide, as many as `work` allows. Whether there are any.
+    pub fn witnesses(&self, jobs: &mut [Job], batches: &mut [Batch], pairs: &mut Pairs, work: u64) -> bool {
+        // A stopped run goes on instead: it is of this very place, which its witnesses were tested in.
+        let is_due = |job: &Job| job.witnessed && job.home.is_none();
+        let due = jobs.iter().filter(|job| is_due(job)).count() as u64;
+        let most = due.min(work / WORK_PER_WITNESS) as usize;
+        let block = most.div_ceil(BATCHES).max(1);
+        let mut dealt = 0;
+        for at in (self.first_turn..jobs.len()).chain(0..self.first_turn) {
+            if dealt == most {
+                break;
+            }
+            if is_due(&jobs[at]) {
+                deal(&mut jobs[at], batches, dealt / block, pairs);
+                dealt += 1;
+            }
+        }
+        for batch in batches {
+            batch.budget = batch.jobs.len() as u64 * WORK_PER_WITNESS;
+        }
+        dealt > 0
+    }
+
+    /// Fills the batch of the round robin, then deals the rest by importance and hit probability per cost. `timed`: the
+    /// threads that share a budget of time.
+    pub fn shares(
+        &mut self,
+        jobs: &mut [Job],
+        batches: &mut [Batch],
+        pairs: &mut Pairs,
+        [left, reserve]: [u64; 2],
+        timed: Option<usize>,
+    ) {
+        let turns = reserve.max(left / ROUND_ROBIN);
+        self.turns(jobs, batches, pairs, turns, |_| 0);
+        batches[0].budget = turns;
+
+        let others = match timed {
+            Some(threads) => threads.clamp(1, BATCHES - 1),
+            None => (left / BATCH_WORK).clamp(1, BATCHES as u64 - 1) as usize,
+        };
+        // Expectations may be too high: twice of what fits is kept ready.
+        let ready = 2 * (left - turns);
+        self.order_by_rank(jobs, ready);
+        let mut before = 0;
+        for (dealt, &(_, job)) in self.order.iter().enumerate() {
+            before += deal(&mut jobs[job as usize], batches, 1 + dealt % others, pairs);
+            if before >= ready {
+                break;
+            }
+        }
+        let busy = batches[1..].iter().filter(|batch| !batch.jobs.is_empty()).count().max(1) as u64;
+        for batch in &mut batches[1..] {
+            batch.budget = if timed.is_some() { u64::MAX } else { (left - turns) / busy };
+        }
+    }
+
+    /// Orders the open jobs by rank, as far as `work` may go.
+    fn order_by_rank(&mut self, jobs: &[Job], work: u64) {
+        self.order.clear();
+        let mut expected = 0;
+        for (job, index) in jobs.iter().zip(0..).filter(|(job, _)| job.is_open()) {
+            expected += job.median();
+            self.order.push((job.rank, index));
+        }
+        let mean = expected / self.order.len().max(1) as u64;
+        let enough = usize::try_from(2 * work / mean.max(1)).unwrap_or(usize::MAX);
+        if enough < self.order.len() {
+            self.order.select_nth_unstable(enough);
+            self.order.truncate(enough);
+        }
+        self.order.sort_unstable();
+    }
+
+    /// Deals open jobs in the order of their turns, by key from the cursor on and around, until `work` is expected to be
+    /// spent. `batch` says where to, by the work before.
+    fn turns(
+        &self,
+        jobs: &mut [Job],
+        batches: &mut [Batch],
+        pairs: &mut Pairs,
+        work: u64,
+        batch: impl Fn(u64) -> usize,
+    ) {
+        let mut before = 0;
+        for at in (self.first_turn..jobs.len()).chain(0..self.first_turn) {
+            if before >= work {
+                break;
+            }
+            if jobs[at].is_open() {
+                before += deal(&mut jobs[at], batches, batch(before), pairs);
+            }
+        }
+    }
+}
+
+/// Puts a job into the batch that holds its stopped run, or else into the one given. The work that is expected.
+fn deal(job: &mut Job, batches: &mut [Batch], batch: usize, pairs: &mut Pairs) -> u64 {
+    let Some(state) = pairs.take(job.slot) else { return 0 };
+    let batch = job.home.map_or(batch, usize::from);
+    batches[batch].jobs.push(job.dealt(state));
+    job.median()
+}

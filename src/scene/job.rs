@@ -1,0 +1,61 @@
+//! One pair in one frame: what is expected of it, and what became of it.
+
+use super::forecast::Forecast;
+use super::id::PairKey;
+use super::pairs::{PairState, Spent};
+use alloc::boxed::Box;
+
+/// A pair that was not at its end when the frame began.
+#[derive(Debug)]
+pub(super) struct Job {
+    pub key: PairKey,
+    /// Its place in the report, that of its state, and that among the jobs of the frame.
+    pub place: u32,
+    pub slot: u32,
+    pub index: u32,
+    pub forecast: Forecast,
+    /// Sorts by importance, then by the chance of finding an intersection per expected work, both descending.
+    pub rank: u64,
+    /// The batch that holds its stopped run.
+    pub home: Option<u8>,
+    /// Whether its last witness is likely to decide it, and has not been tested yet.
+    pub witnessed: bool,
+    pub progress: Progress,
+    /// While it is in a batch.
+    pub state: Option<Box<PairState>>,
+    /// In this round.
+    pub spent: Spent,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Progress {
+    Open,
+    /// In a batch.
+    Dealt,
+    Done,
+}
+
+impl Job {
+    /// Work that it is expected to take: as likely more as less.
+    pub fn median(&self) -> u64 {
+        self.forecast.median.into()
+    }
+
+    pub fn is_open(&self) -> bool {
+        self.progress == Progress::Open
+    }
+
+    /// The job for a batch, with the state of its pair; this one counts as dealt.
+    pub fn dealt(&mut self, state: Box<PairState>) -> Self {
+        self.progress = Progress::Dealt;
+        Self { state: Some(state), home: self.home.take(), spent: Spent::default(), ..*self }
+    }
+}
+
+/// Sorts by importance, then by gain, both descending.
+pub(super) fn rank(importance: f32, forecast: &Forecast) -> u64 {
+    let bits = importance.to_bits();
+    let ascending = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
+    let gain = forecast.chance / (forecast.search as f32 + 1.0);
+    u64::from(!ascending) << 32 | u64::from(!gain.to_bits())
+}

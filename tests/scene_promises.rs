@@ -1,0 +1,269 @@
+//! Promises of a scene, each tried where it once did not hold.
+
+mod common;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use common::check;
+use common::reference::posed_triangles;
+use punctual::glam::{DMat3, DVec3, Vec3};
+use punctual::{
+    Aabb, Body, BodyId, Budget, Filter, ManualClock, Mode, Pose, Query, Reach, Report, Scene, Tree, Verdict, Workspace,
+    shapes,
+};
+
+fn detect(scene: &mut Scene, budget: Budget) -> &Report {
+    scene.detect_with(budget, &ManualClock::new())
+}
+
+fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
+}
+
+/// A turn about the z axis through the origin.
+fn turned(angle: f64) -> DMat3 {
+    DMat3::from_rotation_z(angle)
+}
+
+fn knot() -> Arc<Tree> {
+    Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.2, 64)))
+}
+
+/// Two knots that overlap, and how many pairs of their triangles meet.
+fn crossing(scene: &mut Scene) -> ([BodyId; 2], u64) {
+    let tree = knot();
+    let found = {
+        let query = Query::new(&tree, &tree, at(0.4, 0.3, 0.1)).mode(Mode::All);
+        check::run(&query, &mut Workspace::new(), Budget::unlimited()).found
+    };
+    assert!(found > 20);
+    let bodies = [Body::moving(Arc::clone(&tree), Pose::IDENTITY), Body::moving(tree, at(0.4, 0.3, 0.1))];
+    (bodies.map(|body| scene.insert(body).unwrap()), found)
+}
+
+#[test]
+fn another_mode_is_another_question() {
+    let mut scene = Scene::new();
+    let ([a, b], found) = crossing(&mut scene);
+    let any = detect(&mut scene, Budget::unlimited()).pairs[0];
+    assert!(any.complete && any.found == 1);
+    scene.set_mode(Mode::All);
+    assert!(scene.certificate(a, b).unwrap().upper_bound >= found, "nothing is known yet");
+    // Too little to begin: what was complete for the other question is not for this one.
+    let none = detect(&mut scene, Budget::work(0)).pairs[0];
+    assert_eq!((none.complete, none.verdict), (false, Verdict::Undecided));
+    assert!(scene.certificate(a, b).unwrap().upper_bound >= found);
+    let all = detect(&mut scene, Budget::unlimited()).pairs[0];
+    assert_eq!((all.complete, all.found), (true, found));
+    assert_eq!(scene.certificate(a, b).unwrap().upper_bound, found);
+    scene = scene.mode(Mode::Any);
+    let any = detect(&mut scene, Budget::unlimited()).pairs[0];
+    assert_eq!((any.complete, any.found), (true, 1));
+}
+
+#[test]
+fn nothing_is_proven_before_the_first_frame_or_of_what_changed_since() {
+    let mut scene = Scene::new().mode(Mode::All);
+    let ([a, b], found) = crossing(&mut scene);
+    let all = |scene: &Scene| scene.certificate(a, b).unwrap().upper_bound;
+    let whole = knot().mesh().len().pow(2) as u64;
+    assert_eq!(all(&scene), whole);
+    detect(&mut scene, Budget::unlimited());
+    assert_eq!(all(&scene), found);
+    scene.set_pose(b, at(0.4, 0.3, 0.11)).unwrap();
+    assert_eq!(all(&scene), whole);
+    assert!(scene.certificate(a, b).unwrap().largest_extent > 1.0);
+    detect(&mut scene, Budget::unlimited());
+    assert!(all(&scene) < whole);
+    let c = scene.insert(Body::moving(knot(), at(0.1, 0.1, 0.1))).unwrap();
+    assert_eq!(scene.certificate(c, a).unwrap().upper_bound, whole);
+    detect(&mut scene, Budget::unlimited());
+    scene.tree_mut(c).unwrap();
+    assert_eq!(scene.certificate(c, a).unwrap().upper_bound, whole);
+}
+
+/// Who may not meet is not compared, so nothing is known of it.
+#[test]
+fn nothing_is_proven_of_bodies_that_may_not_meet() {
+    let mut scene = Scene::new();
+    let alone = Filter::new(1, 0);
+    let a = scene.insert(Body::fixed(knot(), Pose::IDENTITY)).unwrap();
+    let b = scene.insert(Body::fixed(knot(), at(0.4, 0.3, 0.1))).unwrap();
+    let c = scene.insert(Body::moving(knot(), at(0.2, 0.3, 0.1)).filter(alone)).unwrap();
+    assert!(detect(&mut scene, Budget::unlimited()).pairs.is_empty());
+    for (x, y) in [(a, b), (b, c), (c, a)] {
+        assert!(scene.certificate(x, y).unwrap().upper_bound > 1_000);
+    }
+}
+
+/// Balls that roll around one another and touch, in pairs far apart, and one pair of knots that rests.
+fn moving_contacts(scene: &mut Scene, count: usize) -> (Vec<BodyId>, [BodyId; 2]) {
+    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let mut moving = Vec::new();
+    for pair in 0..count {
+        let center = Pose::new(DMat3::IDENTITY, DVec3::new(10.0 * pair as f64, 0.0, 0.0)).unwrap();
+        scene.insert(Body::fixed(Arc::clone(&ball), center)).unwrap();
+        moving.push(scene.insert(Body::moving(Arc::clone(&ball), center)).unwrap());
+    }
+    let bodies = [Body::fixed(knot(), at(0.0, 50.0, 0.0)), Body::moving(knot(), at(0.9, 50.8, 0.7))];
+    (moving, bodies.map(|body| scene.insert(body).unwrap()))
+}
+
+fn roll(scene: &mut Scene, moving: &[BodyId], frame: usize) {
+    for (pair, &body) in moving.iter().enumerate() {
+        let turn = turned(0.2 * frame as f64 + pair as f64);
+        let place = DVec3::new(10.0 * pair as f64, 0.0, 0.0) + turn * DVec3::X * 1.9;
+        scene.set_pose(body, Pose::new(turn, place).unwrap()).unwrap();
+    }
+}
+
+#[test]
+fn no_budget_of_work_is_passed_however_small() {
+    for budget in (0..2_600).step_by(61).chain([119, 120, 601, 602, 603, 1_204, 1_323, 1_324, 1_919, 1_920]) {
+        let mut scene = Scene::new();
+        let (moving, _) = moving_contacts(&mut scene, 40);
+        roll(&mut scene, &moving, 0);
+        // Now there are witnesses.
+        detect(&mut scene, Budget::unlimited());
+        for frame in 1..12 {
+            roll(&mut scene, &moving, frame);
+            let work = detect(&mut scene, Budget::work(budget)).work;
+            assert!(work <= budget, "{work} of {budget} in frame {frame}");
+            assert!(work > 0 || budget < 602, "{budget} does nothing");
+        }
+    }
+}
+
+/// K = 2 ⌈C/R⌉ + 1, R = B/8, from the smallest budget that is promised on.
+#[test]
+fn a_pair_that_rests_beside_moving_contacts_is_decided_within_k_frames() {
+    // What all pairs take to their ends.
+    let mut free = Scene::new();
+    let (moving, [a, b]) = moving_contacts(&mut free, 40);
+    let mut cost = 0;
+    for frame in 0..20 {
+        roll(&mut free, &moving, frame);
+        free.set_pose(b, at(0.9, 50.8, 0.7 + 1e-3 * frame as f64)).unwrap();
+        cost = cost.max(detect(&mut free, Budget::unlimited()).work);
+    }
+    let (mut scene, mut decided) = (Scene::new(), 0);
+    let (moving, [x, y]) = moving_contacts(&mut scene, 40);
+    assert_eq!([a, b], [x, y]);
+    for (place, budget) in [602, 800, 1_300, 1_920, 2_600, 5_000].into_iter().enumerate() {
+        let k = 2 * (2 * cost).div_ceil(budget / 8) + 1;
+        let rest = at(0.9, 50.8, 0.7 + 1e-3 * place as f64);
+        scene.set_pose(y, rest).unwrap();
+        let mut frames = 0;
+        loop {
+            roll(&mut scene, &moving, frames);
+            frames += 1;
+            let report = detect(&mut scene, Budget::work(budget));
+            if report.pair(x, y).unwrap().verdict != Verdict::Undecided {
+                break;
+            }
+            assert!((frames as u64) < k, "budget {budget}: still undecided after {frames} frames");
+        }
+        decided += 1;
+    }
+    assert_eq!(decided, 6);
+}
+
+/// Exact tests differ a hundredfold in time, so the clock is asked after each of them, in a scene as in a query.
+#[test]
+fn a_scene_asks_the_clock_after_each_exact_test() {
+    let cube = Arc::new(Tree::new(shapes::cuboid(Vec3::ONE, 4)));
+    let exact_tests = {
+        let query = Query::new(&cube, &cube, at(1e-300, 0.0, 0.0)).mode(Mode::All);
+        check::run(&query, &mut Workspace::new(), Budget::unlimited()).stats.exact_tests
+    };
+    assert!(exact_tests > 100);
+    let mut scene = Scene::new().mode(Mode::All);
+    for x in [0.0, 1e-300] {
+        scene.insert(Body::moving(Arc::clone(&cube), at(x, 0.0, 0.0))).unwrap();
+    }
+    let tick = Duration::from_nanos(1);
+    let clock = ManualClock::ticking(tick);
+    let report = scene.detect_with(Budget::time(Duration::from_secs(1)), &clock);
+    assert!(report.pairs[0].complete);
+    assert!(report.elapsed.unwrap() >= tick * exact_tests as u32);
+}
+
+/// A ball on an arm of length 10 that turns about its joint passes a post between two frames.
+#[test]
+fn what_an_arm_passes_on_its_arc_is_reported() {
+    let arm = Arc::new(Tree::new(shapes::icosphere(1)));
+    let post = Arc::new(Tree::new(shapes::cuboid(Vec3::new(0.05, 0.05, 2.0), 1)));
+    let on_arm = |angle: f64| Pose::new(turned(angle), turned(angle) * DVec3::X * 10.0).unwrap();
+    for (degrees, expected) in [(60.0, 1), (120.0, 1), (180.0, 1), (60.0, 1)] {
+        let angle = f64::to_radians(degrees);
+        let mut scene = Scene::new().reach(Reach::Swept);
+        // In the middle of the arc, beyond the straight line between its ends.
+        let place = turned(angle / 2.0) * DVec3::X * 10.9;
+        scene.insert(Body::fixed(Arc::clone(&post), Pose::new(DMat3::IDENTITY, place).unwrap())).unwrap();
+        let ball = scene.insert(Body::moving(Arc::clone(&arm), on_arm(0.0))).unwrap();
+        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
+        scene.set_pose(ball, on_arm(angle)).unwrap();
+        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), expected, "{degrees} degrees");
+        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0, "it rests now");
+    }
+}
+
+/// Every point of every place on the way lies in the swept box: a body with a hole the size of its box would be missed.
+#[test]
+fn swept_boxes_hold_the_whole_screw() {
+    let tree = Arc::new(Tree::new(shapes::gear(9, 2)));
+    let probe = Arc::new(Tree::new(shapes::icosphere(0)));
+    let mut random = common::random::Random::new(3);
+    for _ in 0..60 {
+        let axis = random.vector().normalize();
+        let (angle, slide) = (3.1 * random.unit(), 4.0 * random.signed());
+        let through = 6.0 * random.vector();
+        let start = Pose::new(random.rotation(), 3.0 * random.vector()).unwrap();
+        let screw = |s: f64| {
+            let turn = DMat3::from_axis_angle(axis, angle * s);
+            let screw = Pose::new(turn, through - turn * through + axis * slide * s).unwrap();
+            screw.compose(&start).unwrap()
+        };
+        let mut scene = Scene::new().reach(Reach::Swept);
+        let body = scene.insert(Body::moving(Arc::clone(&tree), screw(0.0))).unwrap();
+        detect(&mut scene, Budget::unlimited());
+        // A small probe at a corner of the mesh somewhere on its way.
+        let middle = screw(random.unit());
+        let corners = posed_triangles(tree.mesh(), &middle);
+        let corner = corners[random.below(corners.len())][0];
+        let shrink = 1e-3 * DMat3::IDENTITY;
+        let small: Vec<[f64; 3]> =
+            (0..probe.mesh().vertex_count()).map(|i| (shrink * probe.mesh().vertex(i) + corner).to_array()).collect();
+        let mesh = punctual::Mesh::from_f64(small, probe.mesh().triangles().iter().copied()).unwrap();
+        let other = scene.insert(Body::fixed(Arc::new(Tree::new(mesh)), Pose::IDENTITY)).unwrap();
+        scene.set_pose(body, screw(1.0)).unwrap();
+        let report = detect(&mut scene, Budget::unlimited());
+        assert!(report.pair(body, other).is_some(), "angle {angle}, slide {slide}");
+    }
+}
+
+/// The way begins where the body was in the frame before, whatever boxes were compared then.
+#[test]
+fn another_reach_takes_effect_from_the_frame_before_on() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let mut scene = Scene::new();
+    scene.insert(Body::fixed(Arc::clone(&ball), at(0.0, 0.0, 0.0))).unwrap();
+    let bullet = scene.insert(Body::moving(ball, at(-10.0, 0.0, 0.0))).unwrap();
+    for x in [-10.0, 10.0, 20.0] {
+        scene.set_pose(bullet, at(x, 0.0, 0.0)).unwrap();
+        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
+    }
+    scene.set_reach(Reach::Swept);
+    scene.set_pose(bullet, at(30.0, 0.0, 0.0)).unwrap();
+    assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0, "it passed long ago");
+    scene.set_pose(bullet, at(-30.0, 0.0, 0.0)).unwrap();
+    assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 1);
+}
+
+#[test]
+fn boxes_intersect_where_both_are() {
+    let (a, b) = (Aabb::new(DVec3::ZERO, DVec3::ONE), Aabb::new(DVec3::splat(0.5), DVec3::splat(3.0)));
+    assert_eq!(a.intersection(&b), Aabb::new(DVec3::splat(0.5), DVec3::ONE));
+    assert!(a.intersection(&Aabb::new(DVec3::splat(2.0), DVec3::splat(3.0))).is_empty());
+}
