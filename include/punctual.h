@@ -623,7 +623,8 @@ typedef struct punctual_query {
 } punctual_query;
 
 /**
- * A clock of the caller's. It must not unwind (throw), and not use what the call that asks it is using.
+ * A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind (throw),
+ * and not use what that call is using.
  */
 typedef struct punctual_clock {
   /**

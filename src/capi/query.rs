@@ -102,7 +102,8 @@ pub struct punctual_budget {
     pub kind: u32,
 }
 
-/// A clock of the caller's. It must not unwind (throw), and not use what the call that asks it is using.
+/// A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind (throw),
+/// and not use what that call is using.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_clock {
@@ -236,7 +237,7 @@ pub extern "C" fn punctual_query_new<'t>(
 ///
 /// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_query_run(
+pub unsafe extern "C" fn punctual_query_run(
     query: Option<&punctual_query>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
@@ -244,11 +245,11 @@ pub extern "C" fn punctual_query_run(
     clock: Option<&punctual_clock>,
     outcome: Option<&mut MaybeUninit<punctual_outcome>>,
 ) -> punctual_status {
-    door("punctual_query_run", || {
-        run(query, workspace, memory, budget, clock, outcome, |query, workspace, memory, budget, clock| {
-            Ok(query.run_with(workspace, memory, budget, clock))
-        })
-    })
+    let run = |query: &Query, workspace: &mut _, memory: Option<&mut _>, budget, clock: &_| {
+        Ok(query.run_with(workspace, memory, budget, clock))
+    };
+    // SAFETY: the contract of the header for clocks.
+    door("punctual_query_run", || unsafe { answer(query, workspace, memory, budget, clock, outcome, run) })
 }
 
 /// Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets,
@@ -257,7 +258,7 @@ pub extern "C" fn punctual_query_run(
 /// Fails as `punctual_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or is
 /// complete.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_query_resume(
+pub unsafe extern "C" fn punctual_query_resume(
     query: Option<&punctual_query>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
@@ -265,11 +266,11 @@ pub extern "C" fn punctual_query_resume(
     clock: Option<&punctual_clock>,
     outcome: Option<&mut MaybeUninit<punctual_outcome>>,
 ) -> punctual_status {
-    door("punctual_query_resume", || {
-        run(query, workspace, memory, budget, clock, outcome, |query, workspace, memory, budget, clock| {
-            Ok(query.resume_with(workspace, memory, budget, clock)?)
-        })
-    })
+    let resume = |query: &Query, workspace: &mut _, memory: Option<&mut _>, budget, clock: &_| {
+        Ok(query.resume_with(workspace, memory, budget, clock)?)
+    };
+    // SAFETY: the contract of the header for clocks.
+    door("punctual_query_resume", || unsafe { answer(query, workspace, memory, budget, clock, outcome, resume) })
 }
 
 /// What the last run of this query in the workspace left open. Takes time linear in the open pairs; allocates nothing.
@@ -316,9 +317,12 @@ pub unsafe extern "C" fn punctual_query_open_boxes(
     })
 }
 
+/// Runs or resumes a query.
 type Run = fn(&Query, &mut Workspace, Option<&mut PairMemory>, Budget, &AnyClock) -> Result<Outcome, Fault>;
 
-fn run(
+/// # Safety
+/// That of [`AnyClock::new`].
+unsafe fn answer(
     query: Option<&punctual_query>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
@@ -329,7 +333,8 @@ fn run(
 ) -> Result<(), Fault> {
     let query = given(query, "query")?.check()?;
     let budget = budget.check()?;
-    let clock = AnyClock::new(clock)?;
+    // SAFETY: the caller's promise.
+    let clock = unsafe { AnyClock::new(clock) }?;
     let outcome = given(outcome, "outcome")?;
     let answer = given(workspace, "workspace")?.0.change("workspace", |workspace| match memory {
         Some(memory) => memory.0.change("memory", |memory| run(&query, workspace, Some(memory), budget, &clock)),
@@ -390,7 +395,9 @@ pub(super) enum AnyClock {
 }
 
 impl AnyClock {
-    pub fn new(clock: Option<&punctual_clock>) -> Result<Self, Fault> {
+    /// # Safety
+    /// Until this is dropped, the function of the clock may be called with its context on this thread.
+    pub unsafe fn new(clock: Option<&punctual_clock>) -> Result<Self, Fault> {
         Ok(match clock {
             None => Self::System(SystemClock::default()),
             Some(clock) => Self::Caller { now: given(clock.now, "clock->now")?, context: clock.context },
@@ -402,7 +409,7 @@ impl Clock for AnyClock {
     fn now(&self) -> Duration {
         match self {
             Self::System(clock) => clock.now(),
-            // SAFETY: the contract of `punctual_clock`: a function that may be called with this context.
+            // SAFETY: the promise made to `new`; the context is a raw pointer, so that this is on the same thread.
             Self::Caller { now, context } => Duration::from_nanos(unsafe { now(*context) }),
         }
     }

@@ -337,7 +337,7 @@ pub extern "C" fn punctual_scene_set_importance(
 /// broad phase, it gives the same report on any number of threads. It does not allocate once its buffers have grown to the
 /// size of the scene.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_detect(
+pub unsafe extern "C" fn punctual_scene_detect(
     scene: Option<&mut punctual_scene>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
@@ -345,7 +345,8 @@ pub extern "C" fn punctual_scene_detect(
 ) -> punctual_status {
     door("punctual_scene_detect", || {
         let budget = budget.check()?;
-        let clock = clock.map(|clock| AnyClock::new(Some(clock))).transpose()?;
+        // SAFETY: the contract of the header for clocks.
+        let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
         let found = given(scene, "scene")?.0.change("scene", |Reported { scene, pairs }| {
             let found = match &clock {
                 Some(clock) => scene.detect_with(budget, clock),

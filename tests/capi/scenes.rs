@@ -81,7 +81,9 @@ impl Both {
         assert_eq!(punctual_scene_set_tree(Some(&mut self.scene), third, Some(&self.ours)), Status::Ok);
         self.native.set_tree(native_third, Arc::clone(&self.theirs)).unwrap();
         assert_eq!(punctual_scene_set_filter(Some(&mut self.scene), fourth, 2, 6), Status::Ok);
-        self.native.set_filter(native_fourth, Filter { groups: 2, mask: 6 }).unwrap();
+        let mut filter = Filter::default();
+        (filter.groups, filter.mask) = (2, 6);
+        self.native.set_filter(native_fourth, filter).unwrap();
         assert_eq!(punctual_scene_set_importance(Some(&mut self.scene), fourth, 9.0), Status::Ok);
         self.native.set_importance(native_fourth, 9.0).unwrap();
         let body = made(|body| punctual_scene_body(Some(&self.scene), fourth, body));
@@ -97,7 +99,7 @@ impl Both {
 
     /// A frame; the number of pairs that it leaves undecided.
     fn detect(&mut self, budget: punctual_budget, native_budget: Budget) -> usize {
-        let report = made(|report| punctual_scene_detect(Some(&mut self.scene), budget, None, report));
+        let report = made(|report| detect(Some(&mut self.scene), budget, report));
         let expected = self.native.detect_with(native_budget, &ManualClock::new());
         assert_eq!(
             (report.frame, report.decided, report.intersecting),
