@@ -18,6 +18,7 @@ mod surfaces;
 
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
+use std::ptr::null_mut;
 
 use allocations::allocator_calls;
 use call::*;
@@ -43,6 +44,24 @@ fn a_cycle_does_not_allocate_even_if_it_fails() {
         }
     });
     assert_eq!(calls, 0);
+}
+
+#[test]
+fn the_number_of_bytes_of_a_tree_is_told_without_making_them() {
+    let tree = tree_of(&knot());
+    let mut count = MaybeUninit::uninit();
+    let calls = allocator_calls(|| {
+        // SAFETY: no room is claimed.
+        let status = unsafe { punctual_tree_to_bytes(Some(&tree), null_mut(), 0, Some(&mut count)) };
+        assert_eq!(status, Status::Ok);
+    });
+    assert_eq!(calls, 0);
+    // SAFETY: written by the call.
+    let count = unsafe { count.assume_init() };
+    let mut bytes = vec![0; count];
+    // SAFETY: there is room for as many as said.
+    let written = made(|out| unsafe { punctual_tree_to_bytes(Some(&tree), bytes.as_mut_ptr(), count, out) });
+    assert_eq!(written, count);
 }
 
 #[test]
