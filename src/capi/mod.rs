@@ -17,6 +17,7 @@
 
 mod arrays;
 mod body;
+mod clock;
 mod estimate;
 mod handle;
 mod memory;
@@ -31,6 +32,7 @@ mod triangles;
 mod workspace;
 
 pub use body::*;
+pub use clock::punctual_clock;
 pub use estimate::*;
 pub use memory::*;
 pub use mesh::*;

@@ -1,6 +1,7 @@
 //! Queries: budget, clock, options in; outcome and certificate out.
 
 use super::arrays::fill;
+use super::clock::{AnyClock, punctual_clock};
 use super::memory::punctual_memory;
 use super::mesh::punctual_aabb;
 use super::pose::punctual_pose;
@@ -9,10 +10,8 @@ use super::tree::punctual_tree;
 use super::workspace::{punctual_triangle_pair, punctual_workspace};
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::query::{
-    Budget, Clock, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, SystemClock,
-    Verdict, Workspace,
+    Budget, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, Verdict, Workspace,
 };
-use core::ffi::c_void;
 use core::mem::MaybeUninit;
 use core::time::Duration;
 
@@ -100,17 +99,6 @@ pub struct punctual_budget {
     pub limit: u64,
     /// A `punctual_budget_kind`.
     pub kind: u32,
-}
-
-/// A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind (throw),
-/// and not use what that call is using.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_clock {
-    /// Nanoseconds since some fixed moment, never less than before. `context` is the one below.
-    pub now: Option<unsafe extern "C" fn(context: *mut c_void) -> u64>,
-    /// Passed on to `now`.
-    pub context: *mut c_void,
 }
 
 /// A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
@@ -384,33 +372,6 @@ impl punctual_budget {
             x if x == punctual_budget_kind::Time as u32 => Ok(Budget::time(Duration::from_nanos(self.limit))),
             x if x == punctual_budget_kind::Work as u32 => Ok(Budget::work(self.limit)),
             unknown => Err(Fault::Value("budget.kind", unknown)),
-        }
-    }
-}
-
-/// The caller's clock or the system's.
-pub(super) enum AnyClock {
-    System(SystemClock),
-    Caller { now: unsafe extern "C" fn(context: *mut c_void) -> u64, context: *mut c_void },
-}
-
-impl AnyClock {
-    /// # Safety
-    /// Until this is dropped, the function of the clock may be called with its context on this thread.
-    pub unsafe fn new(clock: Option<&punctual_clock>) -> Result<Self, Fault> {
-        Ok(match clock {
-            None => Self::System(SystemClock::default()),
-            Some(clock) => Self::Caller { now: given(clock.now, "clock->now")?, context: clock.context },
-        })
-    }
-}
-
-impl Clock for AnyClock {
-    fn now(&self) -> Duration {
-        match self {
-            Self::System(clock) => clock.now(),
-            // SAFETY: the promise made to `new`; the context is a raw pointer, so that this is on the same thread.
-            Self::Caller { now, context } => Duration::from_nanos(unsafe { now(*context) }),
         }
     }
 }

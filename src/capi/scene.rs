@@ -2,10 +2,11 @@
 
 use super::arrays::{array, fill};
 use super::body::{punctual_body, punctual_body_id};
+use super::clock::{AnyClock, punctual_clock};
 use super::handle::Handle;
 use super::mesh::put;
 use super::pose::punctual_pose;
-use super::query::{AnyClock, check_mode, nanoseconds, punctual_budget, punctual_clock, punctual_verdict, verdict};
+use super::query::{check_mode, nanoseconds, punctual_budget, punctual_verdict, verdict};
 use super::status::{Fault, door, free, given, punctual_status};
 use super::tree::punctual_tree;
 use super::workspace::punctual_triangle_pair;
