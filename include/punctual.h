@@ -7,6 +7,10 @@
  * was wrong and where. No call ends the process, but for two cases that no library can return from: memory runs out while a
  * mesh, a tree or a scene grows, or a function of the caller's that was called back throws.
  *
+ * Enumerations. A number that is passed in must be one of this header; others give PUNCTUAL_STATUS_BAD_ARGUMENT. A newer library
+ * may return a punctual_status or a punctual_stop_reason that this header does not have: each status but PUNCTUAL_STATUS_OK is
+ * a failure, and with a stop reason that is not known here the answer is not complete. The verdicts stay these three.
+ *
  * Pointers. Unless a function says otherwise, no pointer may be null; null gives PUNCTUAL_STATUS_NULL. A handle must be one
  * that was made by this library and not freed since. Other pointers must be aligned, and point to as many elements as the
  * length beside them says. An output may be uninitialised; no output may overlap another argument of the same call.
@@ -623,7 +627,8 @@ typedef struct punctual_query {
 } punctual_query;
 
 /**
- * A clock of the caller's. It must not unwind (throw), and not use what the call that asks it is using.
+ * A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind (throw),
+ * and not use what that call is using.
  */
 typedef struct punctual_clock {
   /**
@@ -1111,8 +1116,8 @@ punctual_status punctual_tree_new(const struct punctual_mesh *mesh,
 
 /**
  * The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and
- * how many there are to `count`; with a capacity of 0, `bytes` may be null. They are the caller's. For a closed mesh of
- * floats they are about 30 a triangle. Takes linear time and allocates, also if only their number is asked for.
+ * how many there are to `count`. They are the caller's. For a closed mesh of floats they are about 30 a triangle. Takes
+ * linear time and allocates; with a capacity of 0, where `bytes` may be null, it only counts, and allocates nothing.
  */
 punctual_status punctual_tree_to_bytes(const struct punctual_tree *tree,
                                        uint8_t *bytes,

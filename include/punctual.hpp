@@ -253,8 +253,11 @@ public:
 
 /** A question. The fields of punctual_query are public; the trees must outlive it. */
 struct Query : punctual_query {
-  Query(const Tree &a, const Tree &b, const punctual_pose &b_in_a) noexcept
-      : punctual_query(punctual_query_new(a.get(), b.get(), b_in_a)) {}
+  Query(const Tree &tree_a, const Tree &tree_b, const punctual_pose &pose_of_b) noexcept
+      : punctual_query(punctual_query_new(tree_a.get(), tree_b.get(), pose_of_b)) {}
+  Query(const Tree &&, const Tree &, const punctual_pose &) = delete;
+  Query(const Tree &, const Tree &&, const punctual_pose &) = delete;
+  Query(const Tree &&, const Tree &&, const punctual_pose &) = delete;
 
   Result<punctual_outcome> run(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
                                const punctual_clock *clock = nullptr) const noexcept {
@@ -292,9 +295,11 @@ struct Query : punctual_query {
   }
 };
 
-/** A body to be inserted. The fields of punctual_body are public. */
+/** A body to be inserted. The fields of punctual_body are public; the tree must be there until then. */
 struct Body : punctual_body {
-  Body(const Tree &tree, const punctual_pose &pose) noexcept : punctual_body(punctual_body_new(tree.get(), pose)) {}
+  Body(const Tree &shape, const punctual_pose &place) noexcept
+      : punctual_body(punctual_body_new(shape.get(), place)) {}
+  Body(const Tree &&, const punctual_pose &) = delete;
 };
 
 /** The pairs of a report; valid until the next frame of its scene. */

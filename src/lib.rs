@@ -29,6 +29,10 @@ mod scene;
 mod tree;
 mod triangle;
 
+/// The version of glam whose vectors and matrices are handed out.
+///
+/// Those that make a [`Pose`], a [`Mesh`] or a shape may be of any version, or plain arrays. Results go over to another version
+/// by `to_array` and `to_cols_array`, which all versions have: a program that does so does not notice which one is used here.
 pub use glam;
 pub use math::{Aabb, Pose, PoseError};
 pub use mesh::{Mesh, MeshError, shapes};

@@ -30,14 +30,16 @@ fn read_all(folder: &str) -> String {
     files.map(|file| fs::read_to_string(file.unwrap().path()).unwrap()).collect()
 }
 
-/// The functions that the library exports.
+/// The functions that the library exports, from `pub` to the end of their arguments.
+fn signatures() -> Vec<String> {
+    let source = read_all("src/capi");
+    source.split("#[unsafe(no_mangle)]").skip(1).map(|item| item.split(['{', ';']).next().unwrap().into()).collect()
+}
+
+/// Their names.
 fn exported() -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
-    for item in read_all("src/capi").split("#[unsafe(no_mangle)]").skip(1) {
-        let signature = item.lines().find(|line| line.contains("fn ")).unwrap();
-        names.extend(calls(signature.split("->").next().unwrap()).into_iter().take(1));
-    }
-    names
+    let name = |signature: &String| signature.split("fn ").nth(1).unwrap().split(['(', '<']).next().unwrap().into();
+    signatures().iter().map(name).collect()
 }
 
 #[test]
@@ -70,6 +72,15 @@ fn every_function_is_wrapped_for_cpp() {
     };
     let but = ["punctual_version"].map(String::from);
     assert_eq!(exported().iter().filter(missing).collect::<Vec<_>>(), but.iter().collect::<Vec<_>>());
+}
+
+/// What a caller in Rust must promise, it promises by `unsafe`: an array is as long as said, a clock can be called.
+#[test]
+fn functions_that_trust_the_caller_are_unsafe() {
+    for signature in signatures() {
+        let trusts = [": *const", ": *mut", "Option<&punctual_clock>"].iter().any(|kind| signature.contains(kind));
+        assert_eq!(signature.contains("pub unsafe extern"), trusts, "{signature}");
+    }
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod surfaces;
 
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
+use std::ptr::null_mut;
 
 use allocations::allocator_calls;
 use call::*;
@@ -36,12 +37,31 @@ fn a_cycle_does_not_allocate_even_if_it_fails() {
                 let query = punctual_query_new(Some(&tree), Some(&tree), pose);
                 let (workspace, memory) = (Some(&mut *workspace), Some(&mut *memory));
                 let out = &mut MaybeUninit::uninit();
-                let status = punctual_query_run(Some(&query), workspace, memory, budget, None, Some(out));
+                // SAFETY: no clock of the caller's.
+                let status = unsafe { punctual_query_run(Some(&query), workspace, memory, budget, None, Some(out)) };
                 assert_eq!(status == Status::Ok, works);
             }
         }
     });
     assert_eq!(calls, 0);
+}
+
+#[test]
+fn the_number_of_bytes_of_a_tree_is_told_without_making_them() {
+    let tree = tree_of(&knot());
+    let mut count = MaybeUninit::uninit();
+    let calls = allocator_calls(|| {
+        // SAFETY: no room is claimed.
+        let status = unsafe { punctual_tree_to_bytes(Some(&tree), null_mut(), 0, Some(&mut count)) };
+        assert_eq!(status, Status::Ok);
+    });
+    assert_eq!(calls, 0);
+    // SAFETY: written by the call.
+    let count = unsafe { count.assume_init() };
+    let mut bytes = vec![0; count];
+    // SAFETY: there is room for as many as said.
+    let written = made(|out| unsafe { punctual_tree_to_bytes(Some(&tree), bytes.as_mut_ptr(), count, out) });
+    assert_eq!(written, count);
 }
 
 #[test]

@@ -79,6 +79,7 @@ fn assert_same(loaded: &Tree, saved: &Tree, pose: Pose, other: &Tree) {
     assert_eq!(loaded.degradation(), saved.degradation());
     assert_eq!(loaded.validate(), Ok(()));
     assert!(loaded.to_bytes() == saved.to_bytes(), "saved again, the bytes differ");
+    assert_eq!(saved.bytes_len(), saved.to_bytes().len());
     assert_eq!(answers(loaded, other, pose), answers(saved, other, pose));
 }
 

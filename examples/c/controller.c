@@ -18,23 +18,23 @@
 enum { LINKS = 3, PAIRS = LINKS * LINKS, WORK = 20000, MOST_CYCLES = 100000 };
 static const uint64_t PERIOD = 1000000, LIMIT = 200000; /* nanoseconds */
 
-typedef struct {
+struct arm {
   punctual_pose base;
   double pace; /* joint cycles per second at full speed */
   punctual_pose links[LINKS];
-} arm;
+};
 
-typedef struct {
+struct robot {
   punctual_tree *trees[LINKS];
   punctual_workspace *workspace, *unhurried;
   punctual_memory *memories[PAIRS];
-} robot;
+};
 
-typedef struct {
+struct journey {
   int count[3]; /* by verdict */
   punctual_verdict last;
   double phase, speed, direction;
-} journey;
+};
 
 static void must(punctual_status status) {
   if (status != PUNCTUAL_STATUS_OK) {
@@ -60,7 +60,7 @@ static punctual_pose moved(punctual_pose pose, double along_x) {
 }
 
 /* Joints turn about z, y, z; t is the tangent of half the angle. */
-static void place(arm *arm, double phase) {
+static void place(struct arm *arm, double phase) {
   punctual_pose frame = arm->base, turn;
   for (int i = 0; i < LINKS; i++) {
     double t = 0.6 * swing(arm->pace * phase + 0.17 * i);
@@ -72,8 +72,8 @@ static void place(arm *arm, double phase) {
 }
 
 /* One check of all pairs of links within a budget that they share. */
-static punctual_verdict check(robot *robot, const arm arms[2], int by_the_clock, punctual_verdict each[PAIRS],
-                              punctual_pose poses[PAIRS]) {
+static punctual_verdict check(struct robot *robot, const struct arm arms[2], int by_the_clock,
+                              punctual_verdict each[PAIRS], punctual_pose poses[PAIRS]) {
   punctual_verdict all = PUNCTUAL_VERDICT_SEPARATED;
   uint64_t began = now(), left = by_the_clock ? LIMIT : WORK;
   for (int pair = 0; pair < PAIRS; pair++) {
@@ -96,7 +96,7 @@ static punctual_verdict check(robot *robot, const arm arms[2], int by_the_clock,
 }
 
 /* What the verdict means for the motion. */
-static void act(journey *journey, punctual_verdict verdict) {
+static void act(struct journey *journey, punctual_verdict verdict) {
   journey->count[verdict]++;
   if (verdict == PUNCTUAL_VERDICT_SEPARATED) {
     journey->speed = fmin(1, 1.05 * journey->speed + 0.01);
@@ -111,13 +111,13 @@ static void act(journey *journey, punctual_verdict verdict) {
   journey->phase += journey->direction * journey->speed * 0.001;
 }
 
-static void place_both(arm arms[2], double phase) {
+static void place_both(struct arm arms[2], double phase) {
   place(&arms[0], phase);
   place(&arms[1], phase);
 }
 
 /* Decided verdicts that a query without a budget contradicts. */
-static int mistakes(robot *robot, const punctual_verdict each[PAIRS], const punctual_pose poses[PAIRS]) {
+static int mistakes(struct robot *robot, const punctual_verdict each[PAIRS], const punctual_pose poses[PAIRS]) {
   int wrong = 0;
   for (int pair = 0; pair < PAIRS; pair++) {
     punctual_query query = punctual_query_new(robot->trees[pair / LINKS], robot->trees[pair % LINKS], poses[pair]);
@@ -140,7 +140,7 @@ static punctual_tree *tree_of(punctual_mesh *mesh) {
   return tree;
 }
 
-static void forget(robot *robot) {
+static void forget(struct robot *robot) {
   for (int pair = 0; pair < PAIRS; pair++) {
     punctual_memory_free(robot->memories[pair]);
     must(punctual_memory_new(&robot->memories[pair]));
@@ -155,7 +155,7 @@ int main(int count, char **arguments) {
     return fprintf(stderr, "library %s, header %s\n", punctual_version(), PUNCTUAL_VERSION), 1;
 
   /* Everything is allocated here, and nothing in the loop. */
-  robot robot = {0};
+  struct robot robot = {0};
   punctual_mesh *mesh;
   must(punctual_shape_cuboid(0.5f, 0.1f, 0.1f, 16, &mesh));
   robot.trees[0] = tree_of(mesh);
@@ -166,12 +166,12 @@ int main(int count, char **arguments) {
   must(punctual_workspace_new(&robot.workspace));
   must(punctual_workspace_new(&robot.unhurried));
   forget(&robot);
-  arm arms[2] = {{.base = punctual_pose_identity(), .pace = 1.3}, {.pace = 0.9}};
+  struct arm arms[2] = {{.base = punctual_pose_identity(), .pace = 1.3}, {.pace = 0.9}};
   must(punctual_pose_from_quaternion(0, 0, 1, 0, (punctual_point){3.4, 0.3, 0.1}, &arms[1].base)); /* half a turn */
 
   punctual_verdict each[PAIRS];
   punctual_pose poses[PAIRS];
-  journey plan = {.speed = 0.1, .direction = 1};
+  struct journey plan = {.speed = 0.1, .direction = 1};
   for (int cycle = 0; cycle < 2000; cycle++) {
     place_both(arms, plan.phase);
     act(&plan, check(&robot, arms, 0, each, poses));
@@ -180,7 +180,7 @@ int main(int count, char **arguments) {
          plan.count[1], plan.phase);
 
   forget(&robot);
-  journey drive = {.speed = 0.1, .direction = 1};
+  struct journey drive = {.speed = 0.1, .direction = 1};
   uint64_t *took = calloc((size_t)cycles, sizeof *took);
   uint64_t next = now();
   int wrong = 0;
@@ -198,8 +198,8 @@ int main(int count, char **arguments) {
   qsort(took, (size_t)cycles, sizeof *took, ascending);
   printf("%d cycles: %d separated, %d undecided, %d intersecting\n", cycles, drive.count[2], drive.count[0],
          drive.count[1]);
-  printf("check took, microseconds: median %.1f, 99 %% below %.1f, most %.1f\n", took[cycles / 2] / 1e3,
-         took[cycles * 99 / 100] / 1e3, took[cycles - 1] / 1e3);
+  printf("check took, microseconds: median %.1f, 99 %% below %.1f, most %.1f\n", (double)took[cycles / 2] / 1e3,
+         (double)took[cycles * 99 / 100] / 1e3, (double)took[cycles - 1] / 1e3);
   printf("verdicts that were wrong: %d\n", wrong);
 
   free(took);

@@ -26,7 +26,7 @@ pub(super) unsafe fn fill<T>(
     pointer: *mut T,
     capacity: usize,
     what: &'static str,
-    items: impl Iterator<Item = T>,
+    mut items: impl Iterator<Item = T>,
 ) -> Result<usize, Fault> {
     let mut room: &mut [MaybeUninit<T>] = &mut [];
     if capacity > 0 {
@@ -34,14 +34,12 @@ pub(super) unsafe fn fill<T>(
         // SAFETY: as in `array`; `MaybeUninit` needs no value to be there.
         room = unsafe { slice::from_raw_parts_mut(pointer.cast(), capacity) };
     }
-    let mut count = 0;
-    for item in items {
-        if let Some(place) = room.get_mut(count) {
-            place.write(item);
-        }
-        count += 1;
+    let mut written = 0;
+    for (place, item) in room.iter_mut().zip(&mut items) {
+        place.write(item);
+        written += 1;
     }
-    Ok(count)
+    Ok(written + items.count())
 }
 
 fn check<T>(pointer: *const T, count: usize, what: &'static str) -> Result<(), Fault> {

@@ -4,13 +4,20 @@
 //! Pointers come in as `Option<&T>`, `Option<&mut T>` and `Option<Box<T>>`, which have the layout of a pointer that may be
 //! null, so that only arrays and the caller's clock need code that the compiler cannot check. `status::door` stands in
 //! each call that does any work: no panic leaves it, every fault becomes a status and a text.
+//!
+//! # Safety
+//! The functions that take arrays or a clock are `unsafe`. An array is null with a length of 0, or has as many elements as its
+//! length says, which nothing else writes to during the call. The function of a clock may be called with its context as long
+//! as the call lasts, on the same thread, and does not unwind.
 
 #![allow(unsafe_code, reason = "exported names, arrays and a callback of the caller's")]
 #![allow(non_camel_case_types, reason = "the names of the header")]
-#![allow(clippy::missing_safety_doc, reason = "the contract is the same for all: the head of the header")]
+#![allow(clippy::missing_safety_doc, reason = "the contract is the same for all: above, and in the head of the header")]
+#![deny(clippy::undocumented_unsafe_blocks)]
 
 mod arrays;
 mod body;
+mod clock;
 mod estimate;
 mod handle;
 mod memory;
@@ -25,6 +32,7 @@ mod triangles;
 mod workspace;
 
 pub use body::*;
+pub use clock::punctual_clock;
 pub use estimate::*;
 pub use memory::*;
 pub use mesh::*;

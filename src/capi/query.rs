@@ -1,6 +1,7 @@
 //! Queries: budget, clock, options in; outcome and certificate out.
 
 use super::arrays::fill;
+use super::clock::{AnyClock, punctual_clock};
 use super::memory::punctual_memory;
 use super::mesh::punctual_aabb;
 use super::pose::punctual_pose;
@@ -9,10 +10,7 @@ use super::tree::punctual_tree;
 use super::workspace::{punctual_triangle_pair, punctual_workspace};
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::MAX_STEP_WORK;
-use crate::query::{
-    Budget, Clock, LEVELS, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, SystemClock, Verdict, Workspace,
-};
-use core::ffi::c_void;
+use crate::query::{Budget, LEVELS, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, Verdict, Workspace};
 use core::mem::MaybeUninit;
 use core::time::Duration;
 
@@ -100,16 +98,6 @@ pub struct punctual_budget {
     pub limit: u64,
     /// A `punctual_budget_kind`.
     pub kind: u32,
-}
-
-/// A clock of the caller's. It must not unwind (throw), and not use what the call that asks it is using.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_clock {
-    /// Nanoseconds since some fixed moment, never less than before. `context` is the one below.
-    pub now: Option<unsafe extern "C" fn(context: *mut c_void) -> u64>,
-    /// Passed on to `now`.
-    pub context: *mut c_void,
 }
 
 /// A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
@@ -236,7 +224,7 @@ pub extern "C" fn punctual_query_new<'t>(
 ///
 /// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_query_run(
+pub unsafe extern "C" fn punctual_query_run(
     query: Option<&punctual_query>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
@@ -244,11 +232,11 @@ pub extern "C" fn punctual_query_run(
     clock: Option<&punctual_clock>,
     outcome: Option<&mut MaybeUninit<punctual_outcome>>,
 ) -> punctual_status {
-    door("punctual_query_run", || {
-        run(query, workspace, memory, budget, clock, outcome, |query, workspace, memory, budget, clock| {
-            Ok(query.run_with(workspace, memory, budget, clock))
-        })
-    })
+    let run = |query: &Query, workspace: &mut _, memory: Option<&mut _>, budget, clock: &_| {
+        Ok(query.run_with(workspace, memory, budget, clock))
+    };
+    // SAFETY: the contract of the header for clocks.
+    door("punctual_query_run", || unsafe { answer(query, workspace, memory, budget, clock, outcome, run) })
 }
 
 /// Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets,
@@ -257,7 +245,7 @@ pub extern "C" fn punctual_query_run(
 /// Fails as `punctual_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or is
 /// complete.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_query_resume(
+pub unsafe extern "C" fn punctual_query_resume(
     query: Option<&punctual_query>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
@@ -265,11 +253,11 @@ pub extern "C" fn punctual_query_resume(
     clock: Option<&punctual_clock>,
     outcome: Option<&mut MaybeUninit<punctual_outcome>>,
 ) -> punctual_status {
-    door("punctual_query_resume", || {
-        run(query, workspace, memory, budget, clock, outcome, |query, workspace, memory, budget, clock| {
-            Ok(query.resume_with(workspace, memory, budget, clock)?)
-        })
-    })
+    let resume = |query: &Query, workspace: &mut _, memory: Option<&mut _>, budget, clock: &_| {
+        Ok(query.resume_with(workspace, memory, budget, clock)?)
+    };
+    // SAFETY: the contract of the header for clocks.
+    door("punctual_query_resume", || unsafe { answer(query, workspace, memory, budget, clock, outcome, resume) })
 }
 
 /// What the last run of this query in the workspace left open. Takes time linear in the open pairs; allocates nothing.
@@ -316,9 +304,12 @@ pub unsafe extern "C" fn punctual_query_open_boxes(
     })
 }
 
+/// Runs or resumes a query.
 type Run = fn(&Query, &mut Workspace, Option<&mut PairMemory>, Budget, &AnyClock) -> Result<Outcome, Fault>;
 
-fn run(
+/// # Safety
+/// That of [`AnyClock::new`].
+unsafe fn answer(
     query: Option<&punctual_query>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
@@ -329,7 +320,8 @@ fn run(
 ) -> Result<(), Fault> {
     let query = given(query, "query")?.check()?;
     let budget = budget.check()?;
-    let clock = AnyClock::new(clock)?;
+    // SAFETY: the caller's promise.
+    let clock = unsafe { AnyClock::new(clock) }?;
     let outcome = given(outcome, "outcome")?;
     let answer = given(workspace, "workspace")?.0.change("workspace", |workspace| match memory {
         Some(memory) => memory.0.change("memory", |memory| run(&query, workspace, Some(memory), budget, &clock)),
@@ -379,31 +371,6 @@ impl punctual_budget {
             x if x == punctual_budget_kind::Time as u32 => Ok(Budget::time(Duration::from_nanos(self.limit))),
             x if x == punctual_budget_kind::Work as u32 => Ok(Budget::work(self.limit)),
             unknown => Err(Fault::Value("budget.kind", unknown)),
-        }
-    }
-}
-
-/// The caller's clock or the system's.
-pub(super) enum AnyClock {
-    System(SystemClock),
-    Caller { now: unsafe extern "C" fn(context: *mut c_void) -> u64, context: *mut c_void },
-}
-
-impl AnyClock {
-    pub fn new(clock: Option<&punctual_clock>) -> Result<Self, Fault> {
-        Ok(match clock {
-            None => Self::System(SystemClock::default()),
-            Some(clock) => Self::Caller { now: given(clock.now, "clock->now")?, context: clock.context },
-        })
-    }
-}
-
-impl Clock for AnyClock {
-    fn now(&self) -> Duration {
-        match self {
-            Self::System(clock) => clock.now(),
-            // SAFETY: the contract of `punctual_clock`: a function that may be called with this context.
-            Self::Caller { now, context } => Duration::from_nanos(unsafe { now(*context) }),
         }
     }
 }

@@ -2,10 +2,11 @@
 
 use super::arrays::{array, fill};
 use super::body::{punctual_body, punctual_body_id};
+use super::clock::{AnyClock, punctual_clock};
 use super::handle::Handle;
 use super::mesh::put;
 use super::pose::punctual_pose;
-use super::query::{AnyClock, check_mode, nanoseconds, punctual_budget, punctual_clock, punctual_verdict, verdict};
+use super::query::{check_mode, nanoseconds, punctual_budget, punctual_verdict, verdict};
 use super::status::{Fault, door, free, given, punctual_status};
 use super::tree::punctual_tree;
 use super::workspace::punctual_triangle_pair;
@@ -337,7 +338,7 @@ pub extern "C" fn punctual_scene_set_importance(
 /// broad phase, it gives the same report on any number of threads. It does not allocate once its buffers have grown to the
 /// size of the scene.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_detect(
+pub unsafe extern "C" fn punctual_scene_detect(
     scene: Option<&mut punctual_scene>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
@@ -345,7 +346,8 @@ pub extern "C" fn punctual_scene_detect(
 ) -> punctual_status {
     door("punctual_scene_detect", || {
         let budget = budget.check()?;
-        let clock = clock.map(|clock| AnyClock::new(Some(clock))).transpose()?;
+        // SAFETY: the contract of the header for clocks.
+        let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
         let found = given(scene, "scene")?.0.change("scene", |Reported { scene, pairs }| {
             let found = match &clock {
                 Some(clock) => scene.detect_with(budget, clock),

@@ -104,8 +104,8 @@ fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault
 }
 
 /// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and
-/// how many there are to `count`; with a capacity of 0, `bytes` may be null. They are the caller's. For a closed mesh of
-/// floats they are about 30 a triangle. Takes linear time and allocates, also if only their number is asked for.
+/// how many there are to `count`. They are the caller's. For a closed mesh of floats they are about 30 a triangle. Takes
+/// linear time and allocates; with a capacity of 0, where `bytes` may be null, it only counts, and allocates nothing.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_tree_to_bytes(
     tree: Option<&punctual_tree>,
@@ -115,8 +115,12 @@ pub unsafe extern "C" fn punctual_tree_to_bytes(
 ) -> punctual_status {
     door("punctual_tree_to_bytes", || {
         let (tree, count) = (given(tree, "tree")?.0.get("tree")?, given(count, "count")?);
-        // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(bytes, capacity, "bytes", tree.to_bytes().into_iter()) }?);
+        if capacity == 0 {
+            count.write(tree.bytes_len());
+        } else {
+            // SAFETY: the contract of the header for arrays.
+            count.write(unsafe { fill(bytes, capacity, "bytes", tree.to_bytes().into_iter()) }?);
+        }
         Ok(())
     })
 }

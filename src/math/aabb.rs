@@ -25,8 +25,9 @@ impl Aabb {
     }
 
     /// The smallest box around all points, which must not be NaN; [`EMPTY`](Self::EMPTY) without points.
-    pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
-        points.into_iter().fold(Self::EMPTY, |aabb, point| Self { min: aabb.min.min(point), max: aabb.max.max(point) })
+    pub fn from_points(points: impl IntoIterator<Item: Into<[f64; 3]>>) -> Self {
+        let points = points.into_iter().map(|point| DVec3::from_array(point.into()));
+        points.fold(Self::EMPTY, |aabb, point| Self { min: aabb.min.min(point), max: aabb.max.max(point) })
     }
 
     /// The smallest box around both boxes.
@@ -69,7 +70,8 @@ impl Aabb {
 
     /// Whether the point lies in the box or on its border.
     #[inline]
-    pub fn contains(&self, point: DVec3) -> bool {
+    pub fn contains(&self, point: impl Into<[f64; 3]>) -> bool {
+        let point = DVec3::from_array(point.into());
         self.min.cmple(point).all() && point.cmple(self.max).all()
     }
 }
@@ -102,7 +104,7 @@ mod tests {
     #[test]
     fn the_empty_box_is_neutral_and_meets_nothing() {
         assert_eq!(Aabb::EMPTY.union(&UNIT), UNIT);
-        assert_eq!(Aabb::from_points([]), Aabb::EMPTY);
+        assert_eq!(Aabb::from_points([DVec3::ZERO; 0]), Aabb::EMPTY);
         assert!(Aabb::EMPTY.is_empty() && !Aabb::EMPTY.intersects(&UNIT));
         assert_eq!(Aabb::EMPTY.extents(), DVec3::ZERO);
     }

@@ -68,11 +68,24 @@ impl Pose {
     /// The pose that maps every point to itself.
     pub const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
 
-    /// A pose from a rotation matrix and a translation, both kept to the bit.
+    /// A pose from a rotation matrix, column by column, and a translation, both kept to the bit: a `DMat3` and a `DVec3` of
+    /// any version of glam, or what else has the same entries.
+    ///
+    /// ```
+    /// use punctual::{Pose, glam::DMat3};
+    /// let quarter_turn = DMat3::from_cols_array(&[0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    /// let b_in_a = Pose::new(quarter_turn, [5.0, 0.0, 0.0])?;
+    /// assert_eq!(b_in_a.transform_point([1.0, 0.0, 0.0]).to_array(), [5.0, 1.0, 0.0]);
+    /// # Ok::<(), punctual::PoseError>(())
+    /// ```
     ///
     /// # Errors
     /// [`PoseError::NotFinite`], [`PoseError::TooFar`], [`PoseError::NotARotation`], in this order.
-    pub fn new(rotation: DMat3, translation: DVec3) -> Result<Self, PoseError> {
+    pub fn new(rotation: impl AsRef<[f64; 9]>, translation: impl Into<[f64; 3]>) -> Result<Self, PoseError> {
+        Self::checked(DMat3::from_cols_array(rotation.as_ref()), DVec3::from_array(translation.into()))
+    }
+
+    fn checked(rotation: DMat3, translation: DVec3) -> Result<Self, PoseError> {
         let pose = Self { rotation, translation };
         if let Some(entry) = pose.to_row_major().iter().position(|e| !e.is_finite()) {
             return Err(PoseError::NotFinite { entry });
@@ -87,11 +100,12 @@ impl Pose {
         Ok(pose)
     }
 
-    /// A pose from a quaternion, normalised in f64 first, and a translation.
+    /// A pose from a quaternion `x, y, z, w`, normalised in f64 first, and a translation.
     ///
     /// # Errors
     /// [`PoseError::BadQuaternion`], then as [`new`](Self::new).
-    pub fn from_quat(rotation: DQuat, translation: DVec3) -> Result<Self, PoseError> {
+    pub fn from_quat(rotation: impl Into<[f64; 4]>, translation: impl Into<[f64; 3]>) -> Result<Self, PoseError> {
+        let rotation = DQuat::from_array(rotation.into());
         if !rotation.length_squared().is_normal() {
             return Err(PoseError::BadQuaternion);
         }
@@ -103,8 +117,13 @@ impl Pose {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn from_axes(x: DVec3, y: DVec3, z: DVec3, translation: DVec3) -> Result<Self, PoseError> {
-        Self::new(DMat3::from_cols(x, y, z), translation)
+    pub fn from_axes(
+        x: impl Into<[f64; 3]>,
+        y: impl Into<[f64; 3]>,
+        z: impl Into<[f64; 3]>,
+        translation: impl Into<[f64; 3]>,
+    ) -> Result<Self, PoseError> {
+        Self::new(DMat3::from_cols_array_2d(&[x.into(), y.into(), z.into()]), translation)
     }
 
     /// A pose from the 3 x 4 matrix `[R|t]`, row by row.
@@ -112,7 +131,7 @@ impl Pose {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn from_row_major(m: [f64; 12]) -> Result<Self, PoseError> {
-        let column = |j: usize| DVec3::new(m[j], m[4 + j], m[8 + j]);
+        let column = |j: usize| [m[j], m[4 + j], m[8 + j]];
         Self::from_axes(column(0), column(1), column(2), column(3))
     }
 
@@ -122,12 +141,13 @@ impl Pose {
         [x.x, y.x, z.x, t.x, x.y, y.y, z.y, t.y, x.z, y.z, z.z, t.z]
     }
 
-    /// A pose from f32 values, which f64 holds exactly.
+    /// A pose from f32 values, which f64 holds exactly; the matrix column by column.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn from_f32(rotation: Mat3, translation: Vec3) -> Result<Self, PoseError> {
-        Self::new(rotation.as_dmat3(), translation.as_dvec3())
+    pub fn from_f32(rotation: impl AsRef<[f32; 9]>, translation: impl Into<[f32; 3]>) -> Result<Self, PoseError> {
+        let rotation = DMat3::from_cols_array(&rotation.as_ref().map(f64::from));
+        Self::new(rotation, translation.into().map(f64::from))
     }
 
     /// Rotation and translation rounded to f32; a translation beyond f32 becomes infinite.
@@ -188,8 +208,8 @@ impl Pose {
     ///
     /// Which meshes intersect is defined on these values, hence the fixed order and no fused multiply-add.
     #[inline]
-    pub fn transform_point(&self, point: DVec3) -> DVec3 {
-        self.rotate(point) + self.translation
+    pub fn transform_point(&self, point: impl Into<[f64; 3]>) -> DVec3 {
+        self.rotate(DVec3::from_array(point.into())) + self.translation
     }
 
     #[inline]
@@ -252,6 +272,35 @@ mod tests {
             let expected = ((row[0] * p.x + row[1] * p.y) + row[2] * p.z) + row[3];
             assert_eq!(image[i].to_bits(), expected.to_bits());
         }
+    }
+
+    /// Those of another version of glam are other types, which share only their entries.
+    #[test]
+    fn vectors_and_matrices_of_other_crates_make_the_same_pose() {
+        #[derive(Clone, Copy)]
+        struct Foreign<T>(T);
+        impl<T> AsRef<T> for Foreign<T> {
+            fn as_ref(&self) -> &T {
+                &self.0
+            }
+        }
+        impl<T, const N: usize> From<Foreign<[T; N]>> for [T; N] {
+            fn from(foreign: Foreign<[T; N]>) -> Self {
+                foreign.0
+            }
+        }
+        let pose = turned(DVec3::new(0.1, -1e9, 1e-9));
+        let (rotation, translation) = (pose.rotation(), Foreign(pose.translation().to_array()));
+        let [x, y, z] = rotation.to_cols_array_2d().map(Foreign);
+        let quaternion = DQuat::from_xyzw(0.1, -0.7, 0.3, 0.4);
+        assert_eq!(Pose::new(Foreign(rotation.to_cols_array()), translation).unwrap(), pose);
+        assert_eq!(Pose::from_axes(x, y, z, translation).unwrap(), pose);
+        assert_eq!(Pose::from_quat(Foreign(quaternion.to_array()), translation).unwrap(), pose);
+        assert_eq!(pose.transform_point(x), pose.transform_point(rotation.x_axis));
+
+        let (rotation, translation) = pose.to_f32();
+        let narrow = Pose::from_f32(Foreign(rotation.to_cols_array()), Foreign(translation.to_array()));
+        assert_eq!(narrow, Pose::from_f32(rotation, translation));
     }
 
     #[test]

@@ -7,7 +7,7 @@
 use alloc::{collections::BTreeMap, vec::Vec};
 use core::f64::consts::TAU;
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3};
 
 use super::{Mesh, Vertices};
 use crate::math::random::Random;
@@ -55,10 +55,10 @@ const ICOSAHEDRON: [[u32; 3]; 20] = [
 
 /// A box around the origin, each face a grid of `cells` by `cells` squares.
 ///
-/// Has `12 * cells^2` triangles; `cells` is 1 to 8192, each half extent 1e-6 to 1e6.
-pub fn cuboid(half_extents: Vec3, cells: u32) -> Mesh {
+/// Has `12 * cells^2` triangles; `cells` is 1 to 8192, each half extent (along x, y, z) 1e-6 to 1e6.
+pub fn cuboid(half_extents: impl Into<[f32; 3]>, cells: u32) -> Mesh {
     let cells = cells.clamp(1, 8192);
-    let half = DVec3::from_array(half_extents.to_array().map(|h| within(h, MIN_SIZE, MAX_SIZE)));
+    let half = DVec3::from_array(half_extents.into().map(|h| within(h, MIN_SIZE, MAX_SIZE)));
     let (mut vertices, mut triangles, mut ids) = (Vec::new(), Vec::new(), BTreeMap::new());
     let mut vertex = |lattice: [u32; 3]| {
         *ids.entry(lattice).or_insert_with(|| {
@@ -224,6 +224,7 @@ mod tests {
     use super::*;
     use alloc::collections::BTreeSet;
     use core::f64::consts::PI;
+    use glam::Vec3;
 
     fn closed_shapes(level: u32) -> [(Mesh, usize); 6] {
         let n = level as usize;

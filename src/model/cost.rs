@@ -1,7 +1,8 @@
 //! What things cost: in units of work, which are the same everywhere, and in time, which is the machine's.
 //!
 //! Everything that the library assumes about cost stands here. The weights of work were fitted so that work is proportional
-//! to time within about 20 % (`docs/performance.md`); a default [`CostModel`] is those weights at [`TYPICAL_UNIT`].
+//! to time within about 20 % (`docs/performance.md`); a default [`CostModel`] is those weights at
+//! 0.36 ns a unit.
 
 use core::time::Duration;
 

@@ -183,6 +183,11 @@ impl Header {
             [self.vertices, self.triangles, self.nodes, self.frames].map(u128::from);
         [vertex * vertices, TRIANGLE_BYTES as u128 * triangles, 4 * triangles, nodes, FRAME as u128 * frames]
     }
+
+    /// Bytes of the whole.
+    fn length(&self) -> u128 {
+        self.parts().iter().sum::<u128>() + (HEADER + CHECKSUM) as u128
+    }
 }
 
 impl Tree {
@@ -199,27 +204,35 @@ impl Tree {
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let shapes = shapes(&self.nodes);
-        let own: Vec<&Node> = with_own_frame(&self.nodes, &shapes).collect();
-        let header = Header {
-            is_f64: !self.mesh.is_f32(),
-            vertices: self.mesh.vertex_count() as u64,
-            triangles: self.mesh.len() as u64,
-            nodes: self.nodes.len() as u64,
-            frames: own.len() as u64,
-            cost: self.built_cost,
-        };
-        let length = header.parts().iter().sum::<u128>() as usize;
-        let mut bytes = Vec::with_capacity(HEADER + length + CHECKSUM);
+        let header = self.header();
+        let mut bytes = Vec::with_capacity(header.length() as usize);
         header.write(&mut bytes);
         self.mesh.write(&mut bytes);
         self.ids.iter().for_each(|id| bytes.extend_from_slice(&id.to_le_bytes()));
         bytes.extend_from_slice(&shapes);
-        for entry in own.iter().flat_map(|node| node.rotation().to_cols_array()) {
+        let own = self.nodes.iter().zip(&shapes).filter(|(_, shape)| *shape & OWN_FRAME != 0);
+        for entry in own.flat_map(|(node, _)| node.rotation().to_cols_array()) {
             bytes.extend_from_slice(&entry.to_le_bytes());
         }
         let checksum = crc32fast::hash(&bytes);
         bytes.extend_from_slice(&checksum.to_le_bytes());
         bytes
+    }
+
+    /// How many bytes [`to_bytes`](Self::to_bytes) gives. `O(n)` over the nodes; allocates nothing.
+    pub fn bytes_len(&self) -> usize {
+        self.header().length() as usize
+    }
+
+    fn header(&self) -> Header {
+        Header {
+            is_f64: !self.mesh.is_f32(),
+            vertices: self.mesh.vertex_count() as u64,
+            triangles: self.mesh.len() as u64,
+            nodes: self.nodes.len() as u64,
+            frames: own_frames(&self.nodes).count() as u64,
+            cost: self.built_cost,
+        }
     }
 
     /// The tree that [`to_bytes`](Self::to_bytes) was called on: its queries do the same, to the bit.
@@ -233,7 +246,7 @@ impl Tree {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, TreeFileError> {
         let header = Header::read(bytes)?;
         let parts = header.parts();
-        let expected = parts.iter().sum::<u128>() + (HEADER + CHECKSUM) as u128;
+        let expected = header.length();
         if expected != bytes.len() as u128 {
             return Err(TreeFileError::Length { expected, found: bytes.len() });
         }
@@ -270,21 +283,19 @@ impl Tree {
 fn shapes(nodes: &[Node]) -> Vec<u8> {
     let shape = |node: &Node| node.children | if node.is_cluster { IS_CLUSTER } else { 0 };
     let mut shapes: Vec<u8> = nodes.iter().map(shape).collect();
-    if nodes.first().is_some_and(|root| root.frame != Frame::IDENTITY.id) {
-        shapes[0] |= OWN_FRAME;
-    }
-    for parent in nodes.iter().filter(|node| !node.is_cluster) {
-        for child in parent.child_range() {
-            if nodes[child].frame != parent.frame {
-                shapes[child] |= OWN_FRAME;
-            }
-        }
-    }
+    own_frames(nodes).for_each(|index| shapes[index] |= OWN_FRAME);
     shapes
 }
 
-fn with_own_frame<'n>(nodes: &'n [Node], shapes: &'n [u8]) -> impl Iterator<Item = &'n Node> {
-    nodes.iter().zip(shapes).filter(|(_, shape)| *shape & OWN_FRAME != 0).map(|(node, _)| node)
+/// The nodes that have a frame of their own, parent by parent.
+fn own_frames(nodes: &[Node]) -> impl Iterator<Item = usize> {
+    let root = nodes.first().filter(|root| root.frame != Frame::IDENTITY.id).map(|_| 0);
+    let parents = nodes.iter().filter(|node| !node.is_cluster);
+    let below = move |parent: &Node| {
+        let frame = parent.frame;
+        parent.child_range().filter(move |&child| nodes[child].frame != frame)
+    };
+    root.into_iter().chain(parents.flat_map(below))
 }
 
 /// The nodes of a tree of so many triangles, boxes and profiles still to come.

@@ -48,6 +48,27 @@ pub fn tree_of(mesh: &punctual_mesh) -> Box<punctual_tree> {
     owned(|tree| punctual_tree_new(Some(mesh), None, tree))
 }
 
+/// A query without memory, by the clock of the system.
+pub fn run(
+    query: &punctual_query,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    outcome: Option<&mut MaybeUninit<punctual_outcome>>,
+) -> Status {
+    // SAFETY: no clock of the caller's.
+    unsafe { punctual_query_run(Some(query), workspace, None, budget, None, outcome) }
+}
+
+/// A frame by the clock of the system.
+pub fn detect(
+    scene: Option<&mut punctual_scene>,
+    budget: punctual_budget,
+    report: Option<&mut MaybeUninit<punctual_report>>,
+) -> Status {
+    // SAFETY: no clock of the caller's.
+    unsafe { punctual_scene_detect(scene, budget, None, report) }
+}
+
 pub fn tilted() -> Pose {
     Pose::from_quat(DQuat::from_xyzw(0.1, -0.7, 0.3, 0.4), DVec3::new(0.4, 0.3, 0.2)).unwrap()
 }

@@ -13,18 +13,9 @@ use punctual::{
 
 fn same(ours: &punctual_outcome, theirs: &punctual::Outcome) {
     let (verdict, witness) = told(theirs.verdict);
-    let stop = match theirs.stop {
-        StopReason::Finished => punctual_stop_reason::Finished,
-        StopReason::FirstHit => punctual_stop_reason::FirstHit,
-        StopReason::Deadline => punctual_stop_reason::Deadline,
-        StopReason::WorkLimit => punctual_stop_reason::WorkLimit,
-        StopReason::PairsFull => punctual_stop_reason::PairsFull,
-        other => panic!("{other} has no name in C"),
-    };
-    assert_eq!(
-        (ours.verdict, [ours.witness.a, ours.witness.b], ours.stop, ours.found),
-        (verdict, witness, stop, theirs.found)
-    );
+    assert_eq!((ours.verdict, [ours.witness.a, ours.witness.b], ours.found), (verdict, witness, theirs.found));
+    // The names are the same on both sides.
+    assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
     let (x, y) = (ours.stats, theirs.stats);
     assert_eq!([x.bv_tests, x.primitive_tests, x.exact_tests], [y.bv_tests, y.primitive_tests, y.exact_tests]);
     assert_eq!((x.work, x.queue_peak, x.bv_tests_per_level), (y.work, y.queue_peak, y.bv_tests_per_level));
@@ -99,7 +90,8 @@ impl<'t> Both<'t> {
         let native_clock = || ManualClock::ticking(Duration::from_nanos(700));
         let mut outcome = made(|outcome| {
             let (workspace, memory) = (Some(&mut *self.workspace), Some(&mut *self.memory));
-            punctual_query_run(Some(&self.query), workspace, memory, budget, Some(&clock), outcome)
+            // SAFETY: the time is there as long as the clock.
+            unsafe { punctual_query_run(Some(&self.query), workspace, memory, budget, Some(&clock), outcome) }
         });
         let remembered = Some(&mut self.remembered);
         let mut expected = self.native.run_with(self.other, remembered, native_budget, &native_clock());
@@ -115,7 +107,8 @@ impl<'t> Both<'t> {
             drop(self.other.drain_pairs());
             outcome = made(|outcome| {
                 let (workspace, memory) = (Some(&mut *self.workspace), Some(&mut *self.memory));
-                punctual_query_resume(Some(&self.query), workspace, memory, budget, Some(&clock), outcome)
+                // SAFETY: as above.
+                unsafe { punctual_query_resume(Some(&self.query), workspace, memory, budget, Some(&clock), outcome) }
             });
             let remembered = Some(&mut self.remembered);
             expected = self.native.resume_with(self.other, remembered, native_budget, &native_clock()).unwrap();
@@ -183,7 +176,8 @@ fn queries_answer_as_in_rust() {
         ] {
             both.run(budget, native_budget);
             let (workspace, out) = (Some(&mut *both.workspace), Some(&mut MaybeUninit::uninit()));
-            let status = punctual_query_resume(Some(&both.query), workspace, None, budget, None, out);
+            // SAFETY: no clock of the caller's.
+            let status = unsafe { punctual_query_resume(Some(&both.query), workspace, None, budget, None, out) };
             let text =
                 "punctual_query_resume: the workspace does not hold a run of this query (same trees, pose and options)";
             fails(status, Status::NotResumable, text);
@@ -197,11 +191,10 @@ fn the_portable_kernels_give_the_same_bits() {
     let mut query = punctual_query_new(Some(&tree), Some(&tree), raw(&tilted()));
     query.mode = punctual_mode::All as u32;
     let mut workspace = owned(|out| punctual_workspace_new(out));
-    let run = |workspace: &mut punctual_workspace| {
-        let unlimited = punctual_budget_unlimited();
-        made(|outcome| punctual_query_run(Some(&query), Some(workspace), None, unlimited, None, outcome))
+    let answer = |workspace: &mut punctual_workspace| {
+        made(|outcome| run(&query, Some(workspace), punctual_budget_unlimited(), outcome))
     };
-    let fast = run(&mut workspace);
+    let fast = answer(&mut workspace);
     assert_eq!(punctual_workspace_use_portable_kernels(Some(&mut workspace)), Status::Ok);
-    assert_eq!(run(&mut workspace), fast);
+    assert_eq!(answer(&mut workspace), fast);
 }

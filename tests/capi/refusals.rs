@@ -113,26 +113,25 @@ fn null_is_refused_by_queries() {
     let (no_a, no_b) = (punctual_query { a: None, ..query }, punctual_query { b: None, ..query });
     let no_clock = punctual_clock { now: None, context: null_mut() };
     let mut out = MaybeUninit::uninit();
-    null_is_seen(punctual_query_run(None, None, None, budget, None, None), "query");
-    null_is_seen(punctual_query_run(Some(&no_a), None, None, budget, None, None), "query->a");
-    null_is_seen(punctual_query_run(Some(&no_b), None, None, budget, None, None), "query->b");
-    null_is_seen(punctual_query_run(Some(&query), None, None, budget, None, None), "outcome");
-    null_is_seen(punctual_query_run(Some(&query), None, None, budget, None, Some(&mut out)), "workspace");
-    let status = punctual_query_run(Some(&query), Some(&mut workspace), None, budget, Some(&no_clock), Some(&mut out));
-    null_is_seen(status, "clock->now");
-    null_is_seen(punctual_query_resume(None, None, None, budget, None, None), "query");
+    null_is_seen(run(&no_a, None, budget, None), "query->a");
+    null_is_seen(run(&no_b, None, budget, None), "query->b");
+    null_is_seen(run(&query, None, budget, None), "outcome");
+    null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
     null_is_seen(punctual_query_certificate(None, None, None), "query");
     null_is_seen(punctual_query_certificate(Some(&query), None, None), "certificate");
     null_is_seen(punctual_query_certificate(Some(&query), None, Some(&mut MaybeUninit::uninit())), "workspace");
     // SAFETY: nothing but null.
     unsafe {
+        null_is_seen(punctual_query_run(None, None, None, budget, None, None), "query");
+        let (workspace_there, clock) = (Some(&mut *workspace), Some(&no_clock));
+        let status = punctual_query_run(Some(&query), workspace_there, None, budget, clock, Some(&mut out));
+        null_is_seen(status, "clock->now");
+        null_is_seen(punctual_query_resume(None, None, None, budget, None, None), "query");
         null_is_seen(punctual_query_open_boxes(None, None, null_mut(), 0, None), "query");
         null_is_seen(punctual_query_open_boxes(Some(&query), None, null_mut(), 0, None), "count");
         let count = &mut MaybeUninit::uninit();
         null_is_seen(punctual_query_open_boxes(Some(&query), None, null_mut(), 0, Some(count)), "workspace");
-        made(|outcome| {
-            punctual_query_run(Some(&query), Some(&mut workspace), None, punctual_budget_work(0), None, outcome)
-        });
+        made(|outcome| run(&query, Some(&mut workspace), punctual_budget_work(0), outcome));
         null_is_seen(punctual_query_open_boxes(Some(&query), Some(&workspace), null_mut(), 1, Some(count)), "boxes");
     }
     null_is_seen(punctual_query_predict(None, None, None), "query");
@@ -164,9 +163,7 @@ fn null_is_refused_by_scenes() {
     null_is_seen(punctual_scene_set_tree(None, NOBODY, None), "tree");
     null_is_seen(punctual_scene_set_filter(None, NOBODY, 1, 1), "scene");
     null_is_seen(punctual_scene_set_importance(None, NOBODY, 1.0), "scene");
-    null_is_seen(punctual_scene_detect(None, budget, None, None), "scene");
-    let no_clock = punctual_clock { now: None, context: null_mut() };
-    null_is_seen(punctual_scene_detect(Some(&mut scene), budget, Some(&no_clock), None), "clock->now");
+    null_is_seen(detect(None, budget, None), "scene");
     null_is_seen(punctual_scene_report(None, None), "scene");
     null_is_seen(punctual_scene_report(Some(&scene), None), "report");
     null_is_seen(punctual_scene_pair(None, NOBODY, NOBODY, None, None), "scene");
@@ -175,8 +172,10 @@ fn null_is_refused_by_scenes() {
     null_is_seen(punctual_scene_pair(Some(&scene), NOBODY, NOBODY, Some(&mut pair), None), "listed");
     null_is_seen(punctual_scene_certificate(None, NOBODY, NOBODY, None), "scene");
     null_is_seen(punctual_scene_certificate(Some(&scene), NOBODY, NOBODY, None), "certificate");
+    let no_clock = punctual_clock { now: None, context: null_mut() };
     // SAFETY: nothing but null.
     unsafe {
+        null_is_seen(punctual_scene_detect(Some(&mut scene), budget, Some(&no_clock), None), "clock->now");
         null_is_seen(punctual_scene_refit_f32(None, NOBODY, null(), 0), "scene");
         null_is_seen(punctual_scene_refit_f32(None, NOBODY, null(), 1), "vertices");
         null_is_seen(punctual_scene_refit_f64(None, NOBODY, null(), 0), "scene");
@@ -253,10 +252,8 @@ fn numbers_out_of_range_are_named_by_queries() {
     let tree = tree_of(&knot());
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let query = punctual_query_new(Some(&tree), Some(&tree), punctual_pose_identity());
-    let mut run = |query: punctual_query, budget| {
-        let out = &mut MaybeUninit::uninit();
-        punctual_query_run(Some(&query), Some(&mut workspace), None, budget, None, Some(out))
-    };
+    let mut run =
+        |query: punctual_query, budget| run(&query, Some(&mut workspace), budget, Some(&mut MaybeUninit::uninit()));
     let unlimited = punctual_budget_unlimited();
     let name = "punctual_query_run";
     let status = run(punctual_query { mode: 2, ..query }, unlimited);
@@ -297,5 +294,5 @@ fn numbers_out_of_range_are_named_by_scenes() {
     let status = insert(punctual_body { pose: far, ..body });
     fails(status, Status::BadPose, &format!("{name}: body 0 (generation 0): translation along axis 1 exceeds 2^990"));
     let unlimited = punctual_budget_unlimited();
-    assert_eq!(made(|report| punctual_scene_detect(Some(&mut scene), unlimited, None, report)).pair_count, 0);
+    assert_eq!(made(|report| detect(Some(&mut scene), unlimited, report)).pair_count, 0);
 }

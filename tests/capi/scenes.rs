@@ -98,7 +98,7 @@ impl Both {
 
     /// A frame; the number of pairs that it leaves undecided.
     fn detect(&mut self, budget: punctual_budget, native_budget: Budget) -> usize {
-        let report = made(|report| punctual_scene_detect(Some(&mut self.scene), budget, None, report));
+        let report = made(|report| detect(Some(&mut self.scene), budget, report));
         let expected = self.native.detect_with(native_budget, &ManualClock::new());
         assert_eq!(
             (report.frame, report.decided, report.intersecting),

@@ -137,8 +137,7 @@ fn the_bytes_of_trees_are_those_of_rust() {
     let mut answer = |tree: &punctual_tree| {
         let mut query = punctual_query_new(Some(tree), Some(tree), raw(&tilted()));
         query.mode = punctual_mode::All as u32;
-        let enough = punctual_budget_work(u64::MAX);
-        made(|outcome| punctual_query_run(Some(&query), Some(&mut workspace), None, enough, None, outcome))
+        made(|outcome| run(&query, Some(&mut workspace), punctual_budget_work(u64::MAX), outcome))
     };
     assert_eq!(answer(&loaded), answer(&ours));
 }

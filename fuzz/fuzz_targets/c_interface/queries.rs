@@ -262,7 +262,8 @@ fn start(
     let query = call.given(bytes, &query)?;
     let workspace = call.given(bytes, &mut *desk.workspace)?;
     let run = if resume { punctual_query_resume } else { punctual_query_run };
-    let Some(outcome) = call.make(bytes, |out| run(query, workspace, memory, budget, clock.as_ref(), out))? else {
+    // SAFETY: `context` outlives the call.
+    let Some(outcome) = call.make(bytes, |out| unsafe { run(query, workspace, memory, budget, clock.as_ref(), out) })? else {
         // The workspace is as it was.
         return pairs(desk, bytes).map(drop);
     };

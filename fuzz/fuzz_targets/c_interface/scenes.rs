@@ -213,7 +213,8 @@ impl Stage {
         // The report may be null, so this is not a call that must write.
         let mut out = MaybeUninit::uninit();
         let place = if bytes.ratio(1, 16)? { None } else { Some(&mut out) };
-        if !call.judge(punctual_scene_detect(scene, budget, clock.as_ref(), place)) {
+        // SAFETY: `context` outlives the call.
+        if !call.judge(unsafe { punctual_scene_detect(scene, budget, clock.as_ref(), place) }) {
             return Ok(());
         }
         let mut call = Call::default();

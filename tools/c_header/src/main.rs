@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::{env, error::Error, fs};
 
 /// In the order of the header.
-const SOURCES: [&str; 12] = [
+const SOURCES: [&str; 13] = [
     "status",
     "pose",
     "mesh",
@@ -17,6 +17,7 @@ const SOURCES: [&str; 12] = [
     "tree",
     "workspace",
     "memory",
+    "clock",
     "query",
     "estimate",
     "body",

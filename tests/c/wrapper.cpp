@@ -1,0 +1,30 @@
+// What punctual.hpp promises about its types, as far as a compiler can tell.
+
+#include <punctual.hpp>
+
+#include <type_traits>
+
+namespace {
+
+template <class Handle> constexpr bool is_owner = std::is_nothrow_move_constructible_v<Handle> &&
+                                                  std::is_nothrow_move_assignable_v<Handle> &&
+                                                  !std::is_copy_constructible_v<Handle> && !std::is_copy_assignable_v<Handle> &&
+                                                  sizeof(Handle) == sizeof(void *);
+static_assert(is_owner<punctual::Mesh> && is_owner<punctual::Tree> && is_owner<punctual::Workspace> &&
+              is_owner<punctual::Memory> && is_owner<punctual::Scene>);
+
+// A query and a body borrow their trees, which therefore have a name of their own.
+using Tree = punctual::Tree;
+using Pose = punctual_pose;
+static_assert(std::is_constructible_v<punctual::Query, const Tree &, Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::Query, Tree, Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::Query, Tree &, Tree, Pose>);
+static_assert(!std::is_constructible_v<punctual::Query, Tree, Tree, Pose>);
+static_assert(std::is_constructible_v<punctual::Body, const Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::Body, Tree, Pose>);
+
+// Plain data: they may be copied and passed to C.
+static_assert(std::is_trivially_copyable_v<punctual::Query> && sizeof(punctual::Query) == sizeof(punctual_query));
+static_assert(std::is_trivially_copyable_v<punctual::Body> && sizeof(punctual::Body) == sizeof(punctual_body));
+
+} // namespace
