@@ -1,4 +1,4 @@
-//! The broad phase of a scene by its number of bodies: `cargo bench --bench broad_phase`.
+//! The broad phase of a scene by its number of bodies: `cargo bench -p punctual-benches --bench broad_phase`.
 //!
 //! Balls of radius 1 in a cube, 5 units of volume to a body, a tenth of them fixed, go straight and are reflected at the walls,
 //! at two speeds. The budget is no work, so no pair is run. Printed are medians over frames, new poses included.
@@ -6,17 +6,9 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use oorandom::Rand64;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
-
-/// SplitMix64, within -1..1.
-fn random(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-}
 
 fn at(place: DVec3) -> Pose {
     Pose::new(DMat3::IDENTITY, place).expect("a shift is a pose")
@@ -25,8 +17,8 @@ fn at(place: DVec3) -> Pose {
 fn measure(bodies: usize, speed: f64, frames: usize) -> (f64, f64) {
     let ball = Arc::new(Tree::new(shapes::icosphere(1)));
     let wall = 0.5 * (20.0 * bodies as f64).cbrt();
-    let mut state = 1;
-    let mut vector = |scale: f64| scale * DVec3::new(random(&mut state), random(&mut state), random(&mut state));
+    let mut random = Rand64::new(1);
+    let mut vector = |scale: f64| scale * DVec3::from_array([(); 3].map(|()| 2.0 * random.rand_float() - 1.0));
     let mut moving: Vec<(DVec3, DVec3)> = (0..bodies).map(|_| (vector(wall), vector(speed))).collect();
     let mut scene = Scene::new();
     let insert = |(body, (place, _)): (usize, &(DVec3, DVec3))| match body % 10 {

@@ -30,7 +30,7 @@ PRESETS = [("fast", 1), ("normal", 1), ("normal", 2), ("best", 1)]
 
 def parse_arguments():
     ap = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    ap.add_argument("--punctual", metavar="BIN", required=True, help="the `punctual` program, built with --features cli,parallel")
+    ap.add_argument("--punctual", metavar="BIN", required=True, help="the `punctual` program")
     ap.add_argument("--cpp-peers", metavar="DIR", help="folder of the C++ peer programs")
     ap.add_argument("--rust-peers", metavar="DIR", help="folder of the Rust peer programs")
     ap.add_argument("--cases", metavar="DIR", required=True, help="folder of the materialized cases")

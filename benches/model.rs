@@ -1,4 +1,4 @@
-//! What the model costs: `cargo bench --bench model`.
+//! What the model costs: `cargo bench -p punctual-benches --bench model`.
 //!
 //! Queries of 8,000 to 12,000 BV tests between built-in shapes, the least times of interleaved repetitions, means over poses:
 //! the query itself, the same with a time budget, that with the choice of the regime and what the memory learns, and the two

@@ -1,4 +1,4 @@
-//! How late a time budget ends, in CPU time of the thread: `cargo bench --bench overrun -- [CALLS]` (default 20,000; a tenth of
+//! How late a time budget ends, in CPU time of the thread: `cargo bench -p punctual-benches --bench overrun -- [CALLS]` (default 20,000; a tenth of
 //! them with the longest budget).
 //!
 //! Queries that need far more than their budget, deadlines by the CPU clock of the thread, so that what other programs take

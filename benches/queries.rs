@@ -1,5 +1,5 @@
 //! Criterion benches of everything that is on the way of a query, on generated meshes. Each answer is checked before it is
-//! timed. `cargo bench`
+//! timed: `cargo bench -p punctual-benches --bench queries`.
 
 use std::hint::black_box;
 use std::time::Duration;

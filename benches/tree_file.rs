@@ -1,4 +1,4 @@
-//! Loading a tree against building it: `cargo bench --bench tree_file`. One thread; the least of interleaved repetitions.
+//! Loading a tree against building it: `cargo bench -p punctual-benches --bench tree_file`. One thread; the least of interleaved repetitions.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -20,9 +20,12 @@ extern crate alloc;
 
 #[cfg(feature = "capi")]
 pub mod capi;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod internals;
 mod math;
 mod mesh;
-pub mod model;
+mod model;
 mod names;
 mod query;
 mod scene;

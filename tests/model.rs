@@ -6,11 +6,9 @@ use std::time::Duration;
 
 use common::random::{Drift, Family, Random, pose_about, soup};
 use punctual::glam::{DMat3, DVec3};
-use punctual::model::confidence::DEFAULT_PRIOR;
-use punctual::model::prediction::Quantiles;
 use punctual::{
-    Budget, CostModel, ManualClock, Mode, Outcome, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace,
-    shapes,
+    Budget, CostModel, DEFAULT_PRIOR, ManualClock, Mode, Outcome, PairMemory, Pose, Quantiles, Query, StopReason, Tree,
+    Verdict, Workspace, shapes,
 };
 
 fn trees() -> [Tree; 2] {

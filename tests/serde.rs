@@ -12,10 +12,9 @@ use common::check::{ENOUGH, run, run_with_memory};
 use common::random::{Drift, Random, pose_about};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3};
-use punctual::model::cost::{CostModel, Counts};
 use punctual::{
-    Body, Budget, BuildOptions, Effort, Filter, ManualClock, Mode, PairMemory, Pose, Query, Reach, Scene, Tree,
-    TreeStats, Verdict, Workspace, shapes,
+    Body, Budget, BuildOptions, CostModel, Counts, Effort, Filter, ManualClock, Mode, PairMemory, Pose, Query, Reach,
+    Scene, Tree, TreeStats, Verdict, Workspace, shapes,
 };
 use serde_json::{Value, from_str, json, to_string, to_value};
 

@@ -114,8 +114,3 @@ pub fn recall(front: &FrontSummary, followed: bool) -> f64 {
         1.0 / (1.0 + exp(-dot(weights, &recall_features(front))))
     }
 }
-
-/// The logit of a probability.
-pub fn logit(probability: f64) -> f64 {
-    log(odds(probability))
-}

@@ -45,8 +45,8 @@ impl FrontSummary {
 /// Expected BV tests under a pair of nodes: `27 (v_A v_B p^3)^(1/4)`, where `v` is what each costs against its like, averaged
 /// over placements, and `p` the relative penetration of the boxes, 0 to 1.
 ///
-/// It is the cheap cost of [`super::cheap`] with penetration in the place of the relative volume. The exponents are rounded
-/// from a fit of the sums over 47,000 fronts (`docs/model.md`); what the fronts still need is fitted on top of it.
+/// The exponents are rounded from a fit of the sums over 47,000 fronts (`docs/model.md`); what the fronts still need is fitted
+/// on top of it.
 #[inline(always)]
 pub fn pair_cost(self_costs: [f32; 2], penetration: f32) -> f32 {
     let p = penetration;

@@ -1,39 +1,21 @@
-//! What a query will cost: numbers in, numbers out. Knows no tree, no clock and no mesh.
+//! What a query will cost, and how sure a partial answer is: numbers in, numbers out. Knows no tree, no clock and no mesh.
 //!
-//! The model is that of R. Weller, J. Klein, G. Zachmann, "A Model for the Expected Running Time of Collision Detection
-//! using AABB Trees" (EGVE 2006): boxes shrink by a factor alpha from one level of a binary tree to the next, and the
-//! number of box pairs that overlap on each level follows. [`paper`] has its equations by number, [`artificial`] the trees
-//! on which it was tried. The rest goes on from there:
+//! The model goes back to R. Weller, J. Klein, G. Zachmann, "A Model for the Expected Running Time of Collision Detection
+//! using AABB Trees" (EGVE 2006). Their equations, and what was tried between them and this, are the crate `punctual-lab`.
+//! What the engine uses is here:
 //!
-//! | what is known of the query | expected BV tests |
+//! | what is known of the query | what is told |
 //! |---|---|
-//! | alpha | [`paper::eq11`] |
-//! | all boxes, no placement | [`moments`], exact |
-//! | alpha and the offset of the roots | [`delta`], exact for artificial trees |
-//! | a profile of each level and the offset | [`offset`] |
-//! | one stored number a node | [`cheap`] |
-//! | what the query has done so far | [`correction`] |
-//! | what the last frame cost | [`history`] |
-//! | the front of a query after a look ahead | [`prediction`], which the engine uses |
+//! | its front after a look ahead ([`front`]) | BV tests left ([`prediction`]), probability of a hit and recall ([`confidence`]) |
+//! | what the last frame cost | the same, blended with it ([`history`]) |
+//! | counts | time ([`cost`]) |
 //!
-//! [`confidence`] tells from the same front how likely a hit is. [`cost`] turns counts into time, [`quantile`] a median into
-//! a range, [`fit`] finds how counts grow, and [`regression`] the constants.
+//! The constants are made by `punctual fit`. [`least_squares`] serves [`cost::CostModel::measure`].
 
-pub mod artificial;
-pub mod cheap;
 pub mod confidence;
 mod constants;
-pub mod correction;
 pub mod cost;
-pub mod delta;
-pub mod fit;
 pub mod front;
-pub mod history;
-pub mod moments;
-mod normal;
-pub mod offset;
-pub mod paper;
+mod history;
+pub mod least_squares;
 pub mod prediction;
-pub mod quantile;
-pub mod regression;
-pub mod traversal;

@@ -7,7 +7,7 @@ use super::workspace::Workspace;
 use crate::math::Pose;
 use crate::mesh::shapes;
 use crate::model::cost::{CostModel, Counts};
-use crate::model::regression::least_squares;
+use crate::model::least_squares::least_squares;
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use core::time::Duration;

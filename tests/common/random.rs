@@ -1,27 +1,24 @@
 //! Seeded random numbers, triangle soups and poses.
 
+use oorandom::Rand64;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{Mesh, Pose};
 
-/// SplitMix64: the same numbers everywhere.
-pub struct Random(u64);
+/// The same numbers everywhere.
+pub struct Random(Rand64);
 
 impl Random {
-    pub const fn new(seed: u64) -> Self {
-        Self(seed)
+    pub fn new(seed: u64) -> Self {
+        Self(Rand64::new(seed.into()))
     }
 
-    pub const fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+    pub fn bits(&mut self) -> u64 {
+        self.0.rand_u64()
     }
 
     /// A whole number below `end`.
     pub fn below(&mut self, end: usize) -> usize {
-        usize::try_from(self.bits() >> 33).unwrap() % end
+        self.0.rand_range(0..end as u64) as usize
     }
 
     /// Uniform from 0 to below 1.
@@ -30,9 +27,8 @@ impl Random {
     }
 
     /// Uniform in `[-1, 1)`, a multiple of 2^-52.
-    #[expect(clippy::cast_precision_loss, reason = "53 bits fit")]
     pub fn signed(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        2.0 * self.0.rand_float() - 1.0
     }
 
     /// Uniform in the cube of half extent 1.

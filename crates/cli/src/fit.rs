@@ -1,0 +1,67 @@
+//! `punctual fit`: the constants of the model from queries of known truth, and how well they do.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::ArgGroup;
+use punctual_lab::constants::{self, Case, Data};
+use punctual_lab::report::{self, Failure};
+
+use crate::Completion;
+
+/// Fit the constants of the cost and confidence model, or report how well the built-in ones do.
+///
+/// Each query is run to its end, and stopped at 2, 5, 10, 20 and 50 % of the work of the complete query; what the model sees
+/// at each moment is set against what came of it. With --out, writes the constants as Rust source, to be put in the place of
+/// src/model/constants.rs. With --report, writes tables (CSV) and pictures (SVG, PNG) of the errors of the constants that
+/// this program was built with.
+#[derive(clap::Args)]
+#[command(group = ArgGroup::new("what").required(true))]
+pub struct Args {
+    /// Case folders: a.*, b.* (.obj, .stl, .ply or .glb) and poses.txt.
+    cases: Vec<PathBuf>,
+    /// A case folder whose poses are consecutive frames of a motion. May be repeated.
+    #[arg(long, value_name = "CASE_DIR")]
+    motion: Vec<PathBuf>,
+    /// Two mesh files, approached from twelve sides and put before and behind their first touch. May be repeated.
+    #[arg(long, value_name = "A,B")]
+    approach: Vec<String>,
+    /// Built-in shapes, approached like that.
+    #[arg(long)]
+    shapes: bool,
+    /// Write the constants to this file.
+    #[arg(long, value_name = "FILE", group = "what")]
+    out: Option<PathBuf>,
+    /// Write the report to this folder; made if it does not exist.
+    #[arg(long, value_name = "DIR", group = "what")]
+    report: Option<PathBuf>,
+}
+
+pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
+    let mut data = Data::default();
+    for folder in &args.cases {
+        data.add(&Case::folder(folder)?);
+    }
+    for folder in &args.motion {
+        data.add(&Case::motion(folder)?);
+    }
+    for files in &args.approach {
+        data.add(&Case::approached(files)?);
+    }
+    if args.shapes {
+        Case::shapes().iter().for_each(|case| data.add(case));
+    }
+    let [cases, poses, moments] = data.counts();
+    if moments == 0 {
+        return Err("no queries: name a case folder with poses, --motion, --approach or --shapes".into());
+    }
+    writeln!(out, "{cases} cases, {poses} poses, {moments} moments")?;
+    if let Some(file) = &args.out {
+        report::write(file, constants::fit(&data))?;
+    }
+    if let Some(folder) = &args.report {
+        report::create_folder(folder)?;
+        constants::report(&data, folder, out)?;
+    }
+    Ok(Completion::Full)
+}

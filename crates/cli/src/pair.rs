@@ -1,0 +1,214 @@
+//! `punctual pair`: two meshes, a list of poses, an answer for each within a budget.
+
+mod sweep;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::{ArgGroup, ValueEnum};
+use punctual::{Budget, CostModel, Mode, Order, Tree, Verdict};
+use punctual_io::{FileError, load};
+use punctual_lab::files::{self, ListedPose};
+use punctual_lab::report::Failure;
+
+use crate::{Completion, complain};
+use sweep::{PairsFile, Row, Sweeper};
+
+/// Query two meshes at each pose of a list.
+///
+/// Prints CSV, a line for each pose: hit is 1 only if an intersection is proven; pairs is the number of intersecting
+/// triangle pairs found (-1 with --mode any); ns is the least time of all sweeps, pose update included; verdict is
+/// intersecting, separated (proven), undecided (the budget ended first) or error; upper_bound is a number of
+/// intersecting pairs that is proven not to be exceeded. Then what the model says: before the query, the median and the
+/// 90 % quantile of its BV tests, and the median time in ns; at its end, the BV tests still to be made, the probability of
+/// an intersection, and with --mode all the expected share of the pairs that was found. All but ns are of the first sweep.
+#[derive(clap::Args)]
+#[command(group = ArgGroup::new("budget"))]
+pub struct Args {
+    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply or .glb.
+    a: PathBuf,
+    /// Mesh B, which takes the poses.
+    b: PathBuf,
+    /// Poses of B in A's frame: 12 numbers a line, the rows of [R|t]; `#` begins a comment.
+    ///
+    /// A line that holds no rigid pose gives a row with the verdict `error` and a message on standard error; the others
+    /// are answered, and the exit status is 1.
+    poses: PathBuf,
+    /// Stop at the first intersecting triangle pair, or find all.
+    #[arg(long, value_enum, default_value = "any")]
+    mode: ModeName,
+    /// Sweeps over the whole list; ns is the least of them.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    reps: u32,
+    /// Time budget of a query in microseconds; none without it.
+    #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds)]
+    budget_us: Option<Duration>,
+    /// Work budget of a query in work units (BV tests and weighted triangle tests); the same answer on every run.
+    #[arg(long, value_name = "N", group = "budget")]
+    budget_work: Option<u64>,
+    /// Which node pair of the front is visited next.
+    #[arg(long, value_enum, default_value = "penetration")]
+    order: OrderName,
+    /// Seed of the order `random`.
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
+    #[arg(long)]
+    portable: bool,
+    /// Take the poses as consecutive frames: carry what one tells the next.
+    #[arg(long)]
+    memory: bool,
+    /// Share of poses with an intersection that is to be expected, 0 to 1; it shifts the probability. By default that of
+    /// the poses that the model was fitted to.
+    #[arg(long, value_name = "P", value_parser = parse_share, allow_negative_numbers = true)]
+    prior: Option<f64>,
+    /// Write the intersecting pairs of the first sweep, lines `pose,a,b` with triangles counted from 0, sorted.
+    ///
+    /// Only with --mode all.
+    #[arg(long, value_name = "FILE")]
+    pairs_out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub enum ModeName {
+    /// One intersecting pair settles it
+    Any,
+    /// Every intersecting pair is wanted
+    All,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum OrderName {
+    /// Deepest relative penetration of the boxes first
+    Penetration,
+    /// Smallest product of the diminishing factors first
+    LowAlpha,
+    /// Largest relative overlap volume first
+    OverlapVolume,
+    /// Newest first
+    DepthFirst,
+    /// Oldest first
+    BreadthFirst,
+    /// In an order drawn by --seed
+    Random,
+}
+
+pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
+    if args.pairs_out.is_some() && args.mode == ModeName::Any {
+        return Err("--pairs-out needs --mode all".into());
+    }
+    let meshes = (load(&args.a)?, load(&args.b)?);
+    let poses = files::poses(&args.poses)?;
+    let start = Instant::now();
+    let (a, b) = (Tree::new(meshes.0), Tree::new(meshes.1));
+    let build = start.elapsed();
+    let mut pairs_out = args.pairs_out.as_deref().map(PairsFile::create).transpose()?;
+
+    let completion = complain_of_bad_poses(&args.poses, &poses);
+    let mut sweeper = Sweeper::new(args, &a, &b);
+    let mut rows = sweeper.first_sweep(&poses, pairs_out.as_mut())?;
+    for _ in 1..args.reps {
+        sweeper.sweep_again(&poses, &mut rows)?;
+    }
+    if let Some(file) = pairs_out {
+        file.finish()?;
+    }
+    writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
+    print_rows(out, &rows, args.mode)?;
+    Ok(completion)
+}
+
+fn complain_of_bad_poses(file: &Path, poses: &[ListedPose]) -> Completion {
+    let mut completion = Completion::Full;
+    for (i, listed) in poses.iter().enumerate() {
+        if let Err(what) = &listed.pose {
+            complain(&FileError::at_line(file, listed.line, format!("pose {i}: {what}")));
+            completion = Completion::Partial;
+        }
+    }
+    completion
+}
+
+impl Args {
+    fn mode(&self) -> Mode {
+        match self.mode {
+            ModeName::Any => Mode::Any,
+            ModeName::All => Mode::All,
+        }
+    }
+
+    fn order(&self) -> Order {
+        match self.order {
+            OrderName::Penetration => Order::Penetration,
+            OrderName::LowAlpha => Order::LowAlpha,
+            OrderName::OverlapVolume => Order::OverlapVolume,
+            OrderName::DepthFirst => Order::DepthFirst,
+            OrderName::BreadthFirst => Order::BreadthFirst,
+            OrderName::Random => Order::Random(self.seed),
+        }
+    }
+
+    fn budget(&self) -> Budget {
+        self.budget_left(Duration::ZERO, 0)
+    }
+
+    /// The budget of a query that has used some of it.
+    fn budget_left(&self, elapsed: Duration, work: u64) -> Budget {
+        match (self.budget_us, self.budget_work) {
+            (Some(limit), _) => Budget::time(limit.saturating_sub(elapsed)),
+            (None, Some(limit)) => Budget::work(limit.saturating_sub(work)),
+            (None, None) => Budget::unlimited(),
+        }
+    }
+}
+
+pub fn parse_microseconds(text: &str) -> Result<Duration, String> {
+    let microseconds: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
+    Duration::try_from_secs_f64(microseconds * 1e-6).map_err(|error| error.to_string())
+}
+
+fn parse_share(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
+    if (0.0..=1.0).contains(&share) { Ok(share) } else { Err("must be from 0 to 1".into()) }
+}
+
+fn print_rows(out: &mut impl Write, rows: &[Option<Row>], mode: ModeName) -> std::io::Result<()> {
+    const MODEL: &str = "predicted_bv_tests,predicted_p90,predicted_ns,remaining_bv_tests,probability,recall";
+    writeln!(out, "pose,hit,pairs,bv_tests,ns,verdict,stop,primitive_tests,work,upper_bound,{MODEL}")?;
+    for (i, row) in rows.iter().enumerate() {
+        let Some(Row { outcome, upper_bound, least, predicted, estimate }) = row else {
+            writeln!(out, "{i},invalid,-1,0,0,error,,0,0,,,,,,,")?;
+            continue;
+        };
+        let (hit, verdict) = match outcome.verdict {
+            Verdict::Intersecting { .. } => (1, "intersecting"),
+            Verdict::Separated => (0, "separated"),
+            Verdict::Undecided => (0, "undecided"),
+        };
+        let pairs = match mode {
+            ModeName::Any => -1,
+            ModeName::All => i64::try_from(outcome.found).unwrap_or(i64::MAX),
+        };
+        let stop = outcome.stop;
+        let stats = &outcome.stats;
+        let recall = match mode {
+            ModeName::Any => String::new(),
+            ModeName::All => format!("{:.4}", estimate.recall),
+        };
+        writeln!(
+            out,
+            "{i},{hit},{pairs},{},{},{verdict},{stop},{},{},{upper_bound},{:.0},{:.0},{:.0},{:.0},{:.4},{recall}",
+            stats.bv_tests,
+            least.as_nanos(),
+            stats.primitive_tests,
+            stats.work,
+            predicted.bv_tests.p50,
+            predicted.bv_tests.p90,
+            predicted.time(&CostModel::default()).p50,
+            estimate.remaining.bv_tests.p50,
+            estimate.probability,
+        )?;
+    }
+    Ok(())
+}

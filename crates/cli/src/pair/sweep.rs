@@ -1,0 +1,134 @@
+//! Sweeps over a pose list, and the file of found pairs.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use punctual::{Estimate, Outcome, PairMemory, Pose, Prediction, Query, StopReason, SystemClock, Tree, Workspace};
+use punctual_io::FileError;
+use punctual_lab::files::ListedPose;
+use punctual_lab::report::Failure;
+
+use super::Args;
+
+/// Pairs a workspace holds before they are taken out and the query resumed; 8 MB.
+const FOUND_PAIRS: usize = 1 << 20;
+
+/// Node pairs that wait in the queue, as in `Workspace::new`.
+const QUEUE_PAIRS: usize = 4096;
+
+/// What the first sweep answered for a pose, and the least time of all sweeps.
+pub struct Row {
+    pub outcome: Outcome,
+    pub upper_bound: u64,
+    pub least: Duration,
+    pub predicted: Prediction,
+    pub estimate: Estimate,
+}
+
+/// Goes over the pose list: each sweep all poses once, so that no query finds its own tracks in the caches.
+pub struct Sweeper<'a> {
+    args: &'a Args,
+    a: &'a Tree,
+    b: &'a Tree,
+    workspace: Workspace,
+    memory: Option<PairMemory>,
+    /// Pairs of the query at hand, and those only.
+    found: Vec<[u32; 2]>,
+}
+
+impl<'a> Sweeper<'a> {
+    pub fn new(args: &'a Args, a: &'a Tree, b: &'a Tree) -> Self {
+        let mut workspace = Workspace::with_capacity(QUEUE_PAIRS, FOUND_PAIRS);
+        if args.portable {
+            workspace.use_portable_kernels();
+        }
+        Self { args, a, b, workspace, memory: None, found: Vec::new() }
+    }
+
+    pub fn first_sweep(
+        &mut self,
+        poses: &[ListedPose],
+        mut pairs_out: Option<&mut PairsFile>,
+    ) -> Result<Vec<Option<Row>>, Failure> {
+        self.memory = self.args.memory.then(PairMemory::new);
+        let mut rows = Vec::with_capacity(poses.len());
+        for (i, listed) in poses.iter().enumerate() {
+            let Ok(pose) = listed.pose else {
+                rows.push(None);
+                continue;
+            };
+            let memory = self.memory.clone();
+            let (outcome, least) = self.answer(pose)?;
+            // Only now, so that no prediction brings into the cache what the query is about to read.
+            let query = self.query(pose);
+            rows.push(Some(Row {
+                outcome,
+                least,
+                upper_bound: query.certificate(&self.workspace)?.upper_bound(),
+                predicted: query.predict(memory.as_ref()),
+                estimate: query.estimate(&self.workspace, self.memory.as_ref())?,
+            }));
+            if let Some(file) = &mut pairs_out {
+                self.found.extend_from_slice(self.workspace.pairs());
+                file.write(i, &mut self.found)?;
+            }
+        }
+        Ok(rows)
+    }
+
+    pub fn sweep_again(&mut self, poses: &[ListedPose], rows: &mut [Option<Row>]) -> Result<(), Failure> {
+        self.memory = self.args.memory.then(PairMemory::new);
+        for (listed, row) in poses.iter().zip(rows) {
+            if let (Ok(pose), Some(row)) = (&listed.pose, row) {
+                row.least = row.least.min(self.answer(*pose)?.1);
+            }
+        }
+        Ok(())
+    }
+
+    /// One query, timed from the pose to the outcome.
+    fn answer(&mut self, pose: Pose) -> Result<(Outcome, Duration), Failure> {
+        self.found.clear();
+        let start = Instant::now();
+        let query = self.query(pose);
+        let clock = SystemClock::default();
+        let budget = self.args.budget();
+        let mut outcome = query.run_with(&mut self.workspace, self.memory.as_mut(), budget, &clock);
+        while outcome.stop == StopReason::PairsFull {
+            self.found.extend(self.workspace.drain_pairs());
+            let left = self.args.budget_left(start.elapsed(), outcome.stats.work);
+            outcome = query.resume_with(&mut self.workspace, self.memory.as_mut(), left, &clock)?;
+        }
+        Ok((outcome, start.elapsed()))
+    }
+
+    fn query(&self, pose: Pose) -> Query<'a> {
+        let query = Query::new(self.a, self.b, pose).mode(self.args.mode()).order(self.args.order());
+        self.args.prior.map_or(query, |share| query.prior(share))
+    }
+}
+
+/// Where `--pairs-out` goes.
+pub struct PairsFile {
+    path: PathBuf,
+    out: BufWriter<File>,
+}
+
+impl PairsFile {
+    pub fn create(path: &Path) -> Result<Self, FileError> {
+        let file = File::create(path).map_err(|error| FileError::from_io(path, &error))?;
+        Ok(Self { path: path.to_owned(), out: BufWriter::new(file) })
+    }
+
+    fn write(&mut self, pose: usize, pairs: &mut [[u32; 2]]) -> Result<(), FileError> {
+        pairs.sort_unstable();
+        let written = pairs.iter().try_for_each(|[a, b]| writeln!(self.out, "{pose},{a},{b}"));
+        written.map_err(|error| FileError::from_io(&self.path, &error))
+    }
+
+    pub fn finish(mut self) -> Result<(), FileError> {
+        self.out.flush().map_err(|error| FileError::from_io(&self.path, &error))
+    }
+}

@@ -1,0 +1,138 @@
+//! `punctual scene`: many moving bodies, a budget for each frame.
+
+mod files;
+mod play;
+mod summary;
+mod sweep;
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::ArgGroup;
+use punctual::{Budget, Mode, PairReport, Verdict};
+use punctual_lab::report::Failure;
+
+use crate::Completion;
+use crate::pair::{ModeName, parse_microseconds};
+use files::Recording;
+use play::{ClockName, FrameRow, Settings, play};
+
+/// Play a recorded scene through the detector, frame by frame.
+///
+/// Prints CSV, a line for each frame: broad_pairs is the number of pairs whose boxes overlap; decided, hits and undecided
+/// count verdicts; wall_ns and cpu_ns are times of the frame, new poses and broad phase included; overrun_ns is the CPU time
+/// of the detection, without the new poses, beyond a time budget. Lines that begin with # sum up; accuracy is there if DIR
+/// has truth_pairs.csv.
+#[derive(clap::Args)]
+#[command(group = ArgGroup::new("budget"))]
+pub struct Args {
+    /// Folder with scene.txt, poses.csv and, if there is one, truth_pairs.csv (the last two plain or .gz).
+    dir: PathBuf,
+    /// Time budget of a frame in microseconds; none without it.
+    #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds)]
+    budget_us: Option<Duration>,
+    /// Work budget of a frame in work units; the same answer on every run and any number of threads.
+    #[arg(long, value_name = "N", group = "budget")]
+    budget_work: Option<u64>,
+    /// By what a time budget is measured; `cpu` is for measuring on a machine with other things to do.
+    #[arg(long, value_enum, default_value = "wall")]
+    clock: ClockName,
+    /// Threads that share the work, the calling one included.
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: u16,
+    /// Play only this many frames.
+    #[arg(long, value_name = "N", default_value_t = usize::MAX, hide_default_value = true)]
+    frames: usize,
+    /// Stop at the first intersecting triangle pair of two bodies, or find all.
+    #[arg(long, value_enum, default_value = "any")]
+    mode: ModeName,
+    /// Plays of the whole recording; times are the least of them, all else is of the first.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    reps: u32,
+    /// Write lines frame,a,b,verdict,probability,age of all pairs whose boxes overlap, by the body numbers of the file.
+    #[arg(long, value_name = "FILE")]
+    pairs_out: Option<PathBuf>,
+    /// Instead of the frames, a table over time budgets that are parts of the median frame without a budget.
+    #[arg(long, conflicts_with_all = ["budget", "pairs_out"])]
+    sweep: bool,
+    /// Draw the table of --sweep too: scene.svg and scene.png in this folder, which is made if it does not exist.
+    #[arg(long, value_name = "DIR", requires = "sweep")]
+    plot: Option<PathBuf>,
+}
+
+pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
+    if args.clock == ClockName::Cpu && args.threads > 1 {
+        return Err("--clock cpu needs --threads 1".into());
+    }
+    let recording = Recording::load(&args.dir)?;
+    let settings = args.settings();
+    if args.sweep {
+        sweep::run(&recording, &settings, args.plot.as_deref(), out)?;
+        return Ok(Completion::Full);
+    }
+    let mut pairs_out = match &args.pairs_out {
+        Some(file) => Some(BufWriter::new(File::create(file)?)),
+        None => None,
+    };
+    if let Some(file) = &mut pairs_out {
+        writeln!(file, "frame,a,b,verdict,probability,age")?;
+    }
+    let rows = play(&recording, &settings, |frame, pair| match &mut pairs_out {
+        Some(file) => write_pair(file, frame, pair),
+        None => Ok(()),
+    })?;
+    if let Some(mut file) = pairs_out {
+        file.flush()?;
+    }
+    print_rows(out, &rows, args.budget_us)?;
+    summary::print(out, &rows, args.budget_us, recording.truth.is_some())?;
+    Ok(Completion::Full)
+}
+
+impl Args {
+    fn settings(&self) -> Settings {
+        let budget = match (self.budget_us, self.budget_work) {
+            (Some(limit), _) => Budget::time(limit),
+            (None, Some(limit)) => Budget::work(limit),
+            (None, None) => Budget::unlimited(),
+        };
+        let mode = match self.mode {
+            ModeName::Any => Mode::Any,
+            ModeName::All => Mode::All,
+        };
+        let clock = self.clock;
+        Settings { mode, budget, clock, threads: usize::from(self.threads), frames: self.frames, plays: self.reps }
+    }
+}
+
+fn write_pair(out: &mut impl Write, frame: usize, pair: &PairReport) -> std::io::Result<()> {
+    let verdict = match pair.verdict {
+        Verdict::Intersecting { .. } => "intersecting",
+        Verdict::Separated => "separated",
+        Verdict::Undecided => "undecided",
+    };
+    let PairReport { a, b, probability, age, .. } = pair;
+    writeln!(out, "{frame},{},{},{verdict},{probability:.4},{age}", a.index(), b.index())
+}
+
+fn print_rows(out: &mut impl Write, rows: &[FrameRow], budget: Option<Duration>) -> std::io::Result<()> {
+    writeln!(out, "frame,broad_pairs,decided,hits,undecided,wall_ns,cpu_ns,overrun_ns,bv_tests,work")?;
+    for (frame, row) in rows.iter().enumerate() {
+        let (undecided, overrun) = (row.broad_pairs - row.decided, row.overrun(budget));
+        writeln!(
+            out,
+            "{frame},{},{},{},{undecided},{},{},{},{},{}",
+            row.broad_pairs,
+            row.decided,
+            row.hits,
+            row.wall.as_nanos(),
+            row.cpu.as_nanos(),
+            overrun.as_nanos(),
+            row.bv_tests,
+            row.work,
+        )?;
+    }
+    Ok(())
+}

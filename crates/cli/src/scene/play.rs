@@ -1,0 +1,137 @@
+//! Plays a recording through a scene, frame by frame.
+
+use std::time::{Duration, Instant};
+
+use cpu_time::{ProcessTime, ThreadTime};
+use punctual::{BodyId, Budget, Clock, Mode, PairReport, Scene, SceneError, Verdict};
+use punctual_lab::report::Failure;
+
+use super::files::Recording;
+
+/// What is measured and counted of one frame.
+#[derive(Clone, Debug, Default)]
+pub struct FrameRow {
+    pub broad_pairs: usize,
+    pub decided: usize,
+    pub hits: usize,
+    pub worst_age: u64,
+    /// Time of the frame: the new poses and the detection; least of all plays.
+    pub wall: Duration,
+    pub cpu: Duration,
+    /// The part of the detection, which has the budget.
+    pub detect_cpu: Duration,
+    pub bv_tests: u64,
+    pub work: u64,
+    /// Against the truth, if it is known: intersecting pairs, those of them that were reported, and wrong verdicts.
+    pub true_hits: usize,
+    pub true_found: usize,
+    pub wrong: usize,
+}
+
+/// By what a time budget is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum ClockName {
+    /// The clock on the wall, as a deadline sees it
+    Wall,
+    /// CPU time of the one thread: what other programs take does not count
+    Cpu,
+}
+
+/// CPU time of the calling thread.
+struct CpuClock(ThreadTime);
+
+impl Clock for CpuClock {
+    fn now(&self) -> Duration {
+        self.0.elapsed()
+    }
+}
+
+/// How a recording is played.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    pub mode: Mode,
+    pub budget: Budget,
+    pub clock: ClockName,
+    pub threads: usize,
+    pub frames: usize,
+    pub plays: u32,
+}
+
+/// Plays the recording, several times over for the least times. `pair` gets the pairs of the first play.
+pub fn play(
+    recording: &Recording,
+    settings: &Settings,
+    mut pair: impl FnMut(usize, &PairReport) -> std::io::Result<()>,
+) -> Result<Vec<FrameRow>, Failure> {
+    let mut rows: Vec<FrameRow> = Vec::new();
+    let cpu_clock = CpuClock(ThreadTime::now());
+    for _ in 0..settings.plays {
+        let (mut scene, ids) = set_up(recording, settings)?;
+        for (number, poses) in recording.frames.iter().take(settings.frames).enumerate() {
+            let (wall, cpu) = (Instant::now(), ProcessTime::now());
+            for (&id, &pose) in ids.iter().zip(poses) {
+                scene.set_pose(id, pose)?;
+            }
+            let posed = cpu.elapsed();
+            let report = match settings.clock {
+                ClockName::Wall => scene.detect(settings.budget),
+                ClockName::Cpu => scene.detect_with(settings.budget, &cpu_clock),
+            };
+            let (wall, cpu) = (wall.elapsed(), cpu.elapsed());
+            let detect_cpu = cpu - posed;
+            if let Some(row) = rows.get_mut(number) {
+                (row.wall, row.cpu) = (row.wall.min(wall), row.cpu.min(cpu));
+                row.detect_cpu = row.detect_cpu.min(detect_cpu);
+                continue;
+            }
+            let mut row = FrameRow {
+                broad_pairs: report.pairs.len(),
+                decided: report.decided,
+                hits: report.intersecting,
+                worst_age: report.worst_age,
+                wall,
+                cpu,
+                detect_cpu,
+                bv_tests: report.bv_tests,
+                work: report.work,
+                ..FrameRow::default()
+            };
+            if let Some(truth) = &recording.truth {
+                compare(&report.pairs, &truth[number], &mut row);
+            }
+            for reported in &report.pairs {
+                pair(number, reported)?;
+            }
+            rows.push(row);
+        }
+    }
+    Ok(rows)
+}
+
+fn set_up(recording: &Recording, settings: &Settings) -> Result<(Scene, Vec<BodyId>), Failure> {
+    let mut scene = Scene::new().mode(settings.mode);
+    scene.use_threads(settings.threads)?;
+    let ids = recording.bodies.iter().map(|body| scene.insert(body.clone()));
+    let ids = ids.collect::<Result<Vec<_>, SceneError>>()?;
+    Ok((scene, ids))
+}
+
+/// Bodies were inserted in the order of their numbers, so those are their indices.
+fn compare(pairs: &[PairReport], truth: &[[u32; 2]], row: &mut FrameRow) {
+    row.true_hits = truth.len();
+    for pair in pairs {
+        let meets = truth.binary_search(&[pair.a.index() as u32, pair.b.index() as u32]).is_ok();
+        match pair.verdict {
+            Verdict::Intersecting { .. } if meets => row.true_found += 1,
+            Verdict::Separated if !meets => {}
+            Verdict::Undecided => {}
+            _ => row.wrong += 1,
+        }
+    }
+    // A pair that is not listed is reported as apart.
+    let listed = |key: &&[u32; 2]| {
+        let key = (key[0] as usize, key[1] as usize);
+        pairs.binary_search_by_key(&key, |pair| (pair.a.index(), pair.b.index())).is_ok()
+    };
+    row.wrong += truth.iter().filter(|key| !listed(key)).count();
+}

@@ -1,0 +1,206 @@
+//! `punctual sweep`: what a deadline costs in accuracy, for every order.
+
+mod built_in;
+mod case;
+mod confidence;
+mod contender;
+mod measure;
+mod oracle;
+mod page;
+mod punctuality;
+mod summary;
+mod truth;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use punctual_lab::machine;
+use punctual_lab::report::{self, Failure};
+use serde_json::{Value, json};
+
+use crate::{Completion, complain};
+use case::Case;
+use contender::DEFAULT;
+use summary::{Measurement, Stratum};
+
+/// Measure speed against error: what is known when a budget ends, for every order.
+///
+/// Every query is compared with the exact truth, which is computed once and kept in DIR/truth. Writes to DIR: index.html,
+/// which needs no other file; its plots as .svg and .png; sweep.csv, one tidy table; summary.json, for `punctual compare`.
+/// Figures of work budgets are the same bits in every run; figures of time are of this machine. Ctrl-C leaves a report of
+/// the cases that are finished.
+#[derive(clap::Args)]
+#[command(group = clap::ArgGroup::new("what").required(true).multiple(true))]
+pub struct Args {
+    /// Folders of cases: a mesh a.*, a mesh b.*, and poses.txt with the poses of B; with truth.csv, its numbers of pairs are
+    /// checked.
+    #[arg(value_name = "CASE_DIR", group = "what")]
+    cases: Vec<PathBuf>,
+    /// Generated shapes that approach each other.
+    #[arg(long, group = "what")]
+    builtin: bool,
+    /// Folder for the report; made if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// A smaller report with more noise, in seconds.
+    #[arg(long)]
+    quick: bool,
+}
+
+/// Whether Ctrl-C was pressed.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Steps of the progress bar for a case.
+const STEPS: u64 = 1000;
+
+/// Share of the progress bar that is budgets of work.
+const WORK_STEPS: u64 = STEPS / 4;
+
+pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
+    ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed))?;
+    report::create_folder(&args.out.join("truth"))?;
+    let mut cases: Vec<Box<dyn FnOnce() -> Result<Case, Failure>>> = Vec::new();
+    for folder in &args.cases {
+        cases.push(Box::new(move || Case::load(folder)));
+    }
+    if args.builtin {
+        cases.extend(built_in::cases(args.quick));
+    }
+    let total = cases.len();
+    let style = ProgressStyle::with_template("{bar:30} {percent} %, {eta} left  {msg}")?;
+    let bar = ProgressBar::new(STEPS * total as u64).with_style(style);
+    let mut measured = Vec::new();
+    for (i, load) in cases.into_iter().enumerate() {
+        let case = load()?;
+        bar.set_message(case.name.clone());
+        let progress = Progress { bar: &bar, start: STEPS * i as u64 };
+        match measure(&case, args, &progress)? {
+            Some(measurement) => measured.push(measurement),
+            None => break,
+        }
+    }
+    bar.finish_and_clear();
+    let wrong = complain_of_wrong(&measured);
+    write_report(&measured, total, args, out)?;
+    Ok(if wrong || measured.len() < total { Completion::Partial } else { Completion::Full })
+}
+
+struct Progress<'p> {
+    bar: &'p ProgressBar,
+    start: u64,
+}
+
+impl Progress<'_> {
+    /// Notes a share of the case; false after Ctrl-C.
+    fn at(&self, steps: u64) -> bool {
+        self.bar.set_position(self.start + steps);
+        !INTERRUPTED.load(Ordering::Relaxed)
+    }
+}
+
+/// Nothing if interrupted.
+fn measure(case: &Case, args: &Args, progress: &Progress) -> Result<Option<Measurement>, Failure> {
+    let truth = truth::of_case(case, &args.out.join("truth").join(format!("{}.csv", case.name)))?;
+    let poses = truth.len() as u64;
+    let mut done = 0;
+    let work = measure::case(case, &truth, || {
+        done += 1;
+        progress.at(WORK_STEPS * done / poses)
+    });
+    let Some(work) = work else { return Ok(None) };
+    let (round_count, most) = effort(args.quick);
+    let timed: Vec<usize> = (0..truth.len()).step_by(truth.len().div_ceil(most).max(1)).collect();
+    let passes = round_count * 2 * contender::CONTENDERS.len() as u64;
+    let mut done = 0;
+    let mut rounds = Vec::new();
+    for _ in 0..round_count {
+        let round = punctuality::round(case, &truth, &timed, || {
+            done += 1;
+            progress.at(WORK_STEPS + (STEPS - WORK_STEPS) * done / passes)
+        });
+        let Some(round) = round else { return Ok(None) };
+        rounds.push(round);
+    }
+    Ok(Some(Measurement {
+        name: case.name.clone(),
+        triangles: [case.a.mesh().len(), case.b.mesh().len()],
+        strata: case.poses.iter().zip(&truth).map(|(pose, truth)| Stratum::of(case, pose, truth)).collect(),
+        work,
+        rounds,
+    }))
+}
+
+/// Rounds of queries with budgets of time, and the poses of a case in them.
+fn effort(quick: bool) -> (u64, usize) {
+    if quick { (2, 12) } else { (5, 100) }
+}
+
+fn complain_of_wrong(cases: &[Measurement]) -> bool {
+    cases.iter().flat_map(|case| &case.work.wrong).for_each(|what| complain(what));
+    let in_time: usize = cases.iter().flat_map(|case| &case.rounds).map(|round| round.wrong).sum();
+    if in_time > 0 {
+        complain(&format!("{in_time} wrong answers under budgets of time"));
+    }
+    in_time > 0 || cases.iter().any(|case| !case.work.wrong.is_empty())
+}
+
+fn write_report(cases: &[Measurement], total: usize, args: &Args, out: &mut impl Write) -> Result<(), Failure> {
+    let machine = machine::describe();
+    let table: Vec<_> = cases.iter().flat_map(summary::table).collect();
+    report::write_csv(&args.out, "sweep", summary::HEADER, &table)?;
+
+    let number = |value: f64| if value.is_finite() { json!(value) } else { Value::Null };
+    let work = summary::work_figures(cases);
+    let time = summary::time_figures(cases).into_iter();
+    let time = time.map(|(name, f)| (name, json!({ "value": number(f.value), "noise": number(f.noise) })));
+    let summary = json!({
+        "machine": machine,
+        "cases": cases.iter().map(|case| format!("{}, {} poses", case.name, case.strata.len())).collect::<Vec<_>>(),
+        "work": work.iter().map(|(name, value)| (name.clone(), number(*value))).collect::<serde_json::Map<_, _>>(),
+        "time": time.collect::<serde_json::Map<_, _>>(),
+    });
+    report::write(&args.out.join("summary.json"), serde_json::to_string_pretty(&summary)? + "\n")?;
+
+    let page = page::page(cases, &args.out, intro(cases, total, args.quick, &machine))?;
+    report::write(&args.out.join("index.html"), page.html())?;
+    let figure = |name: String| work.get(&name).copied().unwrap_or(f64::NAN);
+    for name in ["any@5%", "recall@20%", "coverage@20%", "regret to oracle"] {
+        writeln!(out, "{name}: {:.3}", figure(format!("{name} {DEFAULT}")))?;
+    }
+    writeln!(out, "first hit over depth-first: {:.2}", figure(format!("first hit over depth-first {DEFAULT} work")))?;
+    writeln!(out, "wrong: {}", figure("wrong".to_owned()))?;
+    writeln!(out, "{}", args.out.join("index.html").display())?;
+    Ok(())
+}
+
+fn intro(cases: &[Measurement], total: usize, quick: bool, machine: &str) -> Vec<String> {
+    let poses: usize = cases.iter().map(|case| case.strata.len()).sum();
+    let hits: usize = cases.iter().map(Measurement::hits).sum();
+    let (_, most) = effort(quick);
+    let mut intro = vec![
+        "A collision query has a budget, and stops when it is spent. This page shows what it knows by then: whether two meshes \
+         touch (mode any), and which of their triangles do (mode all), for several orders in which pairs of boxes can be \
+         visited. Everything said is compared with the exact truth."
+            .to_owned(),
+        format!(
+            "{} cases of two meshes, {poses} poses, {hits} of them colliding. Budgets of work are a share of the work that a \
+             finished query in mode all takes at the same pose; these figures are the same on every machine. Budgets of time \
+             were measured on up to {most} poses of each case: {machine}.",
+            cases.len(),
+        ),
+        "The oracle is a simulated traversal that knows the truth and opens only what leads to intersections: no order can do \
+         that. \"Plain query, cut off\" is an exact depth-first query of which nothing is known before it returns. \"Warm start\" takes \
+         the poses for frames of a motion and begins with what it remembers of the last one. A contact \
+         region is a cell, 5 % of the smaller mesh wide, in which triangles intersect."
+            .to_owned(),
+    ];
+    if cases.len() < total {
+        intro.push(format!("Interrupted: {} of {total} cases were finished, and only they are shown.", cases.len()));
+    }
+    if quick {
+        intro.push("A quick report: few poses, small meshes, more noise.".to_owned());
+    }
+    intro
+}

@@ -1,0 +1,158 @@
+//! What a query says of its rest, against what came: probability, recall, BV tests.
+
+use std::collections::BTreeMap;
+
+use punctual::Mode;
+use punctual_lab::report::{Block, Chances, Chart, Failure, Section, Table, Verdict};
+use punctual_lab::statistics::{mean, quantile, sorted};
+
+use super::contender::{DEFAULT, WARM};
+use super::measure::PERCENT;
+use super::summary::Measurement;
+
+/// What was told at one moment of one query.
+#[derive(Clone, Copy)]
+pub struct Guess {
+    pub pose: usize,
+    pub order: &'static str,
+    pub mode: Mode,
+    /// Of the work; nothing is done yet at 0. Queries that had ended by then told nothing.
+    pub percent: u32,
+    /// That the surfaces meet; none has been found to.
+    pub probability: Option<f64>,
+    /// Told share of the intersecting pairs found, less the true one.
+    pub recall_error: Option<f64>,
+    /// `log2` of the told BV tests over the true ones, of the whole query.
+    pub total_error: f64,
+}
+
+/// The guesses of some moments: an order, a mode, and a share of the work or all.
+fn guesses<'m>(
+    cases: &'m [Measurement],
+    order: &'static str,
+    mode: Mode,
+    percent: Option<u32>,
+) -> impl Iterator<Item = (&'m Measurement, &'m Guess)> {
+    let of_case = |case: &'m Measurement| case.work.guesses.iter().map(move |guess| (case, guess));
+    cases.iter().flat_map(of_case).filter(move |(_, guess)| {
+        guess.order == order && guess.mode == mode && percent.is_none_or(|percent| guess.percent == percent)
+    })
+}
+
+/// Probabilities told by stopped queries that had found nothing.
+fn chances(cases: &[Measurement], order: &'static str, percent: Option<u32>) -> Chances {
+    let told = guesses(cases, order, Mode::Any, percent).filter(|(_, guess)| guess.percent > 0);
+    Chances(told.filter_map(|(case, guess)| Some((guess.probability?, case.strata[guess.pose].collides()))).collect())
+}
+
+/// Mean absolute error of the recall, where there is something to find.
+fn recall_error(cases: &[Measurement], order: &'static str, percent: Option<u32>) -> f64 {
+    let told = guesses(cases, order, Mode::All, percent).filter(|(case, guess)| case.strata[guess.pose].collides());
+    mean(told.filter_map(|(_, guess)| guess.recall_error.map(f64::abs))).unwrap_or(f64::NAN)
+}
+
+/// Median and 90 % quantile of the absolute error of the told cost.
+fn total_error(cases: &[Measurement], order: &'static str, mode: Mode, percent: u32) -> [f64; 2] {
+    let errors = sorted(guesses(cases, order, mode, Some(percent)).map(|(_, guess)| guess.total_error.abs()));
+    [0.5, 0.9].map(|fraction| quantile(&errors, fraction))
+}
+
+/// Figures for `punctual compare`: the same bits in every run.
+pub fn figures(cases: &[Measurement], figures: &mut BTreeMap<String, f64>) {
+    let mut put = |name: String, value: f64| figures.insert(name, value);
+    for order in [DEFAULT, WARM] {
+        let chances = chances(cases, order, None);
+        put(format!("brier {order}"), chances.brier());
+        put(format!("ece {order}"), chances.calibration_error());
+    }
+    put("recall error".to_owned(), recall_error(cases, DEFAULT, None));
+    put(format!("recall error {WARM}"), recall_error(cases, WARM, None));
+    for percent in [0, 10, 50] {
+        for (name, mode) in [("any", Mode::Any), ("all", Mode::All)] {
+            let [median, high] = total_error(cases, DEFAULT, mode, percent);
+            put(format!("error of predicted bv tests {name}@{percent}% p50"), median);
+            put(format!("error of predicted bv tests {name}@{percent}% p90"), high);
+        }
+    }
+}
+
+/// What is told before the query and at each share of its work.
+fn table(cases: &[Measurement]) -> Table {
+    let header = [
+        "work",
+        "undecided",
+        "Brier",
+        "ECE",
+        "warm: undecided",
+        "Brier",
+        "ECE",
+        "error of the recall",
+        "warm",
+        "BV tests any: p50",
+        "p90",
+        "all: p50",
+        "p90",
+    ];
+    let number = |x: f64| if x.is_finite() { format!("{x:.3}") } else { "-".to_owned() };
+    let row = |percent: u32| {
+        let mut row = vec![if percent == 0 { "before".to_owned() } else { format!("{percent} %") }];
+        for order in [DEFAULT, WARM] {
+            let chances = chances(cases, order, Some(percent));
+            row.push(chances.0.len().to_string());
+            row.extend([chances.brier(), chances.calibration_error()].map(number));
+        }
+        row.extend([DEFAULT, WARM].map(|order| number(recall_error(cases, order, Some(percent)))));
+        for mode in [Mode::Any, Mode::All] {
+            row.extend(total_error(cases, DEFAULT, mode, percent).map(number));
+        }
+        row
+    };
+    let rows = std::iter::once(0).chain(PERCENT).filter(|percent| *percent < 100).map(row).collect();
+    Table { header: header.map(str::to_owned).to_vec(), rows }
+}
+
+pub fn section(
+    cases: &[Measurement],
+    mut plot: impl FnMut(&str, &Chart) -> Result<Block, Failure>,
+) -> Result<Section, Failure> {
+    let [cold, warm] = [DEFAULT, WARM].map(|order| chances(cases, order, None));
+    let mut blocks = vec![];
+    for (name, title, chances) in
+        [("reliability", "Probability of contact", &cold), ("reliability-warm", "The same, warm start", &warm)]
+    {
+        if !chances.0.is_empty() {
+            blocks.push(plot(name, &chances.diagram(title))?);
+        }
+    }
+    blocks.push(Block::Text(
+        "Of queries that had found nothing when they were stopped. Brier: mean square of the probability told less what came (0 or 1). \
+         ECE: how far off, on average over ten bins, what was told was from how often it came. Error of the recall: mean absolute \
+         difference from the true share. BV tests: |log2(told / true)| of the whole query."
+            .into(),
+    ));
+    blocks.push(Block::Table(table(cases)));
+    let error = cold.calibration_error();
+    Ok(Section {
+        id: "confidence".into(),
+        title: "How sure is a partial answer?".into(),
+        claim: "Of the stopped queries that say \"contact with probability p\", a share of p has contact, within .05."
+            .into(),
+        measured: format!(
+            "{} undecided stops: Brier {:.3}, off by {error:.3} on average; warm start: {}, {:.3}, {:.3}. Share of the pairs \
+             found: told within {:.3} on average, warm {:.3}.",
+            cold.0.len(),
+            cold.brier(),
+            warm.0.len(),
+            warm.brier(),
+            warm.calibration_error(),
+            recall_error(cases, DEFAULT, None),
+            recall_error(cases, WARM, None),
+        ),
+        verdict: match error {
+            x if x <= 0.05 => Verdict::Holds,
+            x if x <= 0.1 => Verdict::HoldsInPart,
+            _ => Verdict::DoesNotHold,
+        },
+        blocks,
+    })
+}

@@ -1,0 +1,305 @@
+//! From rows to figures: one tidy table, and the figures that releases are compared by.
+
+use std::collections::BTreeMap;
+
+use punctual::{Mode, Pose};
+use punctual_lab::statistics::{mean, quantile, sorted};
+
+use super::case::Case;
+use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
+use super::measure::{Answer, Limit, Measured, PERCENT, Row};
+use super::punctuality::{MICROSECONDS, Round, UNLIMITED};
+use super::truth::Truth;
+
+/// A case, measured.
+pub struct Measurement {
+    pub name: String,
+    pub triangles: [usize; 2],
+    /// Of each pose.
+    pub strata: Vec<Stratum>,
+    pub work: Measured,
+    pub rounds: Vec<Round>,
+}
+
+/// How hard a pose is.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Stratum {
+    /// The boxes of the meshes are apart.
+    Apart,
+    /// The boxes meet and the meshes do not.
+    NearMiss,
+    /// At most 10 pairs of triangles intersect.
+    Grazing,
+    /// At most 100.
+    Shallow,
+    Deep,
+}
+
+impl Stratum {
+    pub const ALL: [Self; 5] = [Self::Apart, Self::NearMiss, Self::Grazing, Self::Shallow, Self::Deep];
+
+    pub fn of(case: &Case, pose: &Pose, truth: &Truth) -> Self {
+        match truth.pairs.len() {
+            0 if case.boxes_apart(pose) => Self::Apart,
+            0 => Self::NearMiss,
+            1..=10 => Self::Grazing,
+            11..=100 => Self::Shallow,
+            _ => Self::Deep,
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Apart => "boxes apart",
+            Self::NearMiss => "near miss",
+            Self::Grazing => "1-10 pairs",
+            Self::Shallow => "11-100 pairs",
+            Self::Deep => "over 100 pairs",
+        }
+    }
+
+    pub fn collides(self) -> bool {
+        self >= Self::Grazing
+    }
+}
+
+impl Measurement {
+    pub fn collides(&self, row: &Row) -> bool {
+        self.strata[row.pose].collides()
+    }
+
+    pub fn hits(&self) -> usize {
+        self.strata.iter().filter(|stratum| stratum.collides()).count()
+    }
+
+    fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.work.rows.iter().chain(self.rounds.iter().flat_map(|round| &round.rows))
+    }
+}
+
+/// What a row is asked for.
+pub type Feature = fn(&Row) -> f64;
+
+pub const DETECTED: Feature = |row| f64::from(u8::from(row.verdict == Answer::Detected));
+pub const UNDECIDED: Feature = |row| f64::from(u8::from(row.verdict == Answer::Undecided));
+pub const RECALL: Feature = |row| row.recall;
+pub const COVERAGE: Feature = |row| row.coverage;
+
+/// Which rows: an order, a mode and a budget, of colliding poses.
+#[derive(Clone, Copy)]
+pub struct Which {
+    pub order: &'static str,
+    pub mode: Mode,
+    pub budget: Limit,
+}
+
+impl Which {
+    pub fn picks(&self, row: &Row) -> bool {
+        row.order == self.order && row.mode == self.mode && row.budget == self.budget
+    }
+}
+
+/// Mean of a case over its colliding poses.
+pub fn of_case<'r>(
+    case: &Measurement,
+    rows: impl Iterator<Item = &'r Row>,
+    which: Which,
+    feature: Feature,
+) -> Option<f64> {
+    mean(rows.filter(|row| which.picks(row) && case.collides(row)).map(feature))
+}
+
+/// Mean over cases, which count alike, of the means over their colliding poses.
+pub fn over_cases(cases: &[Measurement], which: Which, feature: Feature) -> f64 {
+    let value = |case: &Measurement| match which.budget {
+        Limit::Work(_) => of_case(case, case.work.rows.iter(), which, feature),
+        Limit::Time(_) => of_case(case, case.rounds.iter().flat_map(|round| &round.rows), which, feature),
+    };
+    mean(cases.iter().filter_map(value)).unwrap_or(f64::NAN)
+}
+
+/// Share of the recall that is known on average while the work of a finished run is done: the area under the curve.
+pub fn area(cases: &[Measurement], order: &'static str) -> f64 {
+    let at = |percent| over_cases(cases, Which { order, mode: Mode::All, budget: Limit::Work(percent) }, RECALL);
+    let points: Vec<[f64; 2]> =
+        std::iter::once([0.0, 0.0]).chain(PERCENT.map(|percent| [f64::from(percent) / 100.0, at(percent)])).collect();
+    points.windows(2).map(|ends| (ends[1][0] - ends[0][0]) * (ends[0][1] + ends[1][1]) * 0.5).sum()
+}
+
+/// Geometric mean, over cases and in them over colliding poses, of how much less it takes to the first hit than
+/// depth-first: in work, and in BV tests.
+pub fn first_hit(cases: &[Measurement], order: &str) -> [f64; 2] {
+    let log = |case: &Measurement, order: &str, tests: bool| {
+        let runs = case.work.finished.iter().filter(|run| run.order == order && run.mode == Mode::Any);
+        let runs = runs.filter(|run| case.strata[run.pose].collides());
+        mean(runs.map(|run| (if tests { run.bv_tests } else { run.work }.max(1) as f64).ln()))
+    };
+    [false, true].map(|tests| {
+        let gains = cases.iter().filter_map(|case| Some(log(case, DEPTH_FIRST, tests)? - log(case, order, tests)?));
+        mean(gains).map_or(f64::NAN, f64::exp)
+    })
+}
+
+/// Geometric mean over cases of the mean time of a finished query, in microseconds.
+pub fn finished_time(cases: &[Measurement], order: &str, mode: Mode, round: usize) -> f64 {
+    let time = |case: &Measurement| {
+        let times = case.rounds.get(round)?.finished.iter().filter(|time| time.order == order && time.mode == mode);
+        Some((mean(times.map(|time| time.seconds))? * 1e6).ln())
+    };
+    mean(cases.iter().filter_map(time)).map_or(f64::NAN, f64::exp)
+}
+
+pub const QUANTILES: [(&str, f64); 5] = [("p50", 0.5), ("p90", 0.9), ("p99", 0.99), ("p99.9", 0.999), ("max", 1.0)];
+
+/// A figure that varies from round to round, by about `noise` either way.
+#[derive(Clone, Copy)]
+pub struct Figure {
+    pub value: f64,
+    pub noise: f64,
+}
+
+impl Figure {
+    fn of_rounds(values: &[f64]) -> Self {
+        let sorted = sorted(values.iter().copied());
+        let (low, high) = (quantile(&sorted, 0.0), quantile(&sorted, 1.0));
+        Self { value: quantile(&sorted, 0.5), noise: high - low }
+    }
+}
+
+/// The figures of budgets of work: the same bits in every run.
+pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
+    let mut figures = BTreeMap::new();
+    let mut put = |name: String, value: f64| figures.insert(name, value);
+    let names = CONTENDERS.iter().map(|contender| contender.name).chain([CUT_OFF, ORACLE, WARM]);
+    for order in names {
+        for percent in PERCENT {
+            let budget = Limit::Work(percent);
+            let any = Which { order, mode: Mode::Any, budget };
+            let all = Which { order, mode: Mode::All, budget };
+            put(format!("any@{percent}% {order}"), over_cases(cases, any, DETECTED));
+            put(format!("undecided@{percent}% {order}"), over_cases(cases, any, UNDECIDED));
+            put(format!("recall@{percent}% {order}"), over_cases(cases, all, RECALL));
+            put(format!("coverage@{percent}% {order}"), over_cases(cases, all, COVERAGE));
+        }
+        put(format!("area under recall {order}"), area(cases, order));
+        put(format!("regret to oracle {order}"), area(cases, ORACLE) - area(cases, order));
+        if order != CUT_OFF {
+            let [work, bv_tests] = first_hit(cases, order);
+            put(format!("first hit over depth-first {order} work"), work);
+            put(format!("first hit over depth-first {order} bv tests"), bv_tests);
+        }
+    }
+    for case in cases {
+        for (name, mode, percent, feature) in [
+            ("any@5%", Mode::Any, 5, DETECTED),
+            ("recall@20%", Mode::All, 20, RECALL),
+            ("coverage@20%", Mode::All, 20, COVERAGE),
+        ] {
+            let which = Which { order: DEFAULT, mode, budget: Limit::Work(percent) };
+            if let Some(value) = of_case(case, case.work.rows.iter(), which, feature) {
+                put(format!("{name} {DEFAULT} {}", case.name), value);
+            }
+        }
+    }
+    super::confidence::figures(cases, &mut figures);
+    let mut put = |name: String, value: f64| figures.insert(name, value);
+    let wrong: usize = cases.iter().map(|case| case.work.wrong.len()).sum();
+    put("wrong".to_owned(), wrong as f64);
+    let overrun = cases.iter().map(|case| case.work.overrun).max().unwrap_or(0);
+    put("overrun max work".to_owned(), overrun as f64);
+    figures
+}
+
+/// The figures of time, each with its noise.
+pub fn time_figures(cases: &[Measurement]) -> BTreeMap<String, Figure> {
+    let mut figures = BTreeMap::new();
+    let rounds = cases.iter().map(|case| case.rounds.len()).min().unwrap_or(0);
+    let mut put = |name: String, value: &dyn Fn(usize) -> f64| {
+        let values: Vec<f64> = (0..rounds).map(value).collect();
+        figures.insert(name, Figure::of_rounds(&values));
+    };
+    let share = |which: Which, feature: Feature, round: usize| {
+        let of_round = |case: &Measurement| of_case(case, case.rounds[round].rows.iter(), which, feature);
+        mean(cases.iter().filter_map(of_round)).unwrap_or(f64::NAN)
+    };
+    for contender in &CONTENDERS {
+        let order = contender.name;
+        for us in MICROSECONDS {
+            let budget = Limit::Time(std::time::Duration::from_micros(us));
+            put(format!("any@{us}us {order}"), &|r| share(Which { order, mode: Mode::Any, budget }, DETECTED, r));
+            put(format!("recall@{us}us {order}"), &|r| share(Which { order, mode: Mode::All, budget }, RECALL, r));
+        }
+    }
+    for order in CONTENDERS.iter().map(|contender| contender.name).chain([UNLIMITED]) {
+        for (name, mode) in [("any", Mode::Any), ("all", Mode::All)] {
+            put(format!("finished {name} us {order}"), &|round| finished_time(cases, order, mode, round));
+        }
+    }
+    for (name, fraction) in QUANTILES {
+        for (clock, overrun) in CLOCKS {
+            let of_round = |round: usize| {
+                let overruns = cases.iter().flat_map(|case| &case.rounds[round].overruns);
+                1e6 * quantile(&sorted(overruns.map(overrun)), fraction)
+            };
+            put(format!("overrun {name} us {clock}"), &of_round);
+        }
+    }
+    figures
+}
+
+type Reading = fn(&super::punctuality::Overrun) -> f64;
+
+pub const CLOCKS: [(&str, Reading); 3] =
+    [("wall", |overrun| overrun.wall), ("cpu", |overrun| overrun.cpu), ("spin", |overrun| overrun.spin)];
+
+pub const HEADER: &str = "case,stratum,order,mode,budget_kind,budget,poses,detected,undecided,wrong,recall_mean,recall_p5,\
+     recall_p50,recall_p95,coverage_mean,coverage_p5,coverage_p50,coverage_p95,unresolved_p50,unresolved_p95";
+
+/// The tidy table: a line for each case, stratum, order, mode and budget.
+pub fn table(case: &Measurement) -> Vec<Vec<String>> {
+    let mut groups = BTreeMap::<_, Vec<&Row>>::new();
+    for row in case.rows() {
+        let stratum = case.strata[row.pose];
+        for stratum in [None, Some(stratum)] {
+            let key = (stratum, row.order, row.mode == Mode::All, row.budget);
+            groups.entry(key).or_default().push(row);
+        }
+    }
+    let line = |((stratum, order, all, budget), rows): ((Option<Stratum>, &str, bool, Limit), Vec<&Row>)| {
+        let (kind, amount) = match budget {
+            Limit::Work(percent) => ("work_percent", f64::from(percent)),
+            Limit::Time(time) => ("time_us", time.as_secs_f64() * 1e6),
+        };
+        let share = |answer: Answer| rows.iter().filter(|row| row.verdict == answer).count() as f64 / rows.len() as f64;
+        let spread = |feature: Feature, fractions: &[f64]| {
+            let values = sorted(rows.iter().map(|row| feature(row)));
+            fractions.iter().map(|&fraction| cell(quantile(&values, fraction))).collect::<Vec<_>>()
+        };
+        let mut fields = vec![
+            case.name.clone(),
+            stratum.map_or("every", Stratum::name).to_owned(),
+            order.to_owned(),
+            if all { "all" } else { "any" }.to_owned(),
+            kind.to_owned(),
+            cell(amount),
+            rows.len().to_string(),
+        ];
+        fields.extend([Answer::Detected, Answer::Undecided, Answer::Wrong].map(|answer| cell(share(answer))));
+        for feature in [RECALL, COVERAGE] {
+            fields.push(cell(mean(rows.iter().map(|row| feature(row))).unwrap_or(f64::NAN)));
+            fields.extend(spread(feature, &[0.05, 0.5, 0.95]));
+        }
+        fields.extend(spread(|row| row.unresolved, &[0.5, 0.95]));
+        fields
+    };
+    groups.into_iter().map(line).collect()
+}
+
+/// A number in the table; empty where there is none.
+fn cell(value: f64) -> String {
+    if value.is_nan() {
+        String::new()
+    } else {
+        format!("{:.6}", value).trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
+}

@@ -1,0 +1,288 @@
+//! The program `punctual`, from outside: its output, its messages, its exit status.
+
+mod cases;
+mod damage;
+#[allow(dead_code, reason = "the library's tests use the rest")]
+#[path = "../../../../tests/common/files.rs"]
+mod files;
+mod paper;
+mod run;
+mod scene;
+mod sweep;
+#[path = "../../../io/tests/write/mod.rs"]
+mod write;
+
+use std::io::Write;
+use std::process::Stdio;
+
+use punctual::shapes::{cuboid, icosphere};
+use run::{Answer, Folder, IDENTITY};
+
+const ORDERS: [&str; 6] =
+    ["penetration", "low-alpha", "overlap-volume", "depth-first", "breadth-first", "random --seed 7"];
+
+/// Two spheres, and poses from coincident over touching to apart.
+fn spheres() -> (Folder, Vec<u64>) {
+    let folder = Folder::new();
+    folder.write("a.obj", write::obj(&icosphere(2)));
+    folder.write("b.obj", write::obj(&icosphere(1)));
+    let shifts = [0.0, 0.5, 1.5, 2.0, 2.5];
+    let pose = |x: &f64| format!("1 0 0 {x} 0 1 0 0 0 0 1 0 # {x}\n");
+    folder.write("poses.txt", format!("# B from left to right\n\n{}", shifts.iter().map(pose).collect::<String>()));
+    let (a, b) = (icosphere(2), icosphere(1));
+    let brute_force = |x: &f64| {
+        let shift = punctual::glam::DVec3::new(*x, 0.0, 0.0);
+        let moved: Vec<_> = (0..b.len()).map(|j| b.triangle(j).map(|v| v + shift)).collect();
+        let count = |i: usize| moved.iter().filter(|t| punctual::triangles_intersect(&a.triangle(i), t)).count();
+        (0..a.len()).map(count).sum::<usize>() as u64
+    };
+    (folder, shifts.iter().map(brute_force).collect())
+}
+
+#[test]
+fn pair_counts_what_brute_force_counts() {
+    let (folder, truth) = spheres();
+    let all = folder.run("pair a.obj b.obj poses.txt --mode all --reps 3");
+    assert_eq!((all.status, all.err.as_str()), (0, ""));
+    let found: Vec<_> = all.rows().iter().map(|row| row.pairs as u64).collect();
+    assert_eq!(found, truth);
+    assert!(truth[1] > 0 && truth[4] == 0);
+    for row in all.rows() {
+        assert_eq!((row.stop.as_str(), row.upper_bound), ("finished", row.pairs));
+    }
+    for (row, truth) in folder.run("pair a.obj b.obj poses.txt").rows().iter().zip(truth) {
+        assert_eq!((row.hit == "1", row.pairs), (truth > 0, -1));
+        assert_eq!(row.stop, if truth > 0 { "first-hit" } else { "finished" });
+        assert!(row.upper_bound >= truth as i64);
+    }
+}
+
+#[test]
+fn every_order_and_budget_is_sound() {
+    let (folder, truth) = spheres();
+    for order in ORDERS {
+        for rest in ["", "--memory", "--budget-work 0", "--budget-work 999", "--budget-us 0", "--budget-us 2.5"] {
+            for mode in ["any", "all"] {
+                let options = format!("--mode {mode} --order {order} {rest}");
+                let answer = folder.run(&format!("pair a.obj b.obj poses.txt --reps 2 {options}"));
+                assert_eq!(answer.status, 0, "{options}: {}", answer.err);
+                for (row, &truth) in answer.rows().iter().zip(&truth) {
+                    let stopped = row.stop == "deadline" || row.stop == "work-limit";
+                    assert!(truth > 0 || row.hit == "0", "{options}: {row:?}");
+                    assert!(truth == 0 || row.verdict != "separated", "{options}: {row:?}");
+                    assert!(row.upper_bound >= truth as i64, "{options}: {row:?}");
+                    assert!(stopped || row.verdict != "undecided", "{options}: {row:?}");
+                    assert!(row.pairs <= truth as i64, "{options}: {row:?}");
+                    assert!(mode == "any" || stopped || row.pairs == truth as i64, "{options}: {row:?}");
+                    assert!(!stopped || rest.contains("budget"), "{options}: {row:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_work_budget_is_kept_and_repeatable() {
+    let (folder, _) = spheres();
+    let limit = u64::MAX;
+    let full = folder.run(&format!("pair a.obj b.obj poses.txt --mode all --budget-work {limit}")).rows()[1].work;
+    for budget in (0..full - punctual::MAX_STEP_WORK).step_by((full / 10).max(1) as usize) {
+        let command = format!("pair a.obj b.obj poses.txt --mode all --budget-work {budget}");
+        let (rows, again) = (folder.run(&command).rows(), folder.run(&command).rows());
+        assert_eq!(rows, again);
+        assert_eq!(rows[1].stop, "work-limit");
+        assert!(rows[1].work <= budget + punctual::MAX_STEP_WORK);
+    }
+}
+
+#[test]
+fn pair_tells_what_it_expects_and_how_sure_it_is() {
+    let (folder, truth) = spheres();
+    for mode in ["any", "all"] {
+        let tell = |rest: &str| folder.run(&format!("pair a.obj b.obj poses.txt --mode {mode} {rest}")).rows();
+        for (row, truth) in tell("").iter().zip(&truth) {
+            let hit = f64::from(u8::from(*truth > 0));
+            assert_eq!((row.remaining, row.probability), (Some(0.0), Some(hit)), "{row:?}");
+            assert_eq!(row.recall, (mode == "all").then_some(1.0));
+        }
+        let [low, usual, high] = ["0.01", "0.5", "0.99"].map(|p| tell(&format!("--budget-work 99 --prior {p}")));
+        for ((low, usual), high) in low.iter().zip(&usual).zip(&high).filter(|((row, _), _)| row.verdict == "undecided")
+        {
+            assert!(low.probability < usual.probability && usual.probability < high.probability, "{low:?} {high:?}");
+            assert!(usual.remaining > Some(0.0) && usual.predicted.is_some_and(|[p50, p90]| p50 <= p90), "{usual:?}");
+            assert_eq!(usual.recall, (mode == "all").then_some(0.0));
+        }
+        assert!(usual.iter().filter(|row| row.verdict == "undecided").count() >= 2);
+    }
+    for prior in ["-0.1", "1.1", "nan", "x"] {
+        folder.run(&format!("pair a.obj b.obj poses.txt --prior {prior}")).assert_refused(&["--prior"]);
+    }
+}
+
+#[test]
+fn pairs_out_lists_the_pairs_sorted() {
+    let (folder, truth) = spheres();
+    folder.write("bad.txt", format!("nan {}{}", &IDENTITY[1..], folder.read("poses.txt")));
+    let answer = folder.run("pair a.obj b.obj bad.txt --mode all --reps 2 --pairs-out pairs.csv");
+    assert_eq!(answer.status, 1);
+    let number = |field: &str| field.parse::<usize>().unwrap();
+    let lines: Vec<Vec<usize>> = folder.read("pairs.csv").lines().map(|l| l.split(',').map(number).collect()).collect();
+    assert!(lines.is_sorted() && lines.iter().all(|line| line.len() == 3));
+    for (pose, truth) in truth.into_iter().enumerate() {
+        assert_eq!(lines.iter().filter(|line| line[0] == pose + 1).count() as u64, truth);
+    }
+    folder.run("pair a.obj b.obj poses.txt --pairs-out x.csv").assert_refused(&["--mode all"]);
+    folder.run("pair a.obj b.obj poses.txt --mode all --pairs-out no/x.csv").assert_refused(&["no/x.csv"]);
+}
+
+/// Two fans around one apex: every triangle meets every other.
+#[test]
+fn more_pairs_than_the_workspace_holds_are_all_counted() {
+    let n: usize = 1050;
+    let folder = Folder::new();
+    let mut fan = String::from("v 0 0 0\n");
+    for i in 0..n {
+        fan += &format!("v {i} 1 {0}\nv {i} 2 {0}\nf 1 {1} {2}\n", i % 7, 2 * i + 2, 2 * i + 3);
+    }
+    folder.write("fan.obj", fan);
+    folder.write("poses.txt", IDENTITY);
+    let limit = u64::MAX;
+    let command = "pair fan.obj fan.obj poses.txt --mode all --memory --pairs-out pairs.csv --budget-work";
+    let row = &folder.run(&format!("{command} {limit}")).rows()[0];
+    assert_eq!((row.pairs as usize, row.upper_bound as usize, row.stop.as_str()), (n * n, n * n, "finished"));
+    assert_eq!(folder.read("pairs.csv").lines().count(), n * n);
+    let part = &folder.run(&format!("{command} {}", row.work - 2 * punctual::MAX_STEP_WORK)).rows()[0];
+    assert_eq!(part.stop, "work-limit");
+    assert!(part.pairs > 1 << 20 && part.pairs < row.pairs && part.upper_bound >= row.pairs);
+}
+
+#[test]
+fn bad_poses_are_error_rows_and_the_others_go_on() {
+    let (folder, truth) = spheres();
+    let good = "1 0 0 0.5 0 1 0 0 0 0 1 0";
+    let bad = [
+        "1 0 0 nan 0 1 0 0 0 0 1 0",
+        "1 0 0 -inf 0 1 0 0 0 0 1 0",
+        "2 0 0 0 0 2 0 0 0 0 2 0",
+        "-1 0 0 0 0 1 0 0 0 0 1 0",
+        "1 0 0 1e308 0 1 0 0 0 0 1 0",
+        "1 0 0 0 0 1 0 0 0 0 1",
+        "1 0 0 0 0 1 0 0 0 0 1 0 0",
+        "1 0 0 0 0 1 0 0 0 0 1 1,5",
+    ];
+    folder.write("poses.txt", format!("{good}\n# next are bad\n{}\n{good}\n", bad.join("\n")));
+    let answer = folder.run("pair a.obj b.obj poses.txt --mode all --memory");
+    assert_eq!(answer.status, 1);
+    let rows = answer.rows();
+    assert_eq!(rows.len(), bad.len() + 2);
+    for row in [&rows[0], &rows[bad.len() + 1]] {
+        assert_eq!(row.pairs as u64, truth[1]);
+    }
+    assert!(rows[1..=bad.len()].iter().all(|row| row.is_error() && row.pairs == -1));
+    for i in 0..bad.len() {
+        let place = format!("poses.txt:{}: pose {}: ", i + 3, i + 1);
+        assert!(answer.err.contains(&place), "{place}: {}", answer.err);
+    }
+}
+
+#[test]
+fn all_formats_give_the_same_answers() {
+    let folder = Folder::new();
+    folder.write("box.obj", write::obj(&cuboid(punctual::glam::Vec3::splat(0.75), 2)));
+    folder.write("poses.txt", format!("{IDENTITY}0 -1 0 0.25 1 0 0 0.125 0 0 1 0\n1 0 0 5 0 1 0 0 0 0 1 0\n"));
+    let mesh = icosphere(2);
+    let mut answers = Vec::new();
+    for (name, bytes) in write::all_formats(&mesh) {
+        folder.write(name, bytes);
+        for pair in [format!("{name} box.obj"), format!("box.obj {name}")] {
+            let answer = folder.run(&format!("pair {pair} poses.txt --mode all"));
+            assert_eq!(answer.status, 0, "{name}: {}", answer.err);
+            let counts: Vec<_> = answer.rows().iter().map(|row| (row.hit.clone(), row.pairs)).collect();
+            answers.push((name, counts));
+        }
+    }
+    for [first, second] in answers.as_chunks::<2>().0 {
+        assert_eq!((&first.1, &second.1), (&answers[0].1, &answers[1].1), "{}", first.0);
+    }
+    assert!(answers[0].1[0].1 > 0 && answers[0].1[2].1 == 0);
+}
+
+#[test]
+fn triangles_answers_line_by_line() {
+    let folder = Folder::new();
+    let a = "0 0 0 1 0 0 0 1 0";
+    let lines = format!(
+        "# pairs\n1 1 family -0.0 {a} 1 0 0 2 0 0 2 1 0\n\n{a} 0 0 1 1 0 1 0 1 1 # above\n{a}\n\
+         0 0 x 1e0 {a} 0 0 nan 1 0 1 0 1 1\n{a} 0 0 5e-324 1 0 1 0 1 1\n{a} 0 0 0 1e-320 0 0 0 1 x\n{a} {a}"
+    );
+    folder.write("pairs.txt", &lines);
+    let answer = folder.run("triangles pairs.txt");
+    assert_eq!((answer.status, answer.out.as_str()), (1, "1\n0\nerror\nerror\n0\nerror\n1\n"));
+    for line in [5, 6, 8] {
+        assert!(answer.err.contains(&format!("pairs.txt:{line}: ")), "{}", answer.err);
+    }
+    assert_eq!(answer.err.lines().count(), 3);
+    let piped = folder.run_with_input("triangles -", &format!("{a} {a}\n"));
+    assert_eq!((piped.status, piped.out.as_str(), piped.err.as_str()), (0, "1\n", ""));
+    folder.run("triangles none.txt").assert_refused(&["none.txt: "]);
+}
+
+#[test]
+fn info_prints_a_table_for_each_mesh() {
+    let (folder, _) = spheres();
+    folder.write("fine.obj", "v 0 0 0.1\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let answer = folder.run("info a.obj fine.obj");
+    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+    let tables: Vec<&str> = answer.out.split("\n\n").collect();
+    assert_eq!(tables.len(), 2);
+    let field = |table: &str, name: &str| {
+        let line = table.lines().find(|line| line.trim_start().starts_with(name));
+        line.unwrap_or_else(|| panic!("no {name}: {table}")).split_whitespace().last().unwrap().to_owned()
+    };
+    assert!(tables[0].starts_with("a.obj\n"));
+    assert_eq!(field(tables[0], "triangles"), "320");
+    assert!(field(tables[0], "bytes/triangle").parse::<f64>().unwrap() > 0.0);
+    assert!(field(tables[0], "build ms").parse::<f64>().unwrap() >= 0.0);
+    let alpha: f64 = field(tables[0], "0 ").parse().unwrap();
+    assert!(alpha > 0.0 && alpha < 1.0, "{}", tables[0]);
+    assert_eq!(field(tables[1], "triangles"), "1");
+    assert_eq!((field(tables[0], "coordinates"), field(tables[1], "coordinates")), ("f32".into(), "f64".into()));
+    folder.run("info none.stl").assert_refused(&["none.stl: "]);
+}
+
+#[test]
+fn help_names_every_option_and_bad_options_are_refused() {
+    let folder = Folder::new();
+    let options = "--mode --reps --budget-us --budget-work --order --seed --memory --prior --pairs-out";
+    let help = folder.run("pair --help");
+    assert_eq!(help.status, 0);
+    assert!(options.split(' ').all(|option| help.out.contains(option)));
+    for command in ["triangles", "info"] {
+        assert_eq!(folder.run(&format!("{command} --help")).status, 0);
+    }
+    assert_eq!(folder.run("--version").out, concat!("punctual ", env!("CARGO_PKG_VERSION"), "\n"));
+    for bad in [
+        "",
+        "info",
+        "pair",
+        "pair a b c --reps 0",
+        "pair a b c --order best",
+        "pair a b c --budget-us -1",
+        "pair a b c --budget-us nan",
+        "pair a b c --budget-us 1 --budget-work 1",
+    ] {
+        folder.run(bad).assert_refused(&[]);
+    }
+}
+
+#[test]
+fn closed_pipe_is_no_failure() {
+    let folder = Folder::new();
+    let mut child = folder.command("triangles -").stdin(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let line = "0 0 0 1 0 0 0 1 0 0 0 0 1 0 0 0 1 0\n";
+    // The program may stop reading at any moment, so a failed write is fine.
+    let _ = child.stdin.take().unwrap().write_all(line.repeat(20_000).as_bytes());
+    let answer = Answer::new(&child.wait_with_output().unwrap());
+    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+}

@@ -1,0 +1,120 @@
+//! What is wrong with a file, and where.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A place in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Place {
+    /// A line of a text format, counted from 1.
+    Line(usize),
+    /// A byte of a binary format, counted from 0.
+    Byte(usize),
+}
+
+/// Why bytes hold no mesh, and where in them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReadError {
+    place: Option<Place>,
+    what: String,
+}
+
+/// Why a file cannot be used: which one, where in it, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileError {
+    file: PathBuf,
+    error: ReadError,
+}
+
+impl ReadError {
+    pub(crate) fn new(what: impl Into<String>) -> Self {
+        Self { place: None, what: short(what.into()) }
+    }
+
+    pub(crate) fn at(place: Place, what: impl Into<String>) -> Self {
+        Self { place: Some(place), what: short(what.into()) }
+    }
+
+    pub(crate) fn at_line(line: usize, what: impl Into<String>) -> Self {
+        Self::at(Place::Line(line), what)
+    }
+
+    /// Where it is, if the fault has one place; a node or primitive of a glTF document is named by the message.
+    pub fn place(&self) -> Option<Place> {
+        self.place
+    }
+}
+
+impl FileError {
+    pub(crate) fn new(file: &Path, error: ReadError) -> Self {
+        Self { file: file.to_owned(), error }
+    }
+
+    /// A file that cannot be opened, read or written.
+    pub fn from_io(file: &Path, error: &io::Error) -> Self {
+        Self::new(file, ReadError::new(error.to_string()))
+    }
+
+    /// A fault on a line, counted from 1, for readers of other text files than meshes.
+    pub fn at_line(file: &Path, line: usize, what: impl Into<String>) -> Self {
+        Self::new(file, ReadError::at_line(line, what))
+    }
+
+    /// The file.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Where in the file, if the fault has one place.
+    pub fn place(&self) -> Option<Place> {
+        self.error.place
+    }
+}
+
+/// The beginning of a message: a parser may have found a million faults.
+fn short(mut what: String) -> String {
+    if let Some((end, _)) = what.char_indices().nth(300) {
+        what.truncate(end);
+        what += " ...";
+    }
+    what
+}
+
+/// Words from a file, of which control codes must not reach a terminal.
+struct Printable<'a>(&'a str);
+
+impl fmt::Display for Printable<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0
+            .chars()
+            .try_for_each(|c| if c.is_control() { write!(f, "{}", c.escape_default()) } else { write!(f, "{c}") })
+    }
+}
+
+impl fmt::Display for ReadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.place {
+            Some(Place::Line(line)) => write!(f, "line {line}: ")?,
+            Some(Place::Byte(byte)) => write!(f, "byte {byte}: ")?,
+            None => {}
+        }
+        Printable(&self.what).fmt(f)
+    }
+}
+
+/// `FILE:LINE: what`, as compilers say it, or `FILE: what`.
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.file.display())?;
+        match self.error.place {
+            Some(Place::Line(line)) => write!(f, "{line}: {}", Printable(&self.error.what)),
+            _ => write!(f, " {}", self.error),
+        }
+    }
+}
+
+impl std::error::Error for ReadError {}
+
+impl std::error::Error for FileError {}

@@ -1,0 +1,39 @@
+//! The constants of the engine's model from queries of known truth, and how well they do.
+//!
+//! Each query is run to its end, and stopped at 2, 5, 10, 20 and 50 % of the work of the complete query; what the model sees
+//! at each moment is set against what came of it.
+
+mod cases;
+mod evaluate;
+mod plots;
+mod sample;
+mod source;
+
+pub use cases::Case;
+pub use evaluate::report;
+pub use source::fit;
+
+use sample::Sample;
+
+/// Queries that are fitted to, or reported on.
+#[derive(Default)]
+pub struct Data {
+    names: Vec<String>,
+    poses: usize,
+    samples: Vec<Sample>,
+}
+
+impl Data {
+    /// Runs the queries of a case and keeps what was seen at each moment.
+    pub fn add(&mut self, case: &Case) {
+        let number = self.names.len();
+        self.names.push(case.name.clone());
+        self.poses += case.poses.len();
+        self.samples.extend(sample::samples(number, case));
+    }
+
+    /// The numbers of cases, of poses, and of moments of queries.
+    pub fn counts(&self) -> [usize; 3] {
+        [self.names.len(), self.poses, self.samples.len()]
+    }
+}

@@ -1,0 +1,183 @@
+//! How well the built-in constants do: a table of errors for each case and in total.
+
+use std::io::Write;
+use std::path::Path;
+
+use punctual::Mode;
+use punctual::internals::{all_left, any_left, probability, recall};
+use punctual::{DEFAULT_PRIOR, Quantiles};
+
+use super::Data;
+use super::plots;
+use super::sample::Sample;
+use crate::report::{self, Chances, Failure};
+use crate::statistics::{quantile, sorted};
+
+/// Errors `log2(predicted / actual)` of the whole cost, and whether the actual cost is below each quantile.
+#[derive(Default)]
+pub struct Costs {
+    pub errors: Vec<f64>,
+    below: [usize; 3],
+}
+
+/// What is measured of some samples.
+#[derive(Default)]
+pub struct Scores {
+    pub all: Costs,
+    pub any: Costs,
+    pub all_after_history: Costs,
+    pub any_after_history: Costs,
+    pub at_10: Costs,
+    pub at_50: Costs,
+    pub chances: Chances,
+    pub chances_after_history: Chances,
+    /// The same with those queries that were decided within the budget, and so are certain.
+    budgeted: Chances,
+    budgeted_after_history: Chances,
+    pub recalls: Vec<f64>,
+    pub recalls_with_hits: Vec<f64>,
+    pub recalls_after_history: Vec<f64>,
+}
+
+impl Costs {
+    fn add(&mut self, sample: &Sample, left: Quantiles) {
+        let [used, actual] = [sample.front.bv_tests, sample.total.bv_tests].map(|n| n.max(0.0));
+        let Quantiles { p10, p50, p90 } = left.map(|n| n + used);
+        self.errors.push((p50.max(1.0) / actual.max(1.0)).log2());
+        // Predictions are real numbers, counts are whole.
+        for (below, quantile) in self.below.iter_mut().zip([p10, p50, p90]) {
+            *below += usize::from(actual <= quantile + 0.5);
+        }
+    }
+
+    fn fields(&self) -> Vec<String> {
+        let absolute = sorted(self.errors.iter().map(|e| e.abs()));
+        let share = |below: usize| below as f64 / self.errors.len() as f64;
+        let [low, _, high] = self.below;
+        [quantile(&absolute, 0.5), quantile(&absolute, 0.9), share(high), share(low)].map(text).to_vec()
+    }
+}
+
+fn fields_of(chances: &Chances) -> Vec<String> {
+    [chances.0.len() as f64, chances.brier(), chances.calibration_error()].map(text).to_vec()
+}
+
+impl Scores {
+    fn add(&mut self, sample: &Sample) {
+        let front = &sample.front;
+        let history = sample.last.map(|last| last.history);
+        let chance = probability(front, history.as_ref(), DEFAULT_PRIOR);
+        let previous = sample.last.map(|last| last.bv_tests);
+        let left = match sample.mode {
+            Mode::All => all_left(front, previous),
+            Mode::Any => any_left(front, chance, previous),
+        };
+        let costs = match (sample.mode, sample.stop, sample.last) {
+            (Mode::All, None, None) => Some(&mut self.all),
+            (Mode::Any, None, None) => Some(&mut self.any),
+            (Mode::All, None, Some(_)) => Some(&mut self.all_after_history),
+            (Mode::Any, None, Some(_)) => Some(&mut self.any_after_history),
+            (Mode::All, Some(0.1), None) => Some(&mut self.at_10),
+            (Mode::All, Some(0.5), None) => Some(&mut self.at_50),
+            _ => None,
+        };
+        if let Some(costs) = costs {
+            costs.add(sample, left);
+        }
+        match (sample.mode, sample.stop) {
+            (Mode::Any, _) => self.add_chance(sample, chance),
+            (Mode::All, Some(_)) if sample.is_hit() => self.add_recall(sample),
+            (Mode::All, _) => {}
+        }
+    }
+
+    fn add_chance(&mut self, sample: &Sample, chance: f64) {
+        let (undecided, budgeted) = match sample.last {
+            None => (&mut self.chances.0, &mut self.budgeted.0),
+            Some(_) => (&mut self.chances_after_history.0, &mut self.budgeted_after_history.0),
+        };
+        let is_hit = sample.is_hit();
+        if sample.stop.is_none() {
+            budgeted.extend(std::iter::repeat_n((f64::from(is_hit), is_hit), sample.decided));
+        } else {
+            undecided.push((chance, is_hit));
+            budgeted.push((chance, is_hit));
+        }
+    }
+
+    fn add_recall(&mut self, sample: &Sample) {
+        let error = (recall(&sample.front, sample.follows()) - sample.front.found / sample.hits as f64).abs();
+        if sample.last.is_some() {
+            self.recalls_after_history.push(error);
+        } else {
+            self.recalls.push(error);
+            if sample.front.found > 0.0 {
+                self.recalls_with_hits.push(error);
+            }
+        }
+    }
+
+    fn fields(&self) -> Vec<String> {
+        let costs = [&self.all, &self.any, &self.all_after_history, &self.any_after_history, &self.at_10, &self.at_50];
+        let mean = |errors: &[f64]| text(errors.iter().sum::<f64>() / errors.len() as f64);
+        let mut fields: Vec<String> = costs.into_iter().flat_map(Costs::fields).collect();
+        let chances = [&self.chances, &self.chances_after_history, &self.budgeted, &self.budgeted_after_history];
+        fields.extend(chances.into_iter().flat_map(fields_of));
+        fields.extend([&self.recalls, &self.recalls_with_hits, &self.recalls_after_history].map(|errors| mean(errors)));
+        fields
+    }
+}
+
+/// Columns of a cost: median and 90 % quantile of `|log2(predicted / actual)|`, shares of actual costs not above the predicted
+/// 90 % quantile and the 10 % quantile.
+const COSTS: [&str; 6] = ["all", "any", "all_after_history", "any_after_history", "all_at_10", "all_at_50"];
+
+/// Columns of probabilities: how many were told, their Brier score and calibration error; for queries that their budget left
+/// undecided, and for all with a budget.
+const CHANCES: [&str; 4] = ["undecided", "undecided_after_history", "budgeted", "budgeted_after_history"];
+
+fn header() -> String {
+    let costs =
+        COSTS.iter().flat_map(|cost| ["median", "p90", "below_p90", "below_p10"].map(|f| format!("{cost}_{f}")));
+    let chances = CHANCES.iter().flat_map(|of| ["count", "brier", "ece"].map(|f| format!("{of}_{f}")));
+    let recalls = ["recall_mae", "recall_mae_with_hits", "recall_mae_after_history"].map(str::to_owned);
+    let names: Vec<String> = costs.chain(chances).chain(recalls).collect();
+    format!("case,{}", names.join(","))
+}
+
+/// Reports how well the built-in constants do: writes tables (CSV) and pictures (SVG, PNG) of their errors to `folder`, and
+/// the totals to `out`.
+///
+/// # Errors
+/// If a file cannot be written; the message names it.
+pub fn report(data: &Data, folder: &Path, out: &mut impl Write) -> Result<(), Failure> {
+    let mut total = Scores::default();
+    let mut cases: Vec<Scores> = data.names.iter().map(|_| Scores::default()).collect();
+    for sample in &data.samples {
+        total.add(sample);
+        cases[sample.case].add(sample);
+    }
+    let named = data.names.iter().map(String::as_str).zip(&cases).chain([("total", &total)]);
+    let row = |(name, scores): (&str, &Scores)| [vec![name.to_owned()], scores.fields()].concat();
+    let rows: Vec<_> = named.map(row).collect();
+    report::write_csv(folder, "model", &header(), &rows)?;
+    for (name, value) in header().split(',').zip(&rows[rows.len() - 1]).skip(1) {
+        writeln!(out, "{name:32} {value}")?;
+    }
+    plots::draw(&total, folder)
+}
+
+/// Three decimals; nothing for what was not measured.
+fn text(x: f64) -> String {
+    if x.is_finite() { format!("{x:.3}").trim_end_matches('0').trim_end_matches('.').to_owned() } else { String::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_the_table() {
+        assert_eq!([text(f64::NAN), text(0.5), text(2.0), text(1.0 / 3.0)], ["", "0.5", "2", "0.333"]);
+    }
+}

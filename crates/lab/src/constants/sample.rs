@@ -1,0 +1,143 @@
+//! Queries of known truth, stopped on the way: what the model sees, and what came of it.
+
+use punctual::Counts;
+use punctual::internals::History;
+use punctual::internals::{FrontSummary, pair_cost};
+use punctual::{Budget, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Workspace};
+
+use super::cases::Case;
+
+/// Shares of the work of a complete query at which it is stopped.
+pub const STOPS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.5];
+
+/// Of the frames of a motion, one in so many is also asked about without a memory.
+const THINNED: usize = 10;
+
+/// A query at one moment, and its end.
+pub struct Sample {
+    /// The case it is of, by number.
+    pub case: usize,
+    pub mode: Mode,
+    /// The share of the work of a complete query after which it was stopped; `None` before it began.
+    pub stop: Option<f64>,
+    pub front: FrontSummary,
+    /// Counts of the finished query, of the same mode.
+    pub total: Counts,
+    /// Number of intersecting pairs in truth.
+    pub hits: u64,
+    /// [`pair_cost`] of the roots at the deepest.
+    pub root_cost: f64,
+    /// How many of the [`STOPS`] come after its end, known before it began.
+    pub decided: usize,
+    /// What is remembered of the frame before; `None` if the query had no memory.
+    pub last: Option<Last>,
+}
+
+/// What the frame before said and took, in the same mode.
+#[derive(Clone, Copy)]
+pub struct Last {
+    pub history: History,
+    pub bv_tests: f64,
+}
+
+impl Sample {
+    /// BV tests that were left.
+    pub fn left(&self) -> f64 {
+        self.total.bv_tests - self.front.bv_tests
+    }
+
+    pub fn is_hit(&self) -> bool {
+        self.hits > 0
+    }
+
+    /// Whether the query first went to where triangles met in the frame before.
+    pub fn follows(&self) -> bool {
+        self.mode == Mode::All && self.last.is_some_and(|last| last.history.met)
+    }
+}
+
+/// All poses of a case, in both modes, at all moments; those of a motion also with a memory.
+pub fn samples(case_number: usize, case: &Case) -> Vec<Sample> {
+    let mut sampler = Sampler { number: case_number, case, workspace: Workspace::new(), samples: Vec::new() };
+    let mut memories = [PairMemory::new(), PairMemory::new()];
+    for (number, &pose) in case.poses.iter().enumerate() {
+        let query = Query::new(&case.a, &case.b, pose);
+        let complete = run(&query.mode(Mode::All), &mut sampler.workspace, None, None);
+        for (mode, memory) in [Mode::All, Mode::Any].into_iter().zip(&mut memories) {
+            let query = query.mode(mode);
+            // Without a memory, frames close together are the same query again.
+            if !case.is_motion || number % THINNED == 0 {
+                sampler.sample(&query, mode, &complete, None);
+            }
+            if case.is_motion {
+                sampler.sample(&query, mode, &complete, Some(memory));
+                let _ = run(&query, &mut sampler.workspace, Some(memory), None);
+            }
+        }
+    }
+    sampler.samples
+}
+
+struct Sampler<'c> {
+    number: usize,
+    case: &'c Case,
+    workspace: Workspace,
+    samples: Vec<Sample>,
+}
+
+impl Sampler<'_> {
+    /// All moments of a query. A memory that knows nothing yet gives none.
+    fn sample(&mut self, query: &Query, mode: Mode, complete: &Outcome, memory: Option<&PairMemory>) {
+        let last = match memory.map(|memory| (memory.history(), memory.last_bv_tests())) {
+            None => None,
+            Some((Some(history), Some(bv_tests))) => Some(Last { history, bv_tests: bv_tests as f64 }),
+            Some(_) => return,
+        };
+        let roots = [&self.case.a, &self.case.b].map(|tree| tree.root().map_or(0.0, |root| root.self_cost()));
+        let sample = |stop, front, end: &Outcome| Sample {
+            case: self.number,
+            mode,
+            stop,
+            front,
+            total: end.stats.counts(),
+            hits: complete.found,
+            root_cost: pair_cost(roots, 1.0).into(),
+            decided: 0,
+            last,
+        };
+        let whole = run(query, &mut self.workspace, memory.cloned().as_mut(), None);
+        let before = self.samples.len();
+        self.samples.push(sample(None, query.front_before(), &whole));
+        for stop in STOPS {
+            let limit = (stop * complete.stats.work as f64) as u64;
+            let outcome = run(query, &mut self.workspace, memory.cloned().as_mut(), Some(limit));
+            if outcome.stop == StopReason::WorkLimit
+                && let Ok(front) = query.front(&self.workspace)
+            {
+                let end = resume(query, &mut self.workspace, outcome, None);
+                self.samples.push(sample(Some(stop), front, &end));
+            } else {
+                self.samples[before].decided += 1;
+            }
+        }
+    }
+}
+
+/// One run, however often the pair buffer fills; without a limit, to the end.
+fn run(query: &Query, workspace: &mut Workspace, memory: Option<&mut PairMemory>, limit: Option<u64>) -> Outcome {
+    let budget = limit.map_or(Budget::unlimited(), Budget::work);
+    let outcome = query.run_with(workspace, memory, budget, &ManualClock::new());
+    if outcome.stop == StopReason::PairsFull { resume(query, workspace, outcome, limit) } else { outcome }
+}
+
+fn resume(query: &Query, workspace: &mut Workspace, mut outcome: Outcome, limit: Option<u64>) -> Outcome {
+    loop {
+        workspace.drain_pairs().for_each(drop);
+        let budget = limit.map_or(Budget::unlimited(), |limit| Budget::work(limit.saturating_sub(outcome.stats.work)));
+        match query.resume_with(workspace, None, budget, &ManualClock::new()) {
+            Ok(next) if next.stop == StopReason::PairsFull => outcome = next,
+            Ok(next) => return next,
+            Err(_) => return outcome,
+        }
+    }
+}

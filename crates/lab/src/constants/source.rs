@@ -1,0 +1,310 @@
+//! The fit itself, and the source file that holds what it found.
+
+use std::collections::HashSet;
+
+use punctual::internals::{features_of_all, features_of_any};
+use punctual::internals::{history_features, hit_features, recall_features};
+use punctual::{CostModel, Mode};
+
+use super::Data;
+use super::sample::Sample;
+use crate::machine;
+use crate::regression::{least_squares, logistic, quantile};
+
+/// The upper one is for 90 %: meshes that were not fitted are dearer more often than cheaper.
+const QUANTILES: [f64; 3] = [0.1, 0.5, 0.935];
+
+/// Residuals below this (log2) are not told apart by quantile regression.
+const BLUR: f64 = 0.02;
+
+/// How much the logit of a hit is held back: with less, cases that were not fitted come out worse.
+const PULL: f64 = 1e-3;
+
+/// Fits the constants: Rust source, to be put in the place of `src/model/constants.rs`.
+pub fn fit(data: &Data) -> String {
+    let open = data.samples.iter().filter(|sample| !sample.front.is_done());
+    let (remembering, alone): (Vec<&Sample>, Vec<&Sample>) = open.partition(|sample| sample.last.is_some());
+    // Before a query and after a part of it are two questions; one answer to both would be the worse for each.
+    let hit = [false, true].map(|begun| {
+        let moments = of(&alone, Mode::Any).filter(|sample| sample.front.is_begun() == begun);
+        regression(moments, |s| (hit_features(&s.front), f64::from(s.is_hit())))
+    });
+    [
+        header(data),
+        bv_tests_left(&alone, &hit),
+        changes(&remembering),
+        other_counts(data),
+        chances(&alone, &remembering, &hit),
+        recall(&alone, &remembering),
+        nanoseconds(),
+    ]
+    .concat()
+}
+
+fn of<'s>(samples: &[&'s Sample], mode: Mode) -> impl Iterator<Item = &'s Sample> {
+    samples.iter().copied().filter(move |sample| sample.mode == mode)
+}
+
+/// Weights of the logit of a hit, before a query and after a part of it.
+type Hit = [[f64; 13]; 2];
+
+fn logit(hit: &Hit, sample: &Sample) -> f64 {
+    dot(&hit[usize::from(sample.front.is_begun())], &hit_features(&sample.front))
+}
+
+fn bv_tests_left(alone: &[&Sample], hit: &Hit) -> String {
+    let all = quantiles(of(alone, Mode::All), |s| (features_of_all(&s.front), log_left(s)));
+    let roots = of(alone, Mode::All).filter(|sample| sample.stop.is_none());
+    let [_, _, root_most] = quantiles(roots, |s| ([1.0, s.root_cost.max(1.0).log2()], log_left(s)));
+    let chance = |s: &Sample| sigmoid(logit(hit, s));
+    let any = quantiles(of(alone, Mode::Any), |s| (features_of_any(&s.front, chance(s)), log_left(s)));
+    let of_roots =
+        "90 % quantile of log2 of a whole query from log2 of the cost of its roots at the deepest: intercept, slope.";
+    [
+        table("ALL_LEFT", &all, "Quantiles of the BV tests left, for each the weights of `features_of_all`."),
+        list("ROOT_MOST", &root_most, of_roots),
+        table("ANY_LEFT", &any, "The same if the first hit ends the query, weights of `features_of_any`."),
+    ]
+    .concat()
+}
+
+fn changes(remembering: &[&Sample]) -> String {
+    let change = |s: &Sample| {
+        let before = s.last.map_or(1.0, |last| last.bv_tests.max(1.0));
+        ([1.0], (s.total.bv_tests.max(1.0) / before).log2())
+    };
+    let [all, any] = [Mode::All, Mode::Any].map(|mode| {
+        let frames = of(remembering, mode).filter(|sample| sample.stop.is_none());
+        quantiles(frames, change).map(|[w]| w)
+    });
+    list("ALL_AFTER", &all, "Quantiles of log2 (BV tests of a frame / those of the frame before).")
+        + &list("ANY_AFTER", &any, "The same if the first hit ends the query.")
+}
+
+fn other_counts(data: &Data) -> String {
+    let openings = power_law(data, |counts| counts.box_updates);
+    let triangle_tests = power_law(data, |counts| counts.triangle_tests);
+    let of_openings = "log2 of opened node pairs: intercept, slope in log2 of BV tests.";
+    list("OPENINGS_OF_BV_TESTS", &openings, of_openings)
+        + &list("TRIANGLE_TESTS_OF_BV_TESTS", &triangle_tests, "log2 of triangle tests: the same.")
+}
+
+fn chances(alone: &[&Sample], remembering: &[&Sample], hit: &Hit) -> String {
+    let moved = of(remembering, Mode::Any).filter(|sample| sample.stop.is_some());
+    let after_history = regression(moved, |s| {
+        let features = s.last.map(|last| history_features(logit(hit, s), s.front.deepest, &last.history));
+        (features.unwrap_or_default(), f64::from(s.is_hit()))
+    });
+    let poses: Vec<&Sample> = of(alone, Mode::Any).filter(|sample| sample.stop.is_none()).collect();
+    let base_rate = poses.iter().filter(|sample| sample.is_hit()).count() as f64 / poses.len() as f64;
+    let [before, begun] = hit;
+    let of_history = "The same with the verdict of the frame before, weights of `history_features`.";
+    [
+        list("HIT", begun, "Logit of a hit, weights of `hit_features`."),
+        list("HIT_BEFORE", before, "The same before the query."),
+        list("HIT_AFTER_HISTORY", &after_history, of_history),
+        constant("BASE_RATE", "f64", &number(base_rate), "Share of poses with a hit."),
+    ]
+    .concat()
+}
+
+fn recall(alone: &[&Sample], remembering: &[&Sample]) -> String {
+    let followed = of(remembering, Mode::All).filter(|sample| sample.follows());
+    [
+        list("RECALL", &recall_weights(of(alone, Mode::All)), "Logit of the recall, weights of `recall_features`."),
+        list(
+            "RECALL_AFTER_HISTORY",
+            &recall_weights(followed),
+            "The same where what met in the frame before was looked at first.",
+        ),
+    ]
+    .concat()
+}
+
+fn nanoseconds() -> String {
+    let cost = CostModel::measure();
+    let numbers = [cost.bv_test, cost.triangle_test, cost.box_update, cost.setup];
+    let what = "Cost of a BV test, a triangle test, an opened node pair and a query, by `CostModel::measure`.";
+    list("NANOSECONDS", &numbers, what)
+}
+
+/// Parts of the data that are fitted without the others, to see how well that serves cases that were not fitted.
+const FOLDS: usize = 5;
+
+/// Features and targets of some samples, and the case that each is of.
+struct Rows<const N: usize> {
+    x: Vec<[f64; N]>,
+    y: Vec<f64>,
+    cases: Vec<usize>,
+}
+
+impl<const N: usize> Rows<N> {
+    fn of<'s>(samples: impl Iterator<Item = &'s Sample>, row: impl Fn(&Sample) -> ([f64; N], f64)) -> Self {
+        let mut rows = Self { x: Vec::new(), y: Vec::new(), cases: Vec::new() };
+        for sample in samples {
+            let (x, y) = row(sample);
+            rows.x.push(x);
+            rows.y.push(y);
+            rows.cases.push(sample.case);
+        }
+        rows
+    }
+
+    /// `w . x` of every row, where `w` is what `fit` makes of the cases of the other folds.
+    fn foretold(&self, fit: impl Fn(&[[f64; N]], &[f64]) -> [f64; N]) -> Vec<f64> {
+        let weights: Vec<[f64; N]> = (0..FOLDS)
+            .map(|fold| {
+                let others = (0..self.y.len()).filter(|&i| self.cases[i] % FOLDS != fold);
+                let (x, y): (Vec<_>, Vec<_>) = others.map(|i| (self.x[i], self.y[i])).unzip();
+                fit(&x, &y)
+            })
+            .collect();
+        self.x.iter().zip(&self.cases).map(|(x, case)| dot(&weights[case % FOLDS], x)).collect()
+    }
+}
+
+/// Weights of three quantiles of a target. Each is moved so that it has its share below in cases that were not fitted.
+fn quantiles<'s, const N: usize>(
+    samples: impl Iterator<Item = &'s Sample>,
+    row: impl Fn(&Sample) -> ([f64; N], f64),
+) -> [[f64; N]; 3] {
+    let rows = Rows::of(samples, row);
+    QUANTILES.map(|p| {
+        let foretold = rows.foretold(|x, y| quantile(x, y, p, BLUR));
+        let rest: Vec<f64> = rows.y.iter().zip(foretold).map(|(y, q)| y - q).collect();
+        let [shift] = quantile(&vec![[1.0]; rest.len()], &rest, p, 1e-3);
+        let mut w = quantile(&rows.x, &rows.y, p, BLUR);
+        w[0] += shift;
+        w
+    })
+}
+
+/// Weights of a logit. They are stretched and moved so that they are calibrated in cases that were not fitted (Platt).
+fn regression<'s, const N: usize>(
+    samples: impl Iterator<Item = &'s Sample>,
+    row: impl Fn(&Sample) -> ([f64; N], f64),
+) -> [f64; N] {
+    let rows = Rows::of(samples, row);
+    if rows.y.is_empty() {
+        return [0.0; N];
+    }
+    let fit = |x: &[[f64; N]], y: &[f64]| logistic(x, y, &vec![1.0; y.len()], PULL);
+    let weights = fit(&rows.x, &rows.y);
+    if rows.cases.iter().collect::<HashSet<_>>().len() < FOLDS {
+        return weights;
+    }
+    let x: Vec<[f64; 2]> = rows.foretold(fit).into_iter().map(|z| [1.0, z]).collect();
+    let [shift, stretch] = logistic(&x, &rows.y, &vec![1.0; x.len()], 0.0);
+    let mut w = weights.map(|w| stretch * w);
+    w[0] += shift;
+    w
+}
+
+fn log_left(sample: &Sample) -> f64 {
+    sample.left().max(1.0).log2()
+}
+
+fn dot(w: &[f64], x: &[f64]) -> f64 {
+    w.iter().zip(x).map(|(w, x)| w * x).sum()
+}
+
+fn sigmoid(logit: f64) -> f64 {
+    1.0 / (1.0 + (-logit).exp())
+}
+
+/// Weights of the recall with about the least mean absolute error: logistic regression, again with samples weighted by slope
+/// over error.
+fn recall_weights<'s>(samples: impl Iterator<Item = &'s Sample>) -> [f64; 9] {
+    let found = samples.filter(|sample| sample.front.found > 0.0);
+    let (x, y): (Vec<_>, Vec<_>) = found.map(|s| (recall_features(&s.front), s.front.found / s.hits as f64)).unzip();
+    let mut weights = vec![1.0; x.len()];
+    let mut best = (f64::INFINITY, [0.0; 9]);
+    for _ in 0..20 {
+        let w = logistic(&x, &y, &weights, 1e-5);
+        let p: Vec<f64> = x.iter().map(|x| sigmoid(dot(&w, x))).collect();
+        let errors = p.iter().zip(&y).map(|(p, y)| (p - y).abs());
+        let sum: f64 = errors.clone().sum();
+        if sum < best.0 {
+            best = (sum, w);
+        }
+        weights = p.iter().zip(errors).map(|(p, error)| p * (1.0 - p) / error.max(0.01)).collect();
+    }
+    best.1
+}
+
+/// Intercept and slope of log2 of a count of complete queries.
+fn power_law(data: &Data, count: impl Fn(&punctual::Counts) -> f64) -> [f64; 2] {
+    let whole = data.samples.iter().filter(|sample| sample.stop.is_none() && count(&sample.total) > 0.0);
+    let (x, y): (Vec<_>, Vec<_>) =
+        whole.map(|s| ([1.0, s.total.bv_tests.max(1.0).log2()], count(&s.total).log2())).unzip();
+    least_squares(&x, &y, &vec![1.0; x.len()])
+}
+
+fn header(data: &Data) -> String {
+    let mut text = format!(
+        "//! The fitted constants of the model; made by `punctual fit`, not by hand.\n//!\n//! On {}, \
+         on {} {}, by version {}, from {} poses ({} moments of queries) of:\n",
+        machine::today(),
+        std::env::consts::ARCH,
+        std::env::consts::OS,
+        env!("CARGO_PKG_VERSION"),
+        data.poses,
+        data.samples.len(),
+    );
+    let mut line = String::from("//!");
+    for name in &data.names {
+        if line.len() + name.len() > 110 {
+            text += &line;
+            text.push('\n');
+            line = String::from("//!");
+        }
+        line.push(' ');
+        line += name;
+    }
+    text + &line + "\n"
+}
+
+fn constant(name: &str, kind: &str, value: &str, doc: &str) -> String {
+    format!("\n/// {doc}\n#[rustfmt::skip]\npub(super) const {name}: {kind} = {value};\n")
+}
+
+fn list<const N: usize>(name: &str, numbers: &[f64; N], doc: &str) -> String {
+    constant(name, &format!("[f64; {N}]"), &row(numbers), doc)
+}
+
+fn table<const N: usize, const M: usize>(name: &str, rows: &[[f64; N]; M], doc: &str) -> String {
+    constant(name, &format!("[[f64; {N}]; {M}]"), &lines(rows), doc)
+}
+
+/// A number with five digits.
+fn number(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return "0.0".into();
+    }
+    let decimals = (4.0 - x.abs().log10().floor()).clamp(1.0, 12.0) as usize;
+    format!("{x:.decimals$}")
+}
+
+fn row(numbers: &[f64]) -> String {
+    let numbers: Vec<_> = numbers.iter().map(|&x| number(x)).collect();
+    format!("[{}]", numbers.join(", "))
+}
+
+fn lines<const N: usize>(rows: &[[f64; N]]) -> String {
+    let rows: Vec<_> = rows.iter().map(|numbers| format!("\n    {},", row(numbers))).collect();
+    format!("[{}\n]", rows.concat())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_five_digits() {
+        assert_eq!(
+            [number(1.0 / 3.0), number(-12345.678), number(0.000_123_456), number(0.0)],
+            ["0.33333", "-12345.7", "0.00012346", "0.0"]
+        );
+        assert_eq!(lines(&[[1.0, 2.0]]), "[\n    [1.0000, 2.0000],\n]");
+    }
+}
