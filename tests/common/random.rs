@@ -23,12 +23,12 @@ impl Random {
 
     /// Uniform from 0 to below 1.
     pub fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+        self.0.rand_float()
     }
 
     /// Uniform in `[-1, 1)`, a multiple of 2^-52.
     pub fn signed(&mut self) -> f64 {
-        2.0 * self.0.rand_float() - 1.0
+        2.0 * self.unit() - 1.0
     }
 
     /// Uniform in the cube of half extent 1.

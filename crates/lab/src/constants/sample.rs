@@ -1,9 +1,7 @@
 //! Queries of known truth, stopped on the way: what the model sees, and what came of it.
 
-use punctual::Counts;
-use punctual::internals::History;
 use punctual::internals::{FrontSummary, pair_cost};
-use punctual::{Budget, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Workspace};
+use punctual::{Budget, Counts, History, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Workspace};
 
 use super::cases::Case;
 

@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
+use punctual::Mode;
 use punctual::internals::{features_of_all, features_of_any};
 use punctual::internals::{history_features, hit_features, recall_features};
-use punctual::{CostModel, Mode};
 
 use super::Data;
 use super::sample::Sample;
@@ -36,7 +36,6 @@ pub fn fit(data: &Data) -> String {
         other_counts(data),
         chances(&alone, &remembering, &hit),
         recall(&alone, &remembering),
-        nanoseconds(),
     ]
     .concat()
 }
@@ -119,13 +118,6 @@ fn recall(alone: &[&Sample], remembering: &[&Sample]) -> String {
         ),
     ]
     .concat()
-}
-
-fn nanoseconds() -> String {
-    let cost = CostModel::measure();
-    let numbers = [cost.bv_test, cost.triangle_test, cost.box_update, cost.setup];
-    let what = "Cost of a BV test, a triangle test, an opened node pair and a query, by `CostModel::measure`.";
-    list("NANOSECONDS", &numbers, what)
 }
 
 /// Parts of the data that are fitted without the others, to see how well that serves cases that were not fitted.
