@@ -40,12 +40,12 @@ fn pose(bytes: &mut Unstructured) -> Result<Pose> {
 }
 
 fn filter(bytes: &mut Unstructured) -> Result<Filter> {
-    Ok(Filter { groups: 1 << bytes.int_in_range(0..=2)?, mask: bytes.int_in_range(0..=7)? })
+    Ok(Filter::new(1 << bytes.int_in_range(0..=2)?, bytes.int_in_range(0..=7)?))
 }
 
 fn may_meet(x: &Body, y: &Body) -> bool {
-    let (a, b) = (x.filter(), y.filter());
-    let moving = x.kind() == BodyKind::Moving || y.kind() == BodyKind::Moving;
+    let (a, b) = (x.filter, y.filter);
+    let moving = x.kind == BodyKind::Moving || y.kind == BodyKind::Moving;
     moving && a.groups & b.mask != 0 && b.groups & a.mask != 0
 }
 
@@ -122,9 +122,9 @@ impl Model {
                     assert!(pair.is_none(), "{a} and {b} may not meet");
                     continue;
                 }
-                let b_in_a = of_a.pose().inverse().and_then(|inverse| inverse.compose(of_b.pose()));
+                let b_in_a = of_a.pose.inverse().and_then(|inverse| inverse.compose(&of_b.pose));
                 let b_in_a = b_in_a.expect("any two bodies have a relative pose");
-                let truth = reference::all_pairs(of_a.tree().mesh(), of_b.tree().mesh(), &b_in_a);
+                let truth = reference::all_pairs(of_a.tree.mesh(), of_b.tree.mesh(), &b_in_a);
                 let Some(pair) = pair else {
                     assert!(truth.is_empty(), "{a} and {b} meet and are not listed");
                     continue;

@@ -66,8 +66,10 @@ pub fn moved(value: f64, steps: i8) -> f64 {
 pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) -> Result<()> {
     let mode = *bytes.choose(&[Mode::Any, Mode::All])?;
     let orders = [Order::Penetration, Order::LowAlpha, Order::OverlapVolume, Order::BreadthFirst, Order::Random(1)];
-    let query =
-        Query::new(a, b, pose).mode(mode).order(*bytes.choose(&orders)?).queue_threshold(f32::from(bytes.arbitrary::<u8>()?));
+    let query = Query::new(a, b, pose)
+        .mode(mode)
+        .order(*bytes.choose(&orders)?)
+        .queue_threshold(f32::from(bytes.arbitrary::<u8>()?));
     let work = u64::from(bytes.arbitrary::<u16>()?);
     let truth = reference::all_pairs(a.mesh(), b.mesh(), &pose);
     let mut workspace = Workspace::with_capacity(bytes.int_in_range(1..=64)?, bytes.int_in_range(1..=64)?);

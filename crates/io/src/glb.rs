@@ -25,7 +25,7 @@ pub(crate) fn parse(bytes: &[u8], limits: &Limits) -> Result<Surface, ReadError>
     let [vertices, triangles] = [limits.vertices, limits.triangles].map(|n| n.max(bytes.len()).min(u32::MAX as usize));
     let mut scene = Scene {
         blob: blob.unwrap_or_default(),
-        limits: Limits { vertices, triangles },
+        limits: Limits::new(vertices, triangles),
         primitives: 0,
         surface: Surface::default(),
     };

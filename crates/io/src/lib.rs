@@ -80,9 +80,16 @@ pub struct Limits {
     pub triangles: usize,
 }
 
+impl Limits {
+    /// At most so many vertices, and so many triangles.
+    pub const fn new(vertices: usize, triangles: usize) -> Self {
+        Self { vertices, triangles }
+    }
+}
+
 impl Default for Limits {
     fn default() -> Self {
-        Self { vertices: 1 << 24, triangles: 1 << 24 }
+        Self::new(1 << 24, 1 << 24)
     }
 }
 

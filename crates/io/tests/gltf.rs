@@ -108,25 +108,14 @@ fn meshes_used_again_and_again_have_a_limit() {
     };
     let plain = r#"{"attributes":{"POSITION":0}}"#;
     let file = scene(500, 2000, plain);
-    let within = |vertices: usize, triangles: usize| {
-        let mut limits = Limits::default();
-        (limits.vertices, limits.triangles) = (vertices, triangles);
-        read_within(&file, Format::Glb, &limits)
-    };
+    let within = |vertices, triangles| read_within(&file, Format::Glb, &Limits::new(vertices, triangles));
     assert_eq!(read(&file, Format::Glb).map(|mesh| mesh.len()), Ok(1_000_000));
     assert_eq!(within(3_000_000, 1_000_000).map(|mesh| mesh.len()), Ok(1_000_000));
     assert_refused(within(2_999_999, 1_000_000), "more than 2999999 vertices");
     assert_refused(within(3_000_000, 999_999), "node 2000: mesh 0, primitive 499: more than 999999 triangles");
     // What the file holds without repetition is within any limits.
-    assert_eq!(
-        read_within(&scene(1, 1, plain), Format::Glb, &{
-            let mut none = Limits::default();
-            (none.vertices, none.triangles) = (0, 0);
-            none
-        })
-        .map(|mesh| mesh.len()),
-        Ok(1)
-    );
+    let once = read_within(&scene(1, 1, plain), Format::Glb, &Limits::new(0, 0));
+    assert_eq!(once.map(|mesh| mesh.len()), Ok(1));
     assert_refused(read(&scene(5000, 2000, plain), Format::Glb), "more than 16777216 vertices");
     // Nor does it help that most of them are no triangles.
     assert_refused(read(&scene(20_000, 2000, r#"{"attributes":{"POSITION":0},"mode":1}"#), Format::Glb), "primitives");

@@ -263,7 +263,9 @@ fn start(
     let workspace = call.given(bytes, &mut *desk.workspace)?;
     let run = if resume { punctual_query_resume } else { punctual_query_run };
     // SAFETY: `context` outlives the call.
-    let Some(outcome) = call.make(bytes, |out| unsafe { run(query, workspace, memory, budget, clock.as_ref(), out) })? else {
+    let Some(outcome) =
+        call.make(bytes, |out| unsafe { run(query, workspace, memory, budget, clock.as_ref(), out) })?
+    else {
         // The workspace is as it was.
         return pairs(desk, bytes).map(drop);
     };
