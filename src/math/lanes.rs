@@ -5,7 +5,7 @@
 //! lane and nothing is ever fused, so both give the same bits. The token `L` proves that the machine has what the
 //! kernel was compiled for, which is why no `unsafe` is needed here.
 
-use core::ops::{Add, Mul, Neg, Sub};
+use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// An instruction set: the operations behind [`F8`] and [`D8`].
 pub(crate) trait Lanes: Copy {
@@ -23,12 +23,15 @@ pub(crate) trait Lanes: Copy {
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
+    fn div(self, a: Self::F, b: Self::F) -> Self::F;
+    fn sqrt(self, a: Self::F) -> Self::F;
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
     fn abs(self, a: Self::F) -> Self::F;
     fn less(self, a: Self::F, b: Self::F) -> Self::F;
     fn and(self, a: Self::F, b: Self::F) -> Self::F;
     fn or(self, a: Self::F, b: Self::F) -> Self::F;
+    fn select(self, mask: Self::F, a: Self::F, b: Self::F) -> Self::F;
     fn mask(self, a: Self::F) -> u32;
     /// Eight rows of four to four columns of eight.
     fn transpose(self, rows: [&[f32; 4]; 8]) -> [Self::F; 4];
@@ -83,6 +86,10 @@ impl<L: Lanes> F8<L> {
     pub fn abs(self) -> Self {
         Self(self.1.abs(self.0), self.1)
     }
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        Self(self.1.sqrt(self.0), self.1)
+    }
     /// All ones where `self < other`; never where one of them is no number.
     #[inline(always)]
     pub fn less(self, other: Self) -> Self {
@@ -95,6 +102,11 @@ impl<L: Lanes> F8<L> {
     #[inline(always)]
     pub fn or(self, other: Self) -> Self {
         Self(self.1.or(self.0, other.0), self.1)
+    }
+    /// `a` where this mask is all ones, `b` where it is all zeros.
+    #[inline(always)]
+    pub fn select(self, a: Self, b: Self) -> Self {
+        Self(self.1.select(self.0, a.0, b.0), self.1)
     }
     /// The sign of each lane, or whether it is all ones: one bit a lane, lane 0 lowest.
     #[inline(always)]
@@ -135,7 +147,7 @@ macro_rules! operators {
         }
     )* };
 }
-operators!(F8: Add add add, Sub sub sub, Mul mul mul);
+operators!(F8: Add add add, Sub sub sub, Mul mul mul, Div div div);
 operators!(D8: Add add add_d, Sub sub sub_d, Mul mul mul_d);
 
 impl<L: Lanes> Neg for F8<L> {
@@ -264,6 +276,14 @@ mod portable {
             zip(a, b, |a, b| a * b)
         }
         #[inline(always)]
+        fn div(self, a: F, b: F) -> F {
+            zip(a, b, |a, b| a / b)
+        }
+        #[inline(always)]
+        fn sqrt(self, a: F) -> F {
+            a.map(f32x4::sqrt)
+        }
+        #[inline(always)]
         fn max(self, a: F, b: F) -> F {
             zip(a, b, f32x4::fast_max)
         }
@@ -286,6 +306,10 @@ mod portable {
         #[inline(always)]
         fn or(self, a: F, b: F) -> F {
             zip(a, b, |a, b| a | b)
+        }
+        #[inline(always)]
+        fn select(self, mask: F, a: F, b: F) -> F {
+            [mask[0].select(a[0], b[0]), mask[1].select(a[1], b[1])]
         }
         #[inline(always)]
         fn mask(self, a: F) -> u32 {
@@ -385,6 +409,14 @@ mod avx2 {
             self.avx._mm256_mul_ps(a, b)
         }
         #[inline(always)]
+        fn div(self, a: __m256, b: __m256) -> __m256 {
+            self.avx._mm256_div_ps(a, b)
+        }
+        #[inline(always)]
+        fn sqrt(self, a: __m256) -> __m256 {
+            self.avx._mm256_sqrt_ps(a)
+        }
+        #[inline(always)]
         fn max(self, a: __m256, b: __m256) -> __m256 {
             self.avx._mm256_max_ps(a, b)
         }
@@ -408,6 +440,10 @@ mod avx2 {
         #[inline(always)]
         fn or(self, a: __m256, b: __m256) -> __m256 {
             self.avx._mm256_or_ps(a, b)
+        }
+        #[inline(always)]
+        fn select(self, mask: __m256, a: __m256, b: __m256) -> __m256 {
+            self.avx._mm256_blendv_ps(b, a, mask)
         }
         #[inline(always)]
         fn mask(self, a: __m256) -> u32 {
