@@ -36,7 +36,7 @@ fn seal(bytes: &mut [u8]) {
     }
 }
 
-/// A file made by hand: one byte a node, triangles in their order, no frames.
+/// A file made by hand: one byte a node, triangles in their order, no orientations.
 fn file(mesh: &Mesh, shapes: &[u8]) -> Vec<u8> {
     let built = Tree::new(mesh.clone()).to_bytes();
     let places = Places::of(&Tree::new(mesh.clone()));
@@ -52,7 +52,7 @@ fn file(mesh: &Mesh, shapes: &[u8]) -> Vec<u8> {
 
 fn all_options() -> [BuildOptions; 4] {
     let mut axes = BuildOptions::default();
-    axes.frames = false;
+    axes.orientations = false;
     [BuildOptions::fast_build(), BuildOptions::default(), BuildOptions::best(), axes]
 }
 
@@ -152,10 +152,10 @@ fn every_fault_is_named() {
         assert_eq!(changed(places.shapes, &[shape]), children(0), "{shape}");
     }
     let root = good[places.shapes];
-    assert!(matches!(changed(places.shapes, &[root ^ 32]), TreeFileError::Frames { .. }));
-    let frames = places.shapes + tree.stats().nodes;
-    let bent = f32::from_le_bytes(good[frames..][..4].try_into().unwrap()) + 1e-6;
-    assert!(matches!(changed(frames, &bent.to_le_bytes()), TreeFileError::Tree(TreeFault::Frame(_))));
+    assert!(matches!(changed(places.shapes, &[root ^ 32]), TreeFileError::Orientations { .. }));
+    let orientations = places.shapes + tree.stats().nodes;
+    let bent = f32::from_le_bytes(good[orientations..][..4].try_into().unwrap()) + 1e-6;
+    assert!(matches!(changed(orientations, &bent.to_le_bytes()), TreeFileError::Tree(TreeFault::Orientation(_))));
     let mut damaged = good.clone();
     damaged[places.vertices] ^= 1;
     assert!(matches!(Tree::from_bytes(&damaged), Err(TreeFileError::Checksum { .. })));

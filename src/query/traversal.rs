@@ -198,7 +198,7 @@ impl<'q, C: Clock> Traversal<'q, '_, C> {
     /// Queues a pair whose boxes overlap by `depth`, unless it is a grain.
     fn queue(&mut self, pair: Pair, depth: f32) {
         let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
-        if libm::sqrtf(a.visits * b.visits) >= self.options.grain() {
+        if libm::sqrtf(a.self_cost * b.self_cost) >= self.options.grain() {
             let boxes = || BoxPair::new(a, b, self.relation);
             let random = &mut self.workspace.run.random;
             let depth = depth / (a.size + b.size * self.relation.scale);

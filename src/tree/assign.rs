@@ -1,26 +1,32 @@
-//! A frame for each node: moments bottom-up, then the choice top-down. `O(n)`.
+//! An orientation for each node: moments bottom-up, then the choice top-down. `O(n)`.
 
 use super::Effort;
 use super::axes::Moments;
 use super::collapse::Plan;
 use super::columns::Columns;
 use super::fork::Pieces;
-use super::frame::{Frame, MESH_FRAME};
+use super::orientation::{MESH_ORIENTATION, Orientation};
 use super::unit::Triangle;
 use super::wide::Node;
 use alloc::vec::Vec;
 use core::ops::Range;
 use core::slice;
 
-/// Gives each node of `plan` the best frame for it, out of more candidates with more effort.
-pub(super) fn choose_frames(plan: &Plan, nodes: &mut [Node], triangles: &[Triangle], effort: Effort, pieces: Pieces) {
+/// Gives each node of `plan` the best orientation for it, out of more candidates with more effort.
+pub(super) fn choose_orientations(
+    plan: &Plan,
+    nodes: &mut [Node],
+    triangles: &[Triangle],
+    effort: Effort,
+    pieces: Pieces,
+) {
     let Some((root, below)) = nodes.split_first_mut() else { return };
     let mut families = Vec::new();
     families.resize(plan.0[0].families as usize, Moments::EMPTY);
     Gather { plan, triangles }.siblings(0..1, &mut families, pieces);
     let whole = families.first().copied().unwrap_or_else(|| Moments::of_triangles(triangles, 0));
     let choose = Choose { plan, families: &families, triangles, effort };
-    choose.set_frames(&Moments::of_all(&[whole]), Frame::IDENTITY, 0, slice::from_mut(root));
+    choose.set_orientations(&Moments::of_all(&[whole]), Orientation::IDENTITY, 0, slice::from_mut(root));
     choose.siblings(0..1, slice::from_mut(root), below, pieces);
 }
 
@@ -57,7 +63,7 @@ impl Gather<'_> {
     }
 }
 
-/// Top-down: the frame of each node.
+/// Top-down: the orientation of each node.
 struct Choose<'p> {
     plan: &'p Plan,
     families: &'p [Moments],
@@ -66,14 +72,14 @@ struct Choose<'p> {
 }
 
 impl Choose<'_> {
-    /// Chooses the frames of all nodes below some siblings, which have theirs.
+    /// Chooses the orientations of all nodes below some siblings, which have theirs.
     fn siblings(&self, numbers: Range<usize>, siblings: &[Node], below: &mut [Node], pieces: Pieces) {
         if let [node] = siblings {
             let stub = &self.plan.0[numbers.start];
             if !stub.is_cluster {
                 let (children, rest) = below.split_at_mut(stub.child_range().len());
                 let family = &self.families[stub.family as usize];
-                self.set_frames(family, node.frame(), stub.child_range().start, children);
+                self.set_orientations(family, node.orientation(), stub.child_range().start, children);
                 self.siblings(stub.child_range(), children, rest, pieces);
             }
             return;
@@ -89,20 +95,20 @@ impl Choose<'_> {
         );
     }
 
-    /// Chooses the frames of siblings with numbers from `first` on, whose moments are `family`.
-    fn set_frames(&self, family: &Moments, parent: Frame, first: usize, siblings: &mut [Node]) {
+    /// Chooses the orientations of siblings with numbers from `first` on, whose moments are `family`.
+    fn set_orientations(&self, family: &Moments, parent: Orientation, first: usize, siblings: &mut [Node]) {
         let candidates = family.candidates();
         for (lane, node) in siblings.iter_mut().enumerate() {
             let stub = &self.plan.0[first + lane];
             let candidates = candidates.of_lane(lane, self.triangles, self.effort);
-            let id = MESH_FRAME + 1 + (first + lane) as u32;
-            let frame = if stub.is_cluster {
+            let id = MESH_ORIENTATION + 1 + (first + lane) as u32;
+            let orientation = if stub.is_cluster {
                 let columns = Columns::of(&self.triangles[stub.child_range()]);
                 parent.or_better(&candidates, id, |axes| columns.cost(axes))
             } else {
                 parent.or_better(&candidates, id, |axes| self.families[stub.family as usize].cost(axes))
             };
-            node.set_frame(&frame);
+            node.set_orientation(&orientation);
         }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! The surface of a subtree is summed up by its [`Moments`]: area, mean, covariance, second moment of the normals, and the
 //! largest triangle. Those of a node follow from those of its children, so all nodes together cost `O(n)`. Everything here
-//! is plain `f32` arithmetic in a fixed order, the same bits on every machine; a frame only has to be good, and the one
-//! that is taken is made orthonormal in `f64` ([`super::frame`]).
+//! is plain `f32` arithmetic in a fixed order, the same bits on every machine; an orientation only has to be good, and the one
+//! that is taken is made orthonormal in `f64` ([`super::orientation`]).
 
 use super::Effort;
 use super::columns::{Columns, F, V, cross, dot, sums};
@@ -96,7 +96,7 @@ impl Moments {
         all
     }
 
-    /// Candidates for the frames of all lanes.
+    /// Candidates for the orientations of all lanes.
     pub fn candidates(&self) -> Candidates {
         let longest = dominant(self.covariance);
         let (facing, normal) = eigenvectors(self.normals);
@@ -138,7 +138,7 @@ impl Columns {
     }
 }
 
-/// Frames to choose from, for each lane; orthogonal up to some roundings.
+/// Orientations to choose from, for each lane; orthogonal up to some roundings.
 pub(super) struct Candidates {
     /// Principal axes of the normals.
     facing: [V; 3],
@@ -156,9 +156,9 @@ impl Candidates {
         candidates.push(Mat3A::from_cols(x, y, z));
         candidates.push(Mat3A::from_cols(normal, second, normal.cross(second)));
         let largest = Sides::of(&triangles[self.largest[lane] as usize]);
-        candidates.push(largest.frame(largest.middle));
+        candidates.push(largest.orientation(largest.middle));
         if effort == Effort::Best {
-            candidates.push(largest.frame(largest.longest));
+            candidates.push(largest.orientation(largest.longest));
             candidates.push(Mat3A::IDENTITY);
         }
         candidates
@@ -188,8 +188,8 @@ impl Sides {
         Self { normal: e.cross(f), middle: if pp >= qq { p } else { q }, longest }
     }
 
-    /// The frame of the normal and `side`.
-    fn frame(&self, side: Vec3A) -> Mat3A {
+    /// The orientation of the normal and `side`.
+    fn orientation(&self, side: Vec3A) -> Mat3A {
         match (self.normal.try_normalize(), side.try_normalize()) {
             (Some(x), Some(y)) => Mat3A::from_cols(x, y, x.cross(y)),
             _ => Mat3A::IDENTITY,
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn eigenvectors_of_nothing_are_a_frame() {
+    fn eigenvectors_of_nothing_are_a_orientation() {
         let (axes, _) = eigenvectors([F::ZERO; 6]);
         assert_eq!(axes[0].map(|x| x.to_array()[3]), [1.0, 0.0, 0.0]);
         assert_eq!(axes[2].map(|x| x.to_array()[7]), [0.0, 0.0, 1.0]);

@@ -1,12 +1,12 @@
-//! The binary tree of the paper: binned surface-area heuristic over the triangles' boxes, in one frame for the whole mesh
-//! ([`super::frame::align`]).
+//! The binary tree of the paper: binned surface-area heuristic over the triangles' boxes, whose axes are the same for the
+//! whole mesh ([`super::orientation::align`]).
 //!
 //! Its levels carry the paper's alphas; the wide tree is collapsed from it. Splitting goes down to clusters of at most
 //! [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory; the depth is bounded by `2 log2(n) + 8`, whatever the mesh.
 
 use super::Effort;
 use super::fork::Pieces;
-use super::frame::Frame;
+use super::orientation::Orientation;
 use super::unit::Unit;
 use super::wide::WIDTH;
 use crate::mesh::Mesh;
@@ -92,11 +92,11 @@ impl Bounds {
     }
 }
 
-/// Builds over the triangles' boxes in the given frame.
-pub(super) fn build(mesh: &Mesh, unit: &Unit, frame: &Frame, effort: Effort, pieces: Pieces) -> BinaryTree {
-    let to_frame = frame.rotation.transpose();
+/// Builds over the triangles' boxes along the axes of `orientation`.
+pub(super) fn build(mesh: &Mesh, unit: &Unit, orientation: &Orientation, effort: Effort, pieces: Pieces) -> BinaryTree {
+    let to_axes = orientation.rotation.transpose();
     let of_point = unit.of_points();
-    let corners = |id: usize| mesh.triangle(id).map(|x| to_frame * of_point(x).as_vec3a());
+    let corners = |id: usize| mesh.triangle(id).map(|x| to_axes * of_point(x).as_vec3a());
     let mut items: Vec<Item> = (0..mesh.len()).map(|id| Item::new(id, corners(id))).collect();
     let mut nodes = Vec::with_capacity(items.len() / 2 + 1);
     if !items.is_empty() {

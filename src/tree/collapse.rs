@@ -2,7 +2,7 @@
 
 use super::binary::BinaryTree;
 use super::fork::Pieces;
-use super::frame::Frame;
+use super::orientation::Orientation;
 use super::unit::Triangle;
 use super::wide::{Node, WIDTH};
 use super::{BuildOptions, Effort, assign};
@@ -13,20 +13,20 @@ use core::ops::Range;
 
 /// Collapses `binary` over `triangles` (tree order). The root is node 0; there is none for an empty mesh.
 ///
-/// Each node gets the frame of the mesh, or if the options say so the best for it; boxes are still to come. `O(n)`.
+/// Each node gets the orientation of the mesh, or if the options say so the best for it; boxes are still to come. `O(n)`.
 pub(super) fn collapse(
     binary: &BinaryTree,
     triangles: &[Triangle],
-    whole: Frame,
+    whole: Orientation,
     options: &BuildOptions,
     pieces: Pieces,
 ) -> Box<[Node]> {
-    let choose = options.frames && options.effort != Effort::Fast;
-    let frame = if choose { Frame::IDENTITY } else { whole };
+    let choose = options.orientations && options.effort != Effort::Fast;
+    let orientation = if choose { Orientation::IDENTITY } else { whole };
     let plan = Plan::of(binary);
-    let mut nodes: Box<[Node]> = plan.0.iter().map(|stub| stub.node(binary, &frame)).collect();
+    let mut nodes: Box<[Node]> = plan.0.iter().map(|stub| stub.node(binary, &orientation)).collect();
     if choose {
-        assign::choose_frames(&plan, &mut nodes, triangles, options.effort, pieces);
+        assign::choose_orientations(&plan, &mut nodes, triangles, options.effort, pieces);
     }
     nodes
 }
@@ -68,7 +68,7 @@ impl Stub {
         self.first_child as usize..self.first_child as usize + usize::from(self.children)
     }
 
-    fn node(&self, binary: &BinaryTree, frame: &Frame) -> Node {
+    fn node(&self, binary: &BinaryTree, orientation: &Orientation) -> Node {
         let subtree = &binary.nodes[self.root as usize];
         let mut node = Node {
             first_child: self.first_child,
@@ -79,7 +79,7 @@ impl Stub {
             depth: self.depth,
             ..Node::EMPTY
         };
-        node.set_frame(frame);
+        node.set_orientation(orientation);
         node
     }
 }

@@ -1,10 +1,10 @@
 //! A tree as bytes, to be shipped beside the program instead of being built.
 //!
-//! The bytes hold what was decided in the build: the mesh, the order of the triangles, the nodes' places and the frames of
-//! those that have one of their own. All else, boxes, profiles and alphas, follows from it and is computed anew by the very
-//! pass that ends a build ([`super::update`]): the loaded tree is the saved one to the bit, and a file cannot state a
-//! box that is too small. What it does state is checked, so that bytes with a checksum that is right and a content
-//! that is not are refused, or are another tree of the mesh that they hold, with true answers.
+//! The bytes hold what the build decided: the mesh, the order of the triangles, the places of the nodes, and the
+//! orientations of those that do not share their parent's. Boxes, profiles and alphas follow from these. Loading computes
+//! them by the pass that also ends a build ([`super::update`]), so the loaded tree equals the saved one to the bit, and a
+//! file cannot state a box that is too small. Everything the file states is checked. Bytes with wrong content under a right
+//! checksum are either refused, or they are another valid tree of the mesh that they hold, with true answers.
 //!
 //! Version 1, all numbers little-endian:
 //!
@@ -13,19 +13,19 @@
 //! | 8 | `PUNCTREE` |
 //! | 4 | version, 1 |
 //! | 4 | bytes of a coordinate, 4 or 8 |
-//! | 4 x 8 | numbers of vertices, triangles, nodes, and frames |
+//! | 4 x 8 | numbers of vertices, triangles, nodes, and orientations |
 //! | 4 | SAH cost after the build, `f32` |
 //! | 12 or 24 a vertex | coordinates |
 //! | 12 a triangle | vertex indices |
 //! | 4 a triangle | its number in the mesh, in tree order |
-//! | 1 a node | number of children; + 16 if they are triangles; + 32 if it has a frame of its own, not its parent's |
-//! | 36 a frame | columns of the rotation, `f32`, in the order of the nodes |
+//! | 1 a node | number of children; + 16 if they are triangles; + 32 if its orientation differs from its parent's |
+//! | 36 an orientation | columns of the rotation, `f32`, in the order of the nodes |
 //! | 4 | CRC-32 (ISO-HDLC, as in zip and png) of all before |
 //!
 //! Nodes are in the order of the tree: the root, its children, then what is below each child in turn. So their numbers
 //! follow from how many children each has, and no number can lead in a circle.
 
-use super::frame::{Frame, MESH_FRAME};
+use super::orientation::{MESH_ORIENTATION, Orientation};
 use super::profile::Profiles;
 use super::validate::{TreeFault, each_once};
 use super::wide::{MAX_HEIGHT, Node, WIDTH};
@@ -40,11 +40,11 @@ const MAGIC: [u8; 8] = *b"PUNCTREE";
 const VERSION: u32 = 1;
 const HEADER: usize = 52;
 const CHECKSUM: usize = 4;
-const FRAME: usize = 36;
+const ORIENTATION: usize = 36;
 
 /// What is added to the number of children.
 const IS_CLUSTER: u8 = 16;
-const OWN_FRAME: u8 = 32;
+const OWN_ORIENTATION: u8 = 32;
 
 /// Why bytes are no tree.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,9 +77,9 @@ pub enum TreeFileError {
     CoordinateSize(u32),
     /// The SAH cost is no finite number from 0.
     Cost(f32),
-    /// The number of frames is not that of the nodes that have one of their own.
-    Frames {
-        /// Frames by the header.
+    /// The number of orientations differs from the number of nodes that need one.
+    Orientations {
+        /// Orientations by the header.
         stored: usize,
         /// Nodes that have one.
         needed: usize,
@@ -103,7 +103,9 @@ impl fmt::Display for TreeFileError {
             }
             Self::CoordinateSize(bytes) => write!(f, "header: a coordinate of {bytes} bytes, not 4 or 8"),
             Self::Cost(cost) => write!(f, "header: the SAH cost {cost} is no finite number from 0"),
-            Self::Frames { stored, needed } => write!(f, "{stored} frames for {needed} nodes"),
+            Self::Orientations { stored, needed } => {
+                write!(f, "{stored} orientations for {needed} nodes that need one")
+            }
             Self::Mesh(error) => write!(f, "the mesh of the tree: {error}"),
             Self::Tree(fault) => write!(f, "the tree: {fault}"),
         }
@@ -138,7 +140,7 @@ struct Header {
     vertices: u64,
     triangles: u64,
     nodes: u64,
-    frames: u64,
+    orientations: u64,
     cost: f32,
 }
 
@@ -147,7 +149,7 @@ impl Header {
         bytes.extend_from_slice(&MAGIC);
         bytes.extend_from_slice(&VERSION.to_le_bytes());
         bytes.extend_from_slice(&(if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());
-        for count in [self.vertices, self.triangles, self.nodes, self.frames] {
+        for count in [self.vertices, self.triangles, self.nodes, self.orientations] {
             bytes.extend_from_slice(&count.to_le_bytes());
         }
         bytes.extend_from_slice(&self.cost.to_le_bytes());
@@ -168,10 +170,10 @@ impl Header {
         }
         let size = word();
         let mut count = || u64::from(word()) | u64::from(word()) << 32;
-        let [vertices, triangles, nodes, frames] = [count(), count(), count(), count()];
+        let [vertices, triangles, nodes, orientations] = [count(), count(), count(), count()];
         let cost = f32::from_bits(word());
         match size {
-            4 | 8 => Ok(Self { is_f64: size == 8, vertices, triangles, nodes, frames, cost }),
+            4 | 8 => Ok(Self { is_f64: size == 8, vertices, triangles, nodes, orientations, cost }),
             _ => Err(TreeFileError::CoordinateSize(size)),
         }
     }
@@ -179,9 +181,15 @@ impl Header {
     /// Bytes of each part after the header.
     fn parts(&self) -> [u128; 5] {
         let vertex = if self.is_f64 { 24 } else { 12 };
-        let [vertices, triangles, nodes, frames] =
-            [self.vertices, self.triangles, self.nodes, self.frames].map(u128::from);
-        [vertex * vertices, TRIANGLE_BYTES as u128 * triangles, 4 * triangles, nodes, FRAME as u128 * frames]
+        let [vertices, triangles, nodes, orientations] =
+            [self.vertices, self.triangles, self.nodes, self.orientations].map(u128::from);
+        [
+            vertex * vertices,
+            TRIANGLE_BYTES as u128 * triangles,
+            4 * triangles,
+            nodes,
+            ORIENTATION as u128 * orientations,
+        ]
     }
 }
 
@@ -199,13 +207,13 @@ impl Tree {
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let shapes = shapes(&self.nodes);
-        let own: Vec<&Node> = with_own_frame(&self.nodes, &shapes).collect();
+        let own: Vec<&Node> = with_own_orientation(&self.nodes, &shapes).collect();
         let header = Header {
             is_f64: !self.mesh.is_f32(),
             vertices: self.mesh.vertex_count() as u64,
             triangles: self.mesh.len() as u64,
             nodes: self.nodes.len() as u64,
-            frames: own.len() as u64,
+            orientations: own.len() as u64,
             cost: self.built_cost,
         };
         let length = header.parts().iter().sum::<u128>() as usize;
@@ -243,7 +251,7 @@ impl Tree {
             return Err(TreeFileError::Checksum { stored, computed });
         }
         let mut rest = &content[HEADER..];
-        let [vertices, triangles, order, shapes, frames] = parts.map(|length| {
+        let [vertices, triangles, order, shapes, orientations] = parts.map(|length| {
             let (part, after) = rest.split_at(length as usize);
             rest = after;
             part
@@ -251,7 +259,7 @@ impl Tree {
         let mesh = Mesh::read(vertices, header.is_f64, triangles)?;
         let ids: Box<[u32]> = order.as_chunks().0.iter().map(|&id| u32::from_le_bytes(id)).collect();
         each_once(&ids, mesh.len())?;
-        let mut nodes = nodes(shapes, mesh.len(), frames)?;
+        let mut nodes = nodes(shapes, mesh.len(), orientations)?;
         if !(header.cost >= 0.0 && header.cost.is_finite()) {
             return Err(TreeFileError::Cost(header.cost));
         }
@@ -266,44 +274,44 @@ impl Tree {
     }
 }
 
-/// One byte for each node: its children, of what kind they are, and whether it has a frame of its own.
+/// One byte a node: the number of its children, their kind, and whether its orientation differs from its parent's.
 fn shapes(nodes: &[Node]) -> Vec<u8> {
     let shape = |node: &Node| node.children | if node.is_cluster { IS_CLUSTER } else { 0 };
     let mut shapes: Vec<u8> = nodes.iter().map(shape).collect();
-    if nodes.first().is_some_and(|root| root.frame != Frame::IDENTITY.id) {
-        shapes[0] |= OWN_FRAME;
+    if nodes.first().is_some_and(|root| root.orientation != Orientation::IDENTITY.id) {
+        shapes[0] |= OWN_ORIENTATION;
     }
     for parent in nodes.iter().filter(|node| !node.is_cluster) {
         for child in parent.child_range() {
-            if nodes[child].frame != parent.frame {
-                shapes[child] |= OWN_FRAME;
+            if nodes[child].orientation != parent.orientation {
+                shapes[child] |= OWN_ORIENTATION;
             }
         }
     }
     shapes
 }
 
-fn with_own_frame<'n>(nodes: &'n [Node], shapes: &'n [u8]) -> impl Iterator<Item = &'n Node> {
-    nodes.iter().zip(shapes).filter(|(_, shape)| *shape & OWN_FRAME != 0).map(|(node, _)| node)
+fn with_own_orientation<'n>(nodes: &'n [Node], shapes: &'n [u8]) -> impl Iterator<Item = &'n Node> {
+    nodes.iter().zip(shapes).filter(|(_, shape)| *shape & OWN_ORIENTATION != 0).map(|(node, _)| node)
 }
 
 /// The nodes of a tree of so many triangles, boxes and profiles still to come.
-fn nodes(shapes: &[u8], triangles: usize, frames: &[u8]) -> Result<Box<[Node]>, TreeFileError> {
+fn nodes(shapes: &[u8], triangles: usize, orientations: &[u8]) -> Result<Box<[Node]>, TreeFileError> {
     check_counts(shapes, triangles)?;
-    let needed = shapes.iter().filter(|&shape| shape & OWN_FRAME != 0).count();
-    let frames = frames.as_chunks::<FRAME>().0;
-    if frames.len() != needed {
-        return Err(TreeFileError::Frames { stored: frames.len(), needed });
+    let needed = shapes.iter().filter(|&shape| shape & OWN_ORIENTATION != 0).count();
+    let orientations = orientations.as_chunks::<ORIENTATION>().0;
+    if orientations.len() != needed {
+        return Err(TreeFileError::Orientations { stored: orientations.len(), needed });
     }
     let mut nodes: Box<[Node]> = shapes.iter().map(|&shape| node(shape)).collect();
-    let mut frames = frames.iter();
-    let mut frame = |index: usize, parent: Frame| {
-        if shapes[index] & OWN_FRAME == 0 { Ok(parent) } else { own_frame(index, frames.next()) }
+    let mut orientations = orientations.iter();
+    let mut orientation = |index: usize, parent: Orientation| {
+        if shapes[index] & OWN_ORIENTATION == 0 { Ok(parent) } else { own_orientation(index, orientations.next()) }
     };
     // Nodes to be opened, the next on top.
     let mut waiting = Vec::new();
     if let Some(root) = nodes.first_mut() {
-        root.set_frame(&frame(0, Frame::IDENTITY)?);
+        root.set_orientation(&orientation(0, Orientation::IDENTITY)?);
         waiting.push(0);
     }
     let (mut next_node, mut next_triangle) = (nodes.len().min(1), 0);
@@ -316,13 +324,13 @@ fn nodes(shapes: &[u8], triangles: usize, frames: &[u8]) -> Result<Box<[Node]>, 
             continue;
         }
         node.first_child = next_node as u32;
-        let (parent, depth, children) = (node.frame(), node.depth + 1, node.child_range());
+        let (parent, depth, children) = (node.orientation(), node.depth + 1, node.child_range());
         if usize::from(depth) >= MAX_HEIGHT {
             return Err(TreeFault::Depth(children.start).into());
         }
         for child in children.clone() {
             nodes[child].depth = depth;
-            nodes[child].set_frame(&frame(child, parent)?);
+            nodes[child].set_orientation(&orientation(child, parent)?);
         }
         next_node = children.end;
         waiting.extend(children.rev());
@@ -344,7 +352,7 @@ fn nodes(shapes: &[u8], triangles: usize, frames: &[u8]) -> Result<Box<[Node]>, 
 fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
     let (mut nodes_below, mut triangles_below) = (0, 0);
     for (index, shape) in shapes.iter().enumerate() {
-        let children = usize::from(shape & !(IS_CLUSTER | OWN_FRAME));
+        let children = usize::from(shape & !(IS_CLUSTER | OWN_ORIENTATION));
         let is_cluster = shape & IS_CLUSTER != 0;
         if children > WIDTH || children < if is_cluster { 1 } else { 2 } {
             return Err(TreeFault::Children(index));
@@ -358,15 +366,15 @@ fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
 }
 
 fn node(shape: u8) -> Node {
-    Node { children: shape & !(IS_CLUSTER | OWN_FRAME), is_cluster: shape & IS_CLUSTER != 0, ..Node::EMPTY }
+    Node { children: shape & !(IS_CLUSTER | OWN_ORIENTATION), is_cluster: shape & IS_CLUSTER != 0, ..Node::EMPTY }
 }
 
-fn own_frame(index: usize, bytes: Option<&[u8; FRAME]>) -> Result<Frame, TreeFault> {
+fn own_orientation(index: usize, bytes: Option<&[u8; ORIENTATION]>) -> Result<Orientation, TreeFault> {
     let mut columns = [0.0; 9];
     for (entry, bytes) in columns.iter_mut().zip(bytes.map_or(&[][..], |bytes| bytes.as_chunks().0)) {
         *entry = f32::from_le_bytes(*bytes);
     }
     let rotation = Mat3A::from(Mat3::from_cols_array(&columns));
-    let frame = Frame { rotation, id: MESH_FRAME + 1 + index as u32 };
-    if frame.is_orthonormal() { Ok(frame) } else { Err(TreeFault::Frame(index)) }
+    let orientation = Orientation { rotation, id: MESH_ORIENTATION + 1 + index as u32 };
+    if orientation.is_orthonormal() { Ok(orientation) } else { Err(TreeFault::Orientation(index)) }
 }

@@ -1,4 +1,4 @@
-//! Boxes, computed exactly in the frames of their nodes from the corners of the triangles, eight triangles at a time.
+//! Boxes along the axes of their nodes, computed exactly from the corners of the triangles, eight triangles at a time.
 //!
 //! An inner node need not look at every triangle of a large child: what lies in the box of a subtree cannot extend a box that
 //! holds it already, so whole subtrees are passed over, and the result is to the bit what all corners would give.
@@ -12,14 +12,14 @@ use core::ops::Range;
 use glam::Vec3A;
 use wide::f32x4;
 
-/// A box in some frame.
+/// A box along the axes of some node.
 #[derive(Clone, Copy)]
 pub(super) struct Extent {
     min: Vec3A,
     max: Vec3A,
 }
 
-/// More than rounding may move a corner, seen from the frame of a node above or in its own box, unit coordinates.
+/// More than rounding may move a corner along the axes of a node above or in its own box, unit coordinates.
 const MARGIN: f32 = 1e-5;
 
 /// Subtrees of no more triangles are not worth passing over.
@@ -43,7 +43,7 @@ impl Extent {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// The box of all triangles below `subtree` in the frame of `node`; `later` are the nodes from number `first` on.
+    /// The box of all triangles below `subtree` along the axes of `node`; `later` are the nodes from number `first` on.
     #[inline(always)]
     pub fn of_subtree<L: Lanes>(
         lanes: L,
@@ -84,7 +84,7 @@ impl Extent {
         extent
     }
 
-    /// Whether the box of `inner` lies inside, a box in the frame of `node`.
+    /// Whether the box of `inner` lies inside this one, which has the axes of `node`.
     #[inline(always)]
     fn holds(&self, inner: &Node, node: &Node) -> bool {
         let turn = node.axes().transpose() * inner.axes();
@@ -129,7 +129,7 @@ impl<L: Lanes> Eight<L> {
         Self::of(lanes, [a, b, c, d, e, f, g, h])
     }
 
-    /// Their boxes in the frame of `node`.
+    /// Their boxes along the axes of `node`.
     #[inline(always)]
     pub fn span(&self, lanes: L, node: &Node) -> Span<L> {
         let ends = per_axis!(k => {
@@ -149,7 +149,7 @@ pub(super) struct Span<L: Lanes> {
 }
 
 impl<L: Lanes> Span<L> {
-    /// Boxes that together hold all of at least one triangle, in the frame of `node`.
+    /// Boxes along the axes of `node` that together hold all of at least one triangle.
     #[inline(always)]
     fn of_all(lanes: L, triangles: &[Triangle], node: &Node) -> Self {
         let (Some(mut next), Some(last)) = (triangles.first_chunk(), triangles.last_chunk()) else {

@@ -8,8 +8,8 @@
 pub struct BuildOptions {
     /// What the build may cost.
     pub effort: Effort,
-    /// Whether boxes may be turned to where they are smallest; else all are parallel to the mesh's axes.
-    pub frames: bool,
+    /// Whether nodes choose the orientation in which their boxes are smallest; if not, all boxes have the mesh's axes.
+    pub orientations: bool,
     /// Most threads to build in, 1 by default. More than one only with the feature `parallel`, and only large meshes; the
     /// tree is the same, to the bit.
     pub threads: usize,
@@ -19,17 +19,17 @@ pub struct BuildOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Effort {
-    /// One frame for the whole mesh, 8 bins an axis.
+    /// One orientation for the whole mesh, 8 bins an axis.
     Fast,
-    /// A frame for each node, 16 bins an axis, 8 for few triangles.
+    /// An orientation for each node, 16 bins an axis, 8 for few triangles.
     Normal,
-    /// A frame for each node out of more candidates, 64 bins an axis, 16 for few triangles.
+    /// An orientation for each node, chosen from more candidates; 64 bins an axis, 16 for few triangles.
     Best,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { effort: Effort::Normal, frames: true, threads: 1 }
+        Self { effort: Effort::Normal, orientations: true, threads: 1 }
     }
 }
 

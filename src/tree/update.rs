@@ -8,8 +8,8 @@ use super::wide::Node;
 use crate::math::lanes::{F8, Instructions, Kernel, Lanes};
 use wide::f32x4;
 
-/// Computes everything of `nodes` and `profiles` that depends on where the triangles are; frames and the tree stay. `O(n)`
-/// in the mean, and allocates nothing.
+/// Computes everything in `nodes` and `profiles` that depends on where the triangles are; places and orientations stay.
+/// `O(n)` in the mean, and allocates nothing.
 pub(super) fn update(nodes: &mut [Node], triangles: &[Triangle], profiles: &mut Profiles) {
     Instructions::detect().run(Update { nodes, triangles, profiles });
 }
@@ -45,7 +45,7 @@ impl Kernel for Update<'_> {
                     let eight = Eight::of_few(lanes, &triangles[child.triangle_range()]);
                     let extent = fit_cluster(lanes, child, &eight);
                     area += profiles.measure(lanes, number, child, &[]);
-                    if child.frame == node.frame { extent } else { eight.span(lanes, node).extent() }
+                    if child.orientation == node.orientation { extent } else { eight.span(lanes, node).extent() }
                 } else {
                     Extent::of_subtree(lanes, &later[number - first], node, later, first, triangles)
                 };

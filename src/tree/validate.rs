@@ -16,8 +16,8 @@ pub enum TreeFault {
     Children(usize),
     /// A triangle leaves the box of this node, or of one of its children.
     Outside(usize),
-    /// The frame of this node is no rotation.
-    Frame(usize),
+    /// The orientation of this node is not a rotation.
+    Orientation(usize),
     /// This node lies deeper than a query can follow.
     Depth(usize),
     /// The profile or an alpha of this node is out of its range.
@@ -30,7 +30,7 @@ impl fmt::Display for TreeFault {
             Self::Triangle(id) => write!(f, "triangle {id} is not in exactly one cluster"),
             Self::Children(node) => write!(f, "the children of node {node} do not make up its triangles"),
             Self::Outside(node) => write!(f, "a triangle leaves a box of node {node}"),
-            Self::Frame(node) => write!(f, "the frame of node {node} is no rotation"),
+            Self::Orientation(node) => write!(f, "the orientation of node {node} is not a rotation"),
             Self::Depth(node) => write!(f, "node {node} lies too deep"),
             Self::Profile(node) => write!(f, "the profile of node {node} is out of range"),
         }
@@ -82,18 +82,18 @@ fn children(tree: &Tree, index: usize) -> Result<(), TreeFault> {
 
 fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
     let node = &tree.nodes[index];
-    if !node.frame().is_orthonormal() {
-        return Err(TreeFault::Frame(index));
+    if !node.orientation().is_orthonormal() {
+        return Err(TreeFault::Orientation(index));
     }
     if usize::from(node.depth) >= MAX_HEIGHT {
         return Err(TreeFault::Depth(index));
     }
-    let to_frame = node.rotation().transpose().as_dmat3();
+    let to_axes = node.rotation().transpose().as_dmat3();
     for i in 0..usize::from(node.children) {
         let lane = |boxes: &[[f32; 8]; 3]| Vec3::from_array([0, 1, 2].map(|k| boxes[k][i])).as_dvec3();
         for triangle in child_range(tree, node, i) {
             for x in tree.mesh.triangle(tree.ids[triangle] as usize) {
-                let x = to_frame * ((x - tree.unit.origin) / tree.unit.length());
+                let x = to_axes * ((x - tree.unit.origin) / tree.unit.length());
                 let inside = |center: DVec3, half: DVec3| {
                     (x - center).abs().cmple(half + DVec3::splat(f64::from(BOX_ROUNDING))).all()
                 };
