@@ -5,6 +5,10 @@
 //! lane and nothing is ever fused, so both give the same bits. The token `L` proves that the machine has what the
 //! kernel was compiled for, which is why no `unsafe` is needed here.
 
+mod across;
+
+pub(crate) use across::{greatest, least, sums};
+
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// An instruction set: the operations behind [`F8`] and [`D8`].

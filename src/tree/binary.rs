@@ -4,8 +4,8 @@
 //! Its levels carry the paper's alphas; the wide tree is collapsed from it. Splitting goes down to clusters of at most
 //! [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory; the depth is bounded by `2 log2(n) + 8`, whatever the mesh.
 
-use super::Effort;
 use super::fork::Pieces;
+use super::options::Effort;
 use super::orientation::Orientation;
 use super::unit::Unit;
 use super::wide::WIDTH;
@@ -132,7 +132,7 @@ impl Splitter {
         let middle = middle.unwrap_or_else(|| halve(items, centers));
         let (left, right) = items.split_at_mut(middle);
         let (depth_left, second) = (depth_left - 1, first + middle as u32);
-        if pieces.is_one() {
+        if pieces.count() < 2 {
             self.split(left, first, depth_left, nodes, pieces);
             nodes[index].right = (nodes.len() - index) as u32;
             self.split(right, second, depth_left, nodes, pieces);

@@ -2,19 +2,21 @@
 //!
 //! Built once, immutable while queries run, shared freely between threads. A binned-SAH binary tree over the triangles
 //! ([`binary`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with an orientation of
-//! its own ([`assign`], [`orientation`], [`axes`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes
+//! its own ([`assign`], [`axes`], [`moments`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes
 //! ([`fit`]), its alpha per axis and its profile level by level ([`profile`]). When vertices move, that pass is repeated
 //! ([`refit`]). The file of a tree ([`file`]) holds what cannot be computed again: the mesh, the order of the triangles and
 //! the orientations.
 
+mod align;
 mod assign;
 mod axes;
 mod binary;
 mod collapse;
-mod columns;
+mod eight;
 mod file;
 mod fit;
 mod fork;
+mod moments;
 mod options;
 mod orientation;
 mod profile;
@@ -106,10 +108,14 @@ impl Tree {
     pub fn with_options(mesh: Mesh, options: &BuildOptions) -> Self {
         let pieces = Pieces::new(options.threads, mesh.len());
         let unit = Unit::of(&mesh);
-        let whole = if options.orientations { align(&unit, &mesh) } else { Orientation::IDENTITY };
+        let whole = if options.orientations { align::align(&unit, &mesh) } else { Orientation::IDENTITY };
         let binary = binary::build(&mesh, &unit, &whole, options.effort, pieces);
         let triangles = unit.triangles(&mesh, &binary.order).collect::<Box<[Triangle]>>();
-        let mut nodes = collapse::collapse(&binary, &triangles, whole, options, pieces);
+        let mut plan = collapse::Plan::of(&binary, &whole);
+        if options.orientations && options.effort != Effort::Fast {
+            assign::choose_orientations(&mut plan, &triangles, options.effort, pieces);
+        }
+        let mut nodes = plan.nodes.into_boxed_slice();
         let mut profiles = Profiles::room(&mut nodes);
         update::update(&mut nodes, &triangles, &mut profiles);
         let built_cost = profiles.cost;
@@ -207,14 +213,6 @@ impl Tree {
     pub(crate) fn lineage(&self) -> usize {
         self.lineage
     }
-}
-
-/// The axes along which the binary tree is split, from a sample of the triangles.
-fn align(unit: &Unit, mesh: &Mesh) -> Orientation {
-    const SAMPLES: usize = 512;
-    let step = mesh.len().div_ceil(SAMPLES).max(1);
-    let ids: Vec<u32> = (0..mesh.len() as u32).step_by(step).collect();
-    orientation::align(&unit.triangles(mesh, &ids).collect::<Vec<_>>())
 }
 
 /// A number that no tree of this process has had.

@@ -1,18 +1,8 @@
-//! The orientation of a node: the rotation in which its children's boxes are smallest.
-//!
-//! Axis-aligned boxes are loose where a part lies slanted in its file or is a slanted thin sheet. So each wide node takes,
-//! top-down, the candidate whose children promise the smallest boxes: the orientation of its parent, the principal axes of its
-//! triangles' normals, the dominant normal with the longest principal axis of the surface, and the axes of the largest
-//! triangle ([`super::axes`]). The box of a child is guessed from its covariance, that of a triangle is computed.
+//! The orientation of a node's boxes.
 
-use super::Effort;
-use super::axes::Moments;
-use super::columns::Columns;
-use super::unit::Triangle;
-use super::wide::WIDTH;
 use crate::math::tolerance::ROUNDING;
-use alloc::vec::Vec;
-use glam::{DMat3, Mat3, Mat3A};
+use glam::{DMat3, DVec3, Mat3, Mat3A};
+use wide::f64x2;
 
 /// The id of an orientation chosen for the whole mesh; those of nodes follow.
 pub(super) const MESH_ORIENTATION: u32 = 1;
@@ -27,6 +17,12 @@ pub(super) struct Orientation {
 impl Orientation {
     pub const IDENTITY: Self = Self { rotation: Mat3A::IDENTITY, id: 0 };
 
+    /// Of axes that are orthogonal up to some roundings.
+    #[inline(always)]
+    pub fn of(axes: &Mat3A, id: u32) -> Self {
+        Self { rotation: orthonormal(axes), id }
+    }
+
     /// Whether it is a rotation as nearly as the margins of a query need it: `|Q Q^T - I|` and `|Q^T Q - I|` at most 4
     /// roundings an entry (`docs/numerics.md`).
     pub fn is_orthonormal(&self) -> bool {
@@ -35,45 +31,21 @@ impl Orientation {
         let is_identity = |m: DMat3| (m - DMat3::IDENTITY).to_cols_array().into_iter().all(small);
         is_identity(q * q.transpose()) && is_identity(q.transpose() * q) && q.determinant() > 0.0
     }
-
-    /// Whichever has the least cost: this one, or a new one with the given id.
-    pub fn or_better(self, candidates: &[Mat3A], id: u32, cost: impl Fn(&Mat3A) -> f32) -> Self {
-        let mut best = (None, cost(&self.rotation));
-        for candidate in candidates {
-            let cost = cost(candidate);
-            if cost < best.1 {
-                best = (Some(candidate), cost);
-            }
-        }
-        let new = |candidate: &Mat3A| Self { rotation: orthonormal(candidate), id };
-        best.0.map_or(self, new)
-    }
-}
-
-/// The orientation in which single triangles have the smallest boxes, so that the binary tree, which splits along its axes,
-/// does not depend on how a part lies in its file. `O(samples)`.
-pub(super) fn align(samples: &[Triangle]) -> Orientation {
-    // An orientation that is hardly better than the mesh's own is chance.
-    const MARGIN: f32 = 0.95;
-    let chunks = || samples.chunks(WIDTH).enumerate();
-    let mut merged: Vec<Moments> = chunks().map(|(i, chunk)| Moments::of_triangles(chunk, i * WIDTH)).collect();
-    while merged.len() > 1 {
-        merged = merged.chunks(WIDTH).map(Moments::of_all).collect();
-    }
-    let [whole] = merged[..] else { return Orientation::IDENTITY };
-    let candidates = Moments::of_all(&[whole]).candidates().of_lane(0, samples, Effort::Normal);
-    let cost = |axes: &Mat3A| {
-        let boxes: f32 = chunks().map(|(_, chunk)| Columns::of(chunk).cost(axes)).sum();
-        if *axes == Mat3A::IDENTITY { boxes * MARGIN } else { boxes }
-    };
-    Orientation::IDENTITY.or_better(&candidates, MESH_ORIENTATION, cost)
 }
 
 /// The right-handed rotation, orthonormal up to one rounding of each entry, that agrees best with the first column of `m`,
 /// then with its second.
+#[inline(always)]
 fn orthonormal(m: &Mat3A) -> Mat3A {
-    let x = m.x_axis.as_dvec3().normalize();
+    let x = normalized(m.x_axis.as_dvec3());
     let y = m.y_axis.as_dvec3();
-    let y = (y - x * x.dot(y)).normalize();
+    let y = normalized(y - x * x.dot(y));
     Mat3A::from_cols(x.as_vec3a(), y.as_vec3a(), x.cross(y).as_vec3a())
+}
+
+#[inline(always)]
+fn normalized(v: DVec3) -> DVec3 {
+    // The square root of `libm` is an instruction for which AVX code waits a hundred cycles.
+    let [length, _] = f64x2::splat(v.length_squared()).sqrt().to_array();
+    v * (1.0 / length)
 }

@@ -3,10 +3,9 @@
 //! All are measured along the axes of the subtree's root: a box with half extents `e` and axes `Q` counts as `|Q| e`.
 //! Levels are merged bottom-up from those of the children, `O(nodes * height)`.
 
-use super::columns::PRESENT;
-use super::fit::halves;
+use super::eight::present;
 use super::wide::{Node, xyz};
-use crate::math::lanes::{F8, Lanes, per_axis};
+use crate::math::lanes::{F8, Lanes, per_axis, sums};
 use alloc::boxed::Box;
 use core::f32::consts::LN_2;
 use glam::{Mat3A, Vec3, Vec3A};
@@ -37,11 +36,11 @@ impl LevelProfile {
         let own = xyz(node.own_center);
         // Boxes that are not there have no extent.
         let [x, y, z] = per_axis!(k => F8::load(lanes, &node.half[k]));
-        let present = F8::load(lanes, &PRESENT[usize::from(node.children)]);
+        let present = present(lanes, node.children.into());
         let [u, v, w] = per_axis!(k => (F8::load(lanes, &node.center[k]) - F8::splat(lanes, own[k])) * present);
-        let [hx, hy, hz, area] = sums(x, y, z, x * y + y * z + z * x);
-        let [cx, cy, cz, uu] = sums(u, v, w, u * u);
-        let [vv, ww, ..] = sums(v * v, w * w, u, u);
+        let [hx, hy, hz, area] = sums([x, y, z, x * y + y * z + z * x]);
+        let [cx, cy, cz, uu] = sums([u, v, w, u * u]);
+        let [vv, ww, ..] = sums([v * v, w * w, u, u]);
         let mean = Vec3A::new(cx, cy, cz) * scale;
         let level = Self {
             nodes: f32::from(node.children),
@@ -136,14 +135,6 @@ impl Profiles {
         self.shapes[index] = Shape { leaf, alpha };
         f64::from(area)
     }
-}
-
-/// The sum over the lanes of each of four vectors.
-#[inline(always)]
-fn sums<L: Lanes>(a: F8<L>, b: F8<L>, c: F8<L>, d: F8<L>) -> [f32; 4] {
-    let ([a, b], [c, d]) = ([halves(a), halves(b)], [halves(c), halves(d)]);
-    let [a, b, c, d] = f32x4::transpose([a[0] + a[1], b[0] + b[1], c[0] + c[1], d[0] + d[1]]);
-    ((a + c) + (b + d)).to_array()
 }
 
 /// Puts the levels of the children of `node`, which lie in `all`, together in `levels`; returns the mean half extent of
