@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 use glam::{Vec3A, Vec4, Vec4Swizzles};
 
 /// Most triangles of a cluster, and most children of a wide node.
-const CLUSTER: usize = WIDTH;
+pub(super) const CLUSTER: usize = WIDTH;
 
 /// One node: triangles `order[first..first + count]`.
 pub(super) struct BinaryNode {
@@ -30,6 +30,11 @@ impl BinaryNode {
     pub fn is_cluster(&self) -> bool {
         self.right == 0
     }
+}
+
+/// Most steps from the root to a cluster in a tree of so many triangles.
+pub(super) fn most_depth(triangles: usize) -> u32 {
+    2 * (usize::BITS - triangles.leading_zeros()) + 8
 }
 
 /// The tree: `nodes[0]` is the root, `order` the triangle ids in tree order.
@@ -100,7 +105,7 @@ pub(super) fn build(mesh: &Mesh, unit: &Unit, orientation: &Orientation, effort:
     let mut items: Vec<Item> = (0..mesh.len()).map(|id| Item::new(id, corners(id))).collect();
     let mut nodes = Vec::with_capacity(items.len() / 2 + 1);
     if !items.is_empty() {
-        let depth_left = 2 * (usize::BITS - items.len().leading_zeros()) + 8;
+        let depth_left = most_depth(items.len());
         Splitter { effort }.split(&mut items, 0, depth_left, &mut nodes, pieces);
     }
     BinaryTree { nodes, order: items.iter().map(Item::id).collect() }

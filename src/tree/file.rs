@@ -1,4 +1,4 @@
-//! A tree as bytes, to be shipped beside the program instead of being built.
+//! A tree as bytes: to ship with a program, so that it need not be built there.
 //!
 //! The bytes hold what the build decided: the mesh, the order of the triangles, the places of the nodes, and the
 //! orientations of those that do not share their parent's. Boxes, profiles and alphas follow from these. Loading computes
@@ -25,10 +25,11 @@
 //! Nodes are in the order of the tree: the root, its children, then what is below each child in turn. So their numbers
 //! follow from how many children each has, and no number can lead in a circle.
 
+use super::binary::most_depth;
 use super::orientation::{MESH_ORIENTATION, Orientation};
 use super::profile::Profiles;
-use super::validate::{TreeFault, each_once};
-use super::wide::{MAX_HEIGHT, Node, WIDTH};
+use super::validate::{TreeFault, dense, each_once};
+use super::wide::{Node, WIDTH};
 use super::{Tree, Triangle, Unit, next_identity, update};
 use crate::mesh::{Mesh, MeshError, TRIANGLE_BYTES};
 use alloc::boxed::Box;
@@ -46,22 +47,22 @@ const ORIENTATION: usize = 36;
 const IS_CLUSTER: u8 = 16;
 const OWN_ORIENTATION: u8 = 32;
 
-/// Why bytes are no tree.
+/// Why bytes cannot be loaded as a tree.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum TreeFileError {
-    /// They do not begin as a tree does.
+    /// They do not begin with `PUNCTREE`.
     NotATree,
-    /// They are of another version of the format. The tree has to be built anew from its mesh.
+    /// They have another format version. The tree has to be built again from its mesh.
     Version {
-        /// The version of the bytes.
+        /// Format version of the bytes.
         found: u32,
         /// The only version that is read.
         supported: u32,
     },
     /// There are more or fewer bytes than the header says.
     Length {
-        /// How many there should be; the length of the header, if not even that is whole.
+        /// How many there should be; the length of the header, if they are fewer than that.
         expected: u128,
         /// How many there are.
         found: usize,
@@ -70,12 +71,12 @@ pub enum TreeFileError {
     Checksum {
         /// The last four bytes.
         stored: u32,
-        /// What they should be.
+        /// The checksum of the bytes before them.
         computed: u32,
     },
-    /// A coordinate has neither 4 nor 8 bytes.
+    /// The size of a coordinate is neither 4 nor 8 bytes.
     CoordinateSize(u32),
-    /// The SAH cost is no finite number from 0.
+    /// The SAH cost is negative or not finite.
     Cost(f32),
     /// The number of orientations differs from the number of nodes that need one.
     Orientations {
@@ -84,25 +85,25 @@ pub enum TreeFileError {
         /// Nodes that have one.
         needed: usize,
     },
-    /// The mesh is none.
+    /// The mesh is invalid.
     Mesh(MeshError),
-    /// The mesh is one, but the tree is none of it.
+    /// The mesh is valid, but what follows is not a tree of it.
     Tree(TreeFault),
 }
 
 impl fmt::Display for TreeFileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotATree => f.write_str("these bytes are no tree: they do not begin with PUNCTREE"),
+            Self::NotATree => f.write_str("these bytes are not a tree: they do not begin with PUNCTREE"),
             Self::Version { found, supported } => {
-                write!(f, "the tree has format version {found}, this library reads {supported}: build it anew")
+                write!(f, "the tree has format version {found}, this library reads {supported}: build it again")
             }
             Self::Length { expected, found } => write!(f, "the tree should have {expected} bytes, but has {found}"),
             Self::Checksum { stored, computed } => {
                 write!(f, "the tree is damaged: its bytes have the checksum {computed:08x}, not {stored:08x}")
             }
             Self::CoordinateSize(bytes) => write!(f, "header: a coordinate of {bytes} bytes, not 4 or 8"),
-            Self::Cost(cost) => write!(f, "header: the SAH cost {cost} is no finite number from 0"),
+            Self::Cost(cost) => write!(f, "header: the SAH cost {cost} is negative or not finite"),
             Self::Orientations { stored, needed } => {
                 write!(f, "{stored} orientations for {needed} nodes that need one")
             }
@@ -232,9 +233,10 @@ impl Tree {
 
     /// The tree that [`to_bytes`](Self::to_bytes) was called on: its queries do the same, to the bit.
     ///
-    /// Whatever the bytes, it neither panics nor takes memory out of proportion to their number, and a tree that it returns
-    /// gives true answers about the mesh that it holds. Takes the time of a refit and of a walk over the bytes, a part of a build:
-    /// `O(n)` in the mean, `O(n depth)` at worst, and the depth is at most 71.
+    /// Whatever the bytes, it does not panic, and a tree that it returns gives true answers about the mesh that it holds. It
+    /// takes at most 42 bytes of memory for each of `bytes`: no more nodes are accepted than a build can make of as many
+    /// triangles. Trees of ordinary meshes take 4 to 10. The time is that of a refit and of a walk over the bytes, less than a
+    /// build: `O(n)` in the mean, `O(n depth)` at worst, and the depth is at most 71.
     ///
     /// # Errors
     /// What is wrong, and with which triangle, vertex or node.
@@ -325,7 +327,7 @@ fn nodes(shapes: &[u8], triangles: usize, orientations: &[u8]) -> Result<Box<[No
         }
         node.first_child = next_node as u32;
         let (parent, depth, children) = (node.orientation(), node.depth + 1, node.child_range());
-        if usize::from(depth) >= MAX_HEIGHT {
+        if u32::from(depth) > most_depth(triangles) {
             return Err(TreeFault::Depth(children.start).into());
         }
         for child in children.clone() {
@@ -344,13 +346,15 @@ fn nodes(shapes: &[u8], triangles: usize, orientations: &[u8]) -> Result<Box<[No
             nodes[index].triangles = nodes[nodes[index].child_range()].iter().map(|child| child.triangles).sum();
         }
     }
+    dense(&nodes)?;
     Ok(nodes)
 }
 
-/// Whether every node has as many children as it may, and all together as many as there are nodes and triangles. So there
-/// are at most twice as many nodes as triangles, and none is opened that is not there.
+/// Whether every node has as many children as it may, and all together as many as there are nodes and triangles, so that
+/// none is opened that is not there; and whether there are few enough nodes for so many triangles ([`dense`]), before there
+/// is memory for them.
 fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
-    let (mut nodes_below, mut triangles_below) = (0, 0);
+    let (mut nodes_below, mut triangles_below, mut inner) = (0, 0, 0);
     for (index, shape) in shapes.iter().enumerate() {
         let children = usize::from(shape & !(IS_CLUSTER | OWN_ORIENTATION));
         let is_cluster = shape & IS_CLUSTER != 0;
@@ -358,11 +362,23 @@ fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
             return Err(TreeFault::Children(index));
         }
         *(if is_cluster { &mut triangles_below } else { &mut nodes_below }) += children;
+        inner += usize::from(!is_cluster);
     }
-    let fits = nodes_below + usize::from(!shapes.is_empty()) == shapes.len() && triangles_below == triangles;
+    if nodes_below + usize::from(!shapes.is_empty()) != shapes.len() || triangles_below != triangles {
+        return Err(TreeFault::Children(0));
+    }
     // The levels of all profiles are numbered in 32 bits.
-    let numbered = shapes.len() <= u32::MAX as usize / MAX_HEIGHT;
-    if fits && numbered { Ok(()) } else { Err(TreeFault::Children(0)) }
+    let levels = most_levels(shapes.len() - inner, inner, triangles);
+    if 7 * shapes.len() > 8 * triangles || levels > u32::MAX as usize {
+        return Err(TreeFault::Sparse(0));
+    }
+    Ok(())
+}
+
+/// Most levels that the profiles of all nodes can have together: one for a cluster; and an inner node on the longest way down
+/// from some node has as many as there are nodes to the end of that way, each of which is on no other such way.
+fn most_levels(clusters: usize, inner: usize, triangles: usize) -> usize {
+    clusters + inner * (most_depth(triangles) as usize + 3) / 2
 }
 
 fn node(shape: u8) -> Node {

@@ -126,12 +126,12 @@ impl Tree {
         tree
     }
 
-    /// The mesh it was built of.
+    /// The mesh that it was built from, with the vertices of the last refit.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// Length of the unit in which subtrees give their extents, in the mesh's own.
+    /// Length of the unit in which subtrees state their extents, in the mesh's unit of length.
     pub fn unit_length(&self) -> f64 {
         self.unit.length()
     }
@@ -167,10 +167,10 @@ impl Tree {
         }
     }
 
-    /// Whether the tree is sound: every triangle in one cluster and inside every box above it, every profile consistent.
+    /// Checks the tree: every triangle in one cluster and inside every box above it, every profile consistent. `O(n depth)`.
     ///
     /// # Errors
-    /// The first fault found. A tree that was built here has none.
+    /// The first fault found. A tree that was built, refitted or loaded by this library has none.
     pub fn validate(&self) -> Result<(), TreeFault> {
         validate::validate(self)
     }

@@ -157,7 +157,7 @@ fn damaged_bytes_are_refused_as_in_rust() {
     for bytes in [&damaged[..], &file[..60], &[], b"a letter"] {
         refused(bytes, &Tree::from_bytes(bytes).unwrap_err().to_string());
     }
-    refused(b"a letter", "these bytes are no tree: they do not begin with PUNCTREE");
+    refused(b"a letter", "these bytes are not a tree: they do not begin with PUNCTREE");
     refused(&[], "the tree should have 52 bytes, but has 0");
 }
 
