@@ -39,8 +39,11 @@ pub(crate) trait Lanes: Copy {
     fn mask(self, a: Self::F) -> u32;
     /// Eight rows of four to four columns of eight.
     fn transpose(self, rows: [&[f32; 4]; 8]) -> [Self::F; 4];
+    /// Four columns of eight to eight rows of four.
+    fn rows(self, columns: [Self::F; 4]) -> [[f32; 4]; 8];
 
     fn splat_d(self, x: f64) -> Self::D;
+    fn load_d(self, x: &[f64; 8]) -> Self::D;
     fn widen(self, x: Self::F) -> Self::D;
     fn narrow(self, x: Self::D) -> Self::F;
     fn add_d(self, a: Self::D, b: Self::D) -> Self::D;
@@ -123,6 +126,10 @@ impl<L: Lanes> F8<L> {
         [Self(x, lanes), Self(y, lanes), Self(z, lanes), Self(w, lanes)]
     }
     #[inline(always)]
+    pub fn rows([x, y, z, w]: [Self; 4]) -> [[f32; 4]; 8] {
+        x.1.rows([x.0, y.0, z.0, w.0])
+    }
+    #[inline(always)]
     pub fn widen(self) -> D8<L> {
         D8(self.1.widen(self.0), self.1)
     }
@@ -133,6 +140,10 @@ impl<L: Lanes> D8<L> {
     #[inline(always)]
     pub fn splat(lanes: L, x: f64) -> Self {
         Self(lanes.splat_d(x), lanes)
+    }
+    #[inline(always)]
+    pub fn load(lanes: L, x: &[f64; 8]) -> Self {
+        Self(lanes.load_d(x), lanes)
     }
     #[inline(always)]
     pub fn narrow(self) -> F8<L> {
@@ -326,8 +337,18 @@ mod portable {
             core::array::from_fn(|i| [low[i], high[i]])
         }
         #[inline(always)]
+        fn rows(self, columns: [F; 4]) -> [[f32; 4]; 8] {
+            let half = |i: usize| f32x4::transpose(columns.map(|column| column[i])).map(f32x4::to_array);
+            let ([a, b, c, d], [e, f, g, h]) = (half(0), half(1));
+            [a, b, c, d, e, f, g, h]
+        }
+        #[inline(always)]
         fn splat_d(self, x: f64) -> D {
             [f64x2::splat(x); 4]
+        }
+        #[inline(always)]
+        fn load_d(self, x: &[f64; 8]) -> D {
+            core::array::from_fn(|i| f64x2::new([x[2 * i], x[2 * i + 1]]))
         }
         #[inline(always)]
         fn widen(self, x: F) -> D {
@@ -468,8 +489,23 @@ mod avx2 {
             ]
         }
         #[inline(always)]
+        fn rows(self, [x, y, z, w]: [__m256; 4]) -> [[f32; 4]; 8] {
+            let avx = self.avx;
+            let (a, b) = (avx._mm256_unpacklo_ps(x, y), avx._mm256_unpackhi_ps(x, y));
+            let (c, d) = (avx._mm256_unpacklo_ps(z, w), avx._mm256_unpackhi_ps(z, w));
+            let [r0, r4]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b01_00_01_00>(a, c));
+            let [r1, r5]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b11_10_11_10>(a, c));
+            let [r2, r6]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b01_00_01_00>(b, d));
+            let [r3, r7]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b11_10_11_10>(b, d));
+            [r0, r1, r2, r3, r4, r5, r6, r7]
+        }
+        #[inline(always)]
         fn splat_d(self, x: f64) -> [__m256d; 2] {
             [self.avx._mm256_set1_pd(x); 2]
+        }
+        #[inline(always)]
+        fn load_d(self, x: &[f64; 8]) -> [__m256d; 2] {
+            cast(*x)
         }
         #[inline(always)]
         fn widen(self, x: __m256) -> [__m256d; 2] {

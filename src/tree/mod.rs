@@ -19,6 +19,7 @@ mod fork;
 mod moments;
 mod options;
 mod orientation;
+mod place;
 mod profile;
 mod refit;
 mod unit;

@@ -48,8 +48,13 @@ impl Unit {
     /// The map of points into unit coordinates.
     #[inline(always)]
     pub(super) fn of_points(self) -> impl Fn(DVec3) -> DVec3 + Copy {
-        let scale = power_of_two(-self.exponent);
+        let scale = self.scale();
         move |x| (x - self.origin) * scale
+    }
+
+    /// What the distance from the origin is multiplied with.
+    pub(super) fn scale(&self) -> f64 {
+        power_of_two(-self.exponent)
     }
 
     /// The triangles of `mesh` in the given order.
