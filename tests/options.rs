@@ -42,7 +42,7 @@ fn presets_answer_the_same_and_more_effort_means_less_work() {
 fn options_are_what_their_names_say() {
     let [fast, default, best] = presets();
     assert_eq!([fast, default, best].map(|o| o.effort), [Effort::Fast, Effort::Normal, Effort::Best]);
-    assert!([fast, default, best].iter().all(|o| o.frames && o.threads == 1));
+    assert!([fast, default, best].iter().all(|o| o.orientations && o.threads == 1));
     assert_eq!(default.threads(5).threads, 5);
 }
 

@@ -17,7 +17,7 @@ fn vertices(mesh: &Mesh) -> Vec<DVec3> {
 
 fn all_options() -> [BuildOptions; 4] {
     let mut axes = BuildOptions::default();
-    axes.frames = false;
+    axes.orientations = false;
     [BuildOptions::fast_build(), BuildOptions::default(), BuildOptions::best(), axes]
 }
 

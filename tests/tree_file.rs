@@ -36,7 +36,7 @@ fn seal(bytes: &mut [u8]) {
     }
 }
 
-/// A file made by hand: one byte a node, triangles in their order, no frames.
+/// A file made by hand: one byte a node, triangles in their order, no orientations.
 fn file(mesh: &Mesh, shapes: &[u8]) -> Vec<u8> {
     let built = Tree::new(mesh.clone()).to_bytes();
     let places = Places::of(&Tree::new(mesh.clone()));
@@ -52,7 +52,7 @@ fn file(mesh: &Mesh, shapes: &[u8]) -> Vec<u8> {
 
 fn all_options() -> [BuildOptions; 4] {
     let mut axes = BuildOptions::default();
-    axes.frames = false;
+    axes.orientations = false;
     [BuildOptions::fast_build(), BuildOptions::default(), BuildOptions::best(), axes]
 }
 
@@ -153,10 +153,10 @@ fn every_fault_is_named() {
         assert_eq!(changed(places.shapes, &[shape]), children(0), "{shape}");
     }
     let root = good[places.shapes];
-    assert!(matches!(changed(places.shapes, &[root ^ 32]), TreeFileError::Frames { .. }));
-    let frames = places.shapes + tree.stats().nodes;
-    let bent = f32::from_le_bytes(good[frames..][..4].try_into().unwrap()) + 1e-6;
-    assert!(matches!(changed(frames, &bent.to_le_bytes()), TreeFileError::Tree(TreeFault::Frame(_))));
+    assert!(matches!(changed(places.shapes, &[root ^ 32]), TreeFileError::Orientations { .. }));
+    let orientations = places.shapes + tree.stats().nodes;
+    let bent = f32::from_le_bytes(good[orientations..][..4].try_into().unwrap()) + 1e-6;
+    assert!(matches!(changed(orientations, &bent.to_le_bytes()), TreeFileError::Tree(TreeFault::Orientation(_))));
     let mut damaged = good.clone();
     damaged[places.vertices] ^= 1;
     assert!(matches!(Tree::from_bytes(&damaged), Err(TreeFileError::Checksum { .. })));
@@ -169,28 +169,60 @@ fn every_fault_is_named() {
     assert!(matches!(huge, TreeFileError::Length { expected, .. } if expected > 1 << 64), "{huge}");
 }
 
-/// A chain of nodes, each with a cluster of one triangle and the rest below it.
-fn chain(levels: usize) -> Vec<u8> {
-    let mut shapes = vec![2];
-    for _ in 2..levels {
-        shapes.extend([16 + 1, 2]);
+/// A chain of inner nodes, each with seven clusters of one triangle and the rest below it: more nodes and levels for so many
+/// triangles cannot be.
+fn chain(inner: usize) -> Vec<u8> {
+    let mut shapes = vec![8];
+    for _ in 1..inner {
+        shapes.extend([16 + 1; 7]);
+        shapes.push(8);
     }
-    shapes.extend([16 + 1, 16 + 1]);
+    shapes.extend([16 + 1; 7]);
+    shapes.push(16 + 8);
     shapes
 }
 
 #[test]
-fn the_deepest_tree_is_answered_and_a_deeper_one_refused() {
+fn the_deepest_chain_is_answered_and_a_deeper_one_refused() {
     let mut random = Random::new(73);
-    for (levels, pose) in [(2, Pose::IDENTITY), (71, pose_about(DVec3::ZERO, 0.5, Drift::None, &mut random))] {
-        let mesh = soup(Family::Uniform, levels, &mut random);
-        let tree = Tree::from_bytes(&file(&mesh, &chain(levels))).unwrap();
-        assert_eq!(tree.stats().depth, levels);
+    for (inner, pose) in [(1, Pose::IDENTITY), (24, pose_about(DVec3::ZERO, 0.5, Drift::None, &mut random))] {
+        let mesh = soup(Family::Uniform, 7 * inner + 8, &mut random);
+        let tree = Tree::from_bytes(&file(&mesh, &chain(inner))).unwrap();
+        assert_eq!((tree.stats().depth, tree.validate()), (inner + 1, Ok(())));
         assert_true(&tree, &tree, pose, &mut Workspace::new());
     }
-    let mesh = soup(Family::Uniform, 72, &mut random);
-    let error = Tree::from_bytes(&file(&mesh, &chain(72))).map(drop).unwrap_err();
+    let mesh = soup(Family::Uniform, 7 * 25 + 8, &mut random);
+    let error = Tree::from_bytes(&file(&mesh, &chain(25))).map(drop).unwrap_err();
     assert!(matches!(error, TreeFileError::Tree(TreeFault::Depth(_))), "{error}");
+}
+
+/// No file makes the tree that is loaded take much more memory than the file.
+#[test]
+fn memory_is_in_proportion_to_the_bytes() {
+    let corners = [[0.0f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    for inner in [1, 10, 24] {
+        let mesh = Mesh::new(corners, vec![[0, 1, 2]; 7 * inner + 8]).unwrap();
+        let bytes = file(&mesh, &chain(inner));
+        let memory = Tree::from_bytes(&bytes).unwrap().stats().bytes();
+        assert!(memory <= 42 * bytes.len(), "{memory} bytes from {}", bytes.len());
+    }
+    let refused = |shapes: &[u8], triangles: usize| {
+        let mesh = soup(Family::Uniform, triangles, &mut Random::new(76));
+        Tree::from_bytes(&file(&mesh, shapes)).map(drop).unwrap_err()
+    };
+    let sparse = |node| TreeFileError::Tree(TreeFault::Sparse(node));
+    // More nodes than 8 for 7 triangles: two children each, as many clusters as triangles.
+    let pairs: Vec<u8> = [2].into_iter().chain([16 + 1, 2].repeat(30)).chain([16 + 1, 16 + 1]).collect();
+    assert_eq!(refused(&pairs, 32), sparse(0));
+    // Few nodes, but an inner one with too few triangles: a build makes a cluster of them.
+    assert_eq!(refused(&[2, 16 + 4, 16 + 4], 8), sparse(0));
+    assert_eq!(refused(&[2, 16 + 8, 2, 16 + 4, 16 + 4], 16), sparse(2));
+    // One with room for more children, but an inner node among those that it has.
+    assert_eq!(refused(&[2, 16 + 8, 2, 16 + 8, 16 + 8], 24), sparse(0));
+    assert_eq!(
+        refused(&[2, 16 + 8, 2, 16 + 8, 16 + 8], 24).to_string(),
+        "the tree: node 0 has too few children or triangles"
+    );
 }
 
 #[test]

@@ -73,8 +73,8 @@ pub struct punctual_tree_level {
 /// Boxes that may be turned, normal effort, one thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_build_options_default() -> punctual_build_options {
-    let BuildOptions { frames, threads, .. } = BuildOptions::default();
-    punctual_build_options { effort: punctual_effort::Normal as u32, frames: frames.into(), threads }
+    let BuildOptions { orientations, threads, .. } = BuildOptions::default();
+    punctual_build_options { effort: punctual_effort::Normal as u32, frames: orientations.into(), threads }
 }
 
 /// Builds the tree of a mesh, of which it keeps a copy. `options` may be null: the defaults. Takes `n log n` time.
@@ -100,7 +100,7 @@ fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault
         x if x == punctual_effort::Best as u32 => Effort::Best,
         unknown => return Err(Fault::Value("options->effort", unknown)),
     };
-    Ok(BuildOptions { effort, frames: options.frames != 0, threads: options.threads })
+    Ok(BuildOptions { effort, orientations: options.frames != 0, threads: options.threads })
 }
 
 /// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and

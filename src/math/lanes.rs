@@ -5,7 +5,11 @@
 //! lane and nothing is ever fused, so both give the same bits. The token `L` proves that the machine has what the
 //! kernel was compiled for, which is why no `unsafe` is needed here.
 
-use core::ops::{Add, Mul, Neg, Sub};
+mod across;
+
+pub(crate) use across::{greatest, least, sums};
+
+use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// An instruction set: the operations behind [`F8`] and [`D8`].
 pub(crate) trait Lanes: Copy {
@@ -23,17 +27,23 @@ pub(crate) trait Lanes: Copy {
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
+    fn div(self, a: Self::F, b: Self::F) -> Self::F;
+    fn sqrt(self, a: Self::F) -> Self::F;
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
     fn abs(self, a: Self::F) -> Self::F;
     fn less(self, a: Self::F, b: Self::F) -> Self::F;
     fn and(self, a: Self::F, b: Self::F) -> Self::F;
     fn or(self, a: Self::F, b: Self::F) -> Self::F;
+    fn select(self, mask: Self::F, a: Self::F, b: Self::F) -> Self::F;
     fn mask(self, a: Self::F) -> u32;
     /// Eight rows of four to four columns of eight.
     fn transpose(self, rows: [&[f32; 4]; 8]) -> [Self::F; 4];
+    /// Four columns of eight to eight rows of four.
+    fn rows(self, columns: [Self::F; 4]) -> [[f32; 4]; 8];
 
     fn splat_d(self, x: f64) -> Self::D;
+    fn load_d(self, x: &[f64; 8]) -> Self::D;
     fn widen(self, x: Self::F) -> Self::D;
     fn narrow(self, x: Self::D) -> Self::F;
     fn add_d(self, a: Self::D, b: Self::D) -> Self::D;
@@ -83,6 +93,10 @@ impl<L: Lanes> F8<L> {
     pub fn abs(self) -> Self {
         Self(self.1.abs(self.0), self.1)
     }
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        Self(self.1.sqrt(self.0), self.1)
+    }
     /// All ones where `self < other`; never where one of them is no number.
     #[inline(always)]
     pub fn less(self, other: Self) -> Self {
@@ -96,6 +110,11 @@ impl<L: Lanes> F8<L> {
     pub fn or(self, other: Self) -> Self {
         Self(self.1.or(self.0, other.0), self.1)
     }
+    /// `a` where this mask is all ones, `b` where it is all zeros.
+    #[inline(always)]
+    pub fn select(self, a: Self, b: Self) -> Self {
+        Self(self.1.select(self.0, a.0, b.0), self.1)
+    }
     /// The sign of each lane, or whether it is all ones: one bit a lane, lane 0 lowest.
     #[inline(always)]
     pub fn mask(self) -> u32 {
@@ -105,6 +124,10 @@ impl<L: Lanes> F8<L> {
     pub fn transpose(lanes: L, rows: [&[f32; 4]; 8]) -> [Self; 4] {
         let [x, y, z, w] = lanes.transpose(rows);
         [Self(x, lanes), Self(y, lanes), Self(z, lanes), Self(w, lanes)]
+    }
+    #[inline(always)]
+    pub fn rows([x, y, z, w]: [Self; 4]) -> [[f32; 4]; 8] {
+        x.1.rows([x.0, y.0, z.0, w.0])
     }
     #[inline(always)]
     pub fn widen(self) -> D8<L> {
@@ -117,6 +140,10 @@ impl<L: Lanes> D8<L> {
     #[inline(always)]
     pub fn splat(lanes: L, x: f64) -> Self {
         Self(lanes.splat_d(x), lanes)
+    }
+    #[inline(always)]
+    pub fn load(lanes: L, x: &[f64; 8]) -> Self {
+        Self(lanes.load_d(x), lanes)
     }
     #[inline(always)]
     pub fn narrow(self) -> F8<L> {
@@ -135,7 +162,7 @@ macro_rules! operators {
         }
     )* };
 }
-operators!(F8: Add add add, Sub sub sub, Mul mul mul);
+operators!(F8: Add add add, Sub sub sub, Mul mul mul, Div div div);
 operators!(D8: Add add add_d, Sub sub sub_d, Mul mul mul_d);
 
 impl<L: Lanes> Neg for F8<L> {
@@ -264,6 +291,14 @@ mod portable {
             zip(a, b, |a, b| a * b)
         }
         #[inline(always)]
+        fn div(self, a: F, b: F) -> F {
+            zip(a, b, |a, b| a / b)
+        }
+        #[inline(always)]
+        fn sqrt(self, a: F) -> F {
+            a.map(f32x4::sqrt)
+        }
+        #[inline(always)]
         fn max(self, a: F, b: F) -> F {
             zip(a, b, f32x4::fast_max)
         }
@@ -288,6 +323,10 @@ mod portable {
             zip(a, b, |a, b| a | b)
         }
         #[inline(always)]
+        fn select(self, mask: F, a: F, b: F) -> F {
+            [mask[0].select(a[0], b[0]), mask[1].select(a[1], b[1])]
+        }
+        #[inline(always)]
         fn mask(self, a: F) -> u32 {
             a[0].to_bitmask() | a[1].to_bitmask() << 4
         }
@@ -298,8 +337,18 @@ mod portable {
             core::array::from_fn(|i| [low[i], high[i]])
         }
         #[inline(always)]
+        fn rows(self, columns: [F; 4]) -> [[f32; 4]; 8] {
+            let half = |i: usize| f32x4::transpose(columns.map(|column| column[i])).map(f32x4::to_array);
+            let ([a, b, c, d], [e, f, g, h]) = (half(0), half(1));
+            [a, b, c, d, e, f, g, h]
+        }
+        #[inline(always)]
         fn splat_d(self, x: f64) -> D {
             [f64x2::splat(x); 4]
+        }
+        #[inline(always)]
+        fn load_d(self, x: &[f64; 8]) -> D {
+            core::array::from_fn(|i| f64x2::new([x[2 * i], x[2 * i + 1]]))
         }
         #[inline(always)]
         fn widen(self, x: F) -> D {
@@ -385,6 +434,14 @@ mod avx2 {
             self.avx._mm256_mul_ps(a, b)
         }
         #[inline(always)]
+        fn div(self, a: __m256, b: __m256) -> __m256 {
+            self.avx._mm256_div_ps(a, b)
+        }
+        #[inline(always)]
+        fn sqrt(self, a: __m256) -> __m256 {
+            self.avx._mm256_sqrt_ps(a)
+        }
+        #[inline(always)]
         fn max(self, a: __m256, b: __m256) -> __m256 {
             self.avx._mm256_max_ps(a, b)
         }
@@ -410,6 +467,10 @@ mod avx2 {
             self.avx._mm256_or_ps(a, b)
         }
         #[inline(always)]
+        fn select(self, mask: __m256, a: __m256, b: __m256) -> __m256 {
+            self.avx._mm256_blendv_ps(b, a, mask)
+        }
+        #[inline(always)]
         fn mask(self, a: __m256) -> u32 {
             self.avx._mm256_movemask_ps(a) as u32
         }
@@ -428,8 +489,23 @@ mod avx2 {
             ]
         }
         #[inline(always)]
+        fn rows(self, [x, y, z, w]: [__m256; 4]) -> [[f32; 4]; 8] {
+            let avx = self.avx;
+            let (a, b) = (avx._mm256_unpacklo_ps(x, y), avx._mm256_unpackhi_ps(x, y));
+            let (c, d) = (avx._mm256_unpacklo_ps(z, w), avx._mm256_unpackhi_ps(z, w));
+            let [r0, r4]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b01_00_01_00>(a, c));
+            let [r1, r5]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b11_10_11_10>(a, c));
+            let [r2, r6]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b01_00_01_00>(b, d));
+            let [r3, r7]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b11_10_11_10>(b, d));
+            [r0, r1, r2, r3, r4, r5, r6, r7]
+        }
+        #[inline(always)]
         fn splat_d(self, x: f64) -> [__m256d; 2] {
             [self.avx._mm256_set1_pd(x); 2]
+        }
+        #[inline(always)]
+        fn load_d(self, x: &[f64; 8]) -> [__m256d; 2] {
+            cast(*x)
         }
         #[inline(always)]
         fn widen(self, x: __m256) -> [__m256d; 2] {

@@ -15,7 +15,8 @@ use glam::{DVec3, Vec3};
 
 use crate::math::Aabb;
 pub(crate) use bytes::TRIANGLE_BYTES;
-use vertices::{Vertices, all_in_use, check_vertex, is_f32_exact};
+pub(crate) use vertices::Vertices;
+use vertices::{all_in_use, check_vertex, is_f32_exact};
 
 /// Leaves two spare bits in a 32-bit id, and keeps the nodes of a binary tree below 2^31.
 const TRIANGLE_LIMIT: usize = 1 << 30;
@@ -196,6 +197,12 @@ impl Mesh {
     #[inline]
     pub fn vertex(&self, i: usize) -> DVec3 {
         self.vertices.get(i)
+    }
+
+    /// All vertices, as they are stored.
+    #[inline]
+    pub(crate) fn vertices(&self) -> &Vertices {
+        &self.vertices
     }
 
     /// The corners of triangle `i`, exact.

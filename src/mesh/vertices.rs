@@ -6,7 +6,7 @@ use alloc::boxed::Box;
 use glam::DVec3;
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Vertices {
+pub(crate) enum Vertices {
     F32(Box<[[f32; 3]]>),
     F64(Box<[[f64; 3]]>),
 }

@@ -179,7 +179,7 @@ impl Query<'_> {
     pub(super) fn fits(&self, limit: Duration, memory: Option<&PairMemory>, cost_model: &CostModel) -> bool {
         let (Some(a), Some(b)) = (self.a.nodes().first(), self.b.nodes().first()) else { return true };
         let memory = self.known(memory);
-        let roots = pair_cost([a.visits, b.visits], 1.0);
+        let roots = pair_cost([a.self_cost, b.self_cost], 1.0);
         let most = match (self.previous(memory), self.options.mode) {
             (None, _) => prediction::most(roots.into()),
             (Some(previous), Mode::All) => prediction::all_after(previous).p90,

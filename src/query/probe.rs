@@ -60,7 +60,7 @@ impl<'q> Probe<'q> {
         self.effort = self.effort.saturating_sub(1);
         let [a, b] = self.nodes(pair);
         let (penetration, crossing) = overlap(a, b, self.relation);
-        let cost = pair_cost([a.visits, b.visits], penetration);
+        let cost = pair_cost([a.self_cost, b.self_cost], penetration);
         let open = Open { pair, penetration, crossing };
         if self.len < ROOM {
             self.costs[self.len] = cost;

@@ -105,7 +105,7 @@ impl<C: Clock> Traversal<'_, '_, C> {
     /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost is below the threshold.
     fn queue(&mut self, pair: Pair, depth: f32) {
         let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
-        if libm::sqrtf(a.visits * b.visits) >= self.strategy.queue_threshold {
+        if libm::sqrtf(a.self_cost * b.self_cost) >= self.strategy.queue_threshold {
             let boxes = || BoxPair::new(a, b, self.relation);
             let random = &mut self.workspace.run.random;
             let depth = depth / (a.size + b.size * self.relation.scale);

@@ -1,108 +1,161 @@
-//! A frame for each node: moments bottom-up, then the choice top-down. `O(n)`.
+//! An orientation for each node: moments bottom-up, then the choice top-down. `O(n)`.
 
-use super::Effort;
-use super::axes::Moments;
-use super::collapse::Plan;
-use super::columns::Columns;
-use super::fork::Pieces;
-use super::frame::{Frame, MESH_FRAME};
+use super::axes::{Candidates, Cluster};
+use super::collapse::{Inner, Part, Plan};
+use super::fork::{Pieces, split};
+use super::moments::{Moments, Surfaces};
+use super::options::Effort;
+use super::orientation::{MESH_ORIENTATION, Orientation};
 use super::unit::Triangle;
 use super::wide::Node;
+use crate::math::lanes::{F8, Instructions, Kernel, Lanes, per_axis};
 use alloc::vec::Vec;
 use core::ops::Range;
 use core::slice;
 
-/// Gives each node of `plan` the best frame for it, out of more candidates with more effort.
-pub(super) fn choose_frames(plan: &Plan, nodes: &mut [Node], triangles: &[Triangle], effort: Effort, pieces: Pieces) {
-    let Some((root, below)) = nodes.split_first_mut() else { return };
+/// Gives each node of `plan` the best orientation for it, chosen from more candidates with more effort.
+pub(super) fn choose_orientations(plan: &mut Plan, triangles: &[Triangle], effort: Effort, pieces: Pieces) {
+    let instructions = Instructions::detect();
+    let parts = if pieces.count() > 1 { plan.parts(triangles.len() / pieces.count()) } else { Vec::new() };
+    let above = above(&parts, plan.inner.len());
     let mut families = Vec::new();
-    families.resize(plan.0[0].families as usize, Moments::EMPTY);
-    Gather { plan, triangles }.siblings(0..1, &mut families, pieces);
-    let whole = families.first().copied().unwrap_or_else(|| Moments::of_triangles(triangles, 0));
-    let choose = Choose { plan, families: &families, triangles, effort };
-    choose.set_frames(&Moments::of_all(&[whole]), Frame::IDENTITY, 0, slice::from_mut(root));
-    choose.siblings(0..1, slice::from_mut(root), below, pieces);
+    families.resize(plan.inner.len(), Moments::EMPTY);
+
+    let gather = |numbers: &[Range<usize>], families: &mut [Moments], first: usize| {
+        instructions.run(Gather { plan, triangles, numbers, families, first });
+    };
+    let of_parts = split(&mut families, parts.iter().map(|part| part.inner.clone()));
+    pieces.each(parts.iter().zip(of_parts).collect(), |(part, families)| {
+        gather(slice::from_ref(&part.inner), families, part.inner.start);
+    });
+    gather(&above, &mut families, 0);
+
+    let Plan { nodes, inner } = plan;
+    let choose = |numbers: &[Range<usize>], nodes: &mut [Node], first: usize| {
+        instructions.run(Choose { inner, families: &families, triangles, effort, numbers, nodes, first });
+    };
+    choose(&above, nodes, 0);
+    let of_parts = split(nodes, parts.iter().map(|part| part.nodes.clone()));
+    pieces.each(parts.iter().zip(of_parts).collect(), |(part, nodes)| {
+        choose(slice::from_ref(&part.inner), nodes, part.nodes.start);
+    });
+}
+
+/// The numbers of the inner nodes that are in none of the parts.
+fn above(parts: &[Part], count: usize) -> Vec<Range<usize>> {
+    let starts = parts.iter().map(|part| part.inner.start).chain([count]);
+    let ends = [0].into_iter().chain(parts.iter().map(|part| part.inner.end));
+    ends.zip(starts).map(|(end, start)| end..start).collect()
 }
 
 /// Bottom-up: the moments of the children of each inner node, its family.
 struct Gather<'p> {
     plan: &'p Plan,
     triangles: &'p [Triangle],
+    /// Of the inner nodes to do.
+    numbers: &'p [Range<usize>],
+    /// Of the inner nodes from number `first` on.
+    families: &'p mut [Moments],
+    first: usize,
 }
 
-impl Gather<'_> {
-    /// Fills the families of the subtrees of some siblings.
-    fn siblings(&self, siblings: Range<usize>, families: &mut [Moments], pieces: Pieces) {
-        if siblings.len() > 1 {
-            let halves @ [left, _] = &self.plan.halves(&siblings);
-            let (of_left, of_right) = families.split_at_mut(self.plan.sum(left, |stub| stub.families));
-            let [left, right] = halves.clone();
-            pieces.join(
-                halves.each_ref().map(|half| self.plan.sum(half, |stub| stub.triangles)),
-                |pieces| self.siblings(left, of_left, pieces),
-                |pieces| self.siblings(right, of_right, pieces),
-            );
-        } else if let Some((own, below)) = families.split_first_mut() {
-            let stub = &self.plan.0[siblings.start];
-            self.siblings(stub.child_range(), below, pieces);
-            for (lane, child) in self.plan.0[stub.child_range()].iter().enumerate() {
-                if child.is_cluster {
-                    let triangles = child.child_range();
-                    own.set(lane, &Moments::of_triangles(&self.triangles[triangles.clone()], triangles.start));
-                } else {
-                    own.set(lane, &below[(child.family - stub.family - 1) as usize]);
+impl Kernel for Gather<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let Self { plan: Plan { nodes, inner }, triangles, numbers, families, first } = self;
+        for numbers in numbers.iter().rev() {
+            for number in numbers.clone().rev() {
+                let mut family = Moments::EMPTY;
+                let mut next = number + 1;
+                for (lane, child) in nodes[nodes[inner[number].node as usize].child_range()].iter().enumerate() {
+                    if child.is_cluster {
+                        let range = child.triangle_range();
+                        let start = range.start;
+                        family.set(lanes, lane, &Surfaces::of_triangles(lanes, &triangles[range], start));
+                    } else {
+                        family.set(lanes, lane, &Surfaces::load(lanes, &families[next - first]));
+                        next += inner[next].count as usize;
+                    }
                 }
+                families[number - first] = family;
             }
         }
     }
 }
 
-/// Top-down: the frame of each node.
+/// Top-down: the orientation of each node below some inner nodes, which have theirs; node 0 first.
 struct Choose<'p> {
-    plan: &'p Plan,
+    inner: &'p [Inner],
     families: &'p [Moments],
     triangles: &'p [Triangle],
     effort: Effort,
+    /// Of the inner nodes to do.
+    numbers: &'p [Range<usize>],
+    /// The nodes from number `first` on.
+    nodes: &'p mut [Node],
+    first: usize,
+}
+
+impl Kernel for Choose<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(mut self, lanes: L) {
+        if self.first == 0 {
+            self.root(lanes);
+        }
+        for numbers in self.numbers {
+            for number in numbers.clone() {
+                let parent = &self.nodes[self.inner[number].node as usize - self.first];
+                let (parent, range) = (parent.orientation(), parent.child_range());
+                let family = Surfaces::load(lanes, &self.families[number]);
+                self.siblings(lanes, &family, parent, range, number + 1);
+            }
+        }
+    }
 }
 
 impl Choose<'_> {
-    /// Chooses the frames of all nodes below some siblings, which have theirs.
-    fn siblings(&self, numbers: Range<usize>, siblings: &[Node], below: &mut [Node], pieces: Pieces) {
-        if let [node] = siblings {
-            let stub = &self.plan.0[numbers.start];
-            if !stub.is_cluster {
-                let (children, rest) = below.split_at_mut(stub.child_range().len());
-                let family = &self.families[stub.family as usize];
-                self.set_frames(family, node.frame(), stub.child_range().start, children);
-                self.siblings(stub.child_range(), children, rest, pieces);
-            }
-            return;
-        }
-        let halves @ [left, _] = &self.plan.halves(&numbers);
-        let (of_left, of_right) = siblings.split_at(left.len());
-        let (below_left, below_right) = below.split_at_mut(self.plan.sum(left, |stub| stub.below));
-        let [left, right] = halves.clone();
-        pieces.join(
-            halves.each_ref().map(|half| self.plan.sum(half, |stub| stub.triangles)),
-            |pieces| self.siblings(left, of_left, below_left, pieces),
-            |pieces| self.siblings(right, of_right, below_right, pieces),
-        );
+    #[inline(always)]
+    fn root<L: Lanes>(&mut self, lanes: L) {
+        let whole = match self.families.first() {
+            Some(family) => Surfaces::load(lanes, family),
+            None if self.triangles.is_empty() => return,
+            None => Surfaces::of_triangles(lanes, self.triangles, 0),
+        };
+        let mut alone = Moments::EMPTY;
+        alone.set(lanes, 0, &whole);
+        self.siblings(lanes, &Surfaces::load(lanes, &alone), Orientation::IDENTITY, 0..1, 0);
     }
 
-    /// Chooses the frames of siblings with numbers from `first` on, whose moments are `family`.
-    fn set_frames(&self, family: &Moments, parent: Frame, first: usize, siblings: &mut [Node]) {
-        let candidates = family.candidates();
-        for (lane, node) in siblings.iter_mut().enumerate() {
-            let stub = &self.plan.0[first + lane];
-            let candidates = candidates.of_lane(lane, self.triangles, self.effort);
-            let id = MESH_FRAME + 1 + (first + lane) as u32;
-            let frame = if stub.is_cluster {
-                let columns = Columns::of(&self.triangles[stub.child_range()]);
-                parent.or_better(&candidates, id, |axes| columns.cost(axes))
+    /// Chooses the orientations of the nodes in `range`, whose moments are `family`; `next` is the number of the first
+    /// inner node among them.
+    #[inline(always)]
+    fn siblings<L: Lanes>(
+        &mut self,
+        lanes: L,
+        family: &Surfaces<L>,
+        parent: Orientation,
+        range: Range<usize>,
+        mut next: usize,
+    ) {
+        let candidates = Candidates::of(lanes, family, self.triangles, self.effort);
+        let columns = parent.rotation.to_cols_array_2d();
+        let own = per_axis!(i => per_axis!(j => F8::splat(lanes, columns[i][j])));
+        for (lane, index) in range.enumerate() {
+            let node = &mut self.nodes[index - self.first];
+            let costs = if node.is_cluster {
+                candidates.costs(lanes, lane, &own, &Cluster::of(lanes, &self.triangles[node.triangle_range()]))
             } else {
-                parent.or_better(&candidates, id, |axes| self.families[stub.family as usize].cost(axes))
+                let family = Surfaces::load(lanes, &self.families[next]);
+                next += self.inner[next].count as usize;
+                candidates.costs(lanes, lane, &own, &family)
             };
-            node.set_frame(&frame);
+            let id = MESH_ORIENTATION + 1 + index as u32;
+            let best = candidates.best(lane, &costs);
+            node.set_orientation(&best.map_or(parent, |axes| Orientation::of(&axes, id)));
         }
     }
 }

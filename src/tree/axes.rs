@@ -1,232 +1,197 @@
-//! Principal axes of up to eight subtrees at a time, one a lane.
+//! Axes to choose an orientation from, for up to eight subtrees at a time, one a lane, and what they cost.
 //!
-//! The surface of a subtree is summed up by its [`Moments`]: area, mean, covariance, second moment of the normals, and the
-//! largest triangle. Those of a node follow from those of its children, so all nodes together cost `O(n)`. Everything here
-//! is plain `f32` arithmetic in a fixed order, the same bits on every machine; a frame only has to be good, and the one
-//! that is taken is made orthonormal in `f64` ([`super::frame`]).
+//! All is plain `f32` arithmetic in a fixed order, the same bits on every machine. Candidates are orthogonal up to some
+//! roundings; the one that is taken is made orthonormal in `f64` ([`super::orientation`]).
 
-use super::Effort;
-use super::columns::{Columns, F, V, cross, dot, sums};
+use super::eight::{Eight, present};
+use super::moments::{Surfaces, Symmetric, TINY, per_entry};
+use super::options::Effort;
 use super::unit::Triangle;
 use super::wide::WIDTH;
+use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, sums};
 use arrayvec::ArrayVec;
 use glam::{Mat3A, Vec3A};
 
-/// A symmetric matrix: xx, yy, zz, xy, xz, yz.
-type Symmetric = [F; 6];
+/// Three axes a lane, unit coordinates.
+pub(super) type Axes<L> = [V8<L>; 3];
 
-/// Lets areas of zero be divided by.
-const TINY: f32 = 1e-30;
+/// Most candidates.
+const MOST: usize = 5;
 
-/// The surfaces of up to eight subtrees; a lane without area is empty.
-#[derive(Clone, Copy)]
-pub(super) struct Moments {
-    area: F,
-    mean: V,
-    covariance: Symmetric,
-    normals: Symmetric,
-    /// The area of the largest triangle, and which it is.
-    largest_area: F,
-    largest: [u32; WIDTH],
-}
-
-impl Moments {
-    pub const EMPTY: Self = Self {
-        area: F::ZERO,
-        mean: [F::ZERO; 3],
-        covariance: [F::ZERO; 6],
-        normals: [F::ZERO; 6],
-        largest_area: F::ZERO,
-        largest: [0; WIDTH],
-    };
-
-    /// Of up to eight single triangles, the first of which is number `first`.
-    pub fn of_triangles(triangles: &[Triangle], first: usize) -> Self {
-        let Columns { first: corner, edges: [e, f], present } = Columns::of(triangles);
-        let normal = cross(e, f);
-        // A triangle without area still has a place.
-        let area = dot(normal, normal).sqrt() + F::splat(TINY);
-        let (ee, ff, gg) = (square(e), square(f), square(each(|k| e[k] + f[k])));
-        let (third, part) = (F::splat(1.0 / 3.0), F::splat(1.0 / 36.0));
-        Self {
-            area: area * present,
-            mean: each(|k| corner[k] + (e[k] + f[k]) * third),
-            // (2 e e^T + 2 f f^T - e f^T - f e^T) / 36
-            covariance: entries(|k| ((ee[k] + ff[k]) * F::splat(3.0) - gg[k]) * part),
-            normals: square(normal).map(|x| x * present / area),
-            largest_area: area * present,
-            largest: core::array::from_fn(|i| (first + i) as u32),
-        }
-    }
-
-    /// Puts the moments of all lanes of `parts` together into lane `lane`.
-    pub fn set(&mut self, lane: usize, parts: &Self) {
-        let w = parts.area;
-        let [area, x, y, z] = sums([w, w * parts.mean[0], w * parts.mean[1], w * parts.mean[2]]);
-        let scale = 1.0 / area;
-        let mean = [x * scale, y * scale, z * scale];
-        let apart = square(each(|k| parts.mean[k] - F::splat(mean[k])));
-        let c = entries(|k| (parts.covariance[k] + apart[k]) * w);
-        let n = &parts.normals;
-        let [xx, yy, zz, xy] = sums([c[0], c[1], c[2], c[3]]);
-        let [xz, yz, n0, n1] = sums([c[4], c[5], n[0], n[1]]);
-        let normals = sums([n[2], n[3], n[4], n[5]]);
-        put(&mut self.area, lane, area);
-        for (k, x) in mean.into_iter().enumerate() {
-            put(&mut self.mean[k], lane, x);
-        }
-        for (k, x) in [xx, yy, zz, xy, xz, yz].into_iter().enumerate() {
-            put(&mut self.covariance[k], lane, x * scale);
-        }
-        for (k, x) in [n0, n1, normals[0], normals[1], normals[2], normals[3]].into_iter().enumerate() {
-            put(&mut self.normals[k], lane, x);
-        }
-        let areas = parts.largest_area.to_array();
-        let widest = (1..WIDTH).fold(0, |best, i| if areas[i] > areas[best] { i } else { best });
-        put(&mut self.largest_area, lane, areas[widest]);
-        self.largest[lane] = parts.largest[widest];
-    }
-
-    /// Each of up to eight put together in a lane of its own.
-    pub fn of_all(parts: &[Self]) -> Self {
-        let mut all = Self::EMPTY;
-        for (lane, part) in parts.iter().enumerate() {
-            all.set(lane, part);
-        }
-        all
-    }
-
-    /// Candidates for the frames of all lanes.
-    pub fn candidates(&self) -> Candidates {
-        let longest = dominant(self.covariance);
-        let (facing, normal) = eigenvectors(self.normals);
-        // The second axis is the longest axis without what it has of the normal.
-        let along = dot(longest, normal);
-        let across = each(|k| longest[k] - normal[k] * along);
-        let length = dot(across, across).sqrt();
-        let parallel = length.simd_lt(F::splat(1e-3));
-        let scale = F::ONE / length.fast_max(F::splat(1e-3));
-        let mixed = [
-            each(|k| parallel.bitselect(facing[0][k], normal[k])),
-            each(|k| parallel.bitselect(facing[1][k], across[k] * scale)),
-        ];
-        Candidates { facing, mixed, largest: self.largest }
-    }
-
-    /// Summed surface area of boxes as large as the lanes' standard deviations along the columns of `axes`.
-    pub fn cost(&self, axes: &Mat3A) -> f32 {
-        let s = &self.covariance;
-        let deviation = |a: Vec3A| {
-            let [x, y, z] = a.to_array();
-            let twice = F::splat(2.0 * x * y) * s[3] + F::splat(2.0 * x * z) * s[4] + F::splat(2.0 * y * z) * s[5];
-            let variance = F::splat(x * x) * s[0] + F::splat(y * y) * s[1] + F::splat(z * z) * s[2] + twice;
-            variance.fast_max(F::ZERO).sqrt()
-        };
-        area(deviation(axes.x_axis), deviation(axes.y_axis), deviation(axes.z_axis))
-    }
-}
-
-impl Columns {
-    /// Summed surface area of the triangles' boxes along the columns of `axes`.
-    pub fn cost(&self, axes: &Mat3A) -> f32 {
-        let extent = |a: Vec3A| {
-            let a = a.to_array().map(F::splat);
-            let (e, f) = (dot(a, self.edges[0]), dot(a, self.edges[1]));
-            e.fast_max(f).fast_max(F::ZERO) - e.fast_min(f).fast_min(F::ZERO)
-        };
-        area(extent(axes.x_axis) * self.present, extent(axes.y_axis), extent(axes.z_axis) * self.present)
-    }
-}
-
-/// Frames to choose from, for each lane; orthogonal up to some roundings.
-pub(super) struct Candidates {
-    /// Principal axes of the normals.
-    facing: [V; 3],
-    /// The dominant normal, and across it the longest axis of the surface.
-    mixed: [V; 2],
-    largest: [u32; WIDTH],
-}
+/// Axes to choose from, for each lane: `0[candidate][axis][component][lane]`.
+pub(super) struct Candidates(ArrayVec<[[[f32; WIDTH]; 3]; 3], MOST>);
 
 impl Candidates {
-    pub fn of_lane(&self, lane: usize, triangles: &[Triangle], effort: Effort) -> ArrayVec<Mat3A, 5> {
-        let axis = |v: &V| Vec3A::from_array([0, 1, 2].map(|k| v[k].as_array()[lane]));
-        let [x, y, z] = self.facing.each_ref().map(axis);
-        let [normal, second] = self.mixed.each_ref().map(axis);
-        let mut candidates = ArrayVec::new();
-        candidates.push(Mat3A::from_cols(x, y, z));
-        candidates.push(Mat3A::from_cols(normal, second, normal.cross(second)));
-        let largest = Sides::of(&triangles[self.largest[lane] as usize]);
-        candidates.push(largest.frame(largest.middle));
+    /// The principal axes of the normals, the dominant normal with the longest axis of the surface, and the normal of the
+    /// largest triangle with its edge of middle length. [`Effort::Best`] adds that normal with the longest edge, and the
+    /// axes of the mesh.
+    #[inline(always)]
+    pub fn of<L: Lanes>(lanes: L, surfaces: &Surfaces<L>, triangles: &[Triangle], effort: Effort) -> Self {
+        let (facing, normal) = eigenvectors(lanes, surfaces.normals);
+        let longest = dominant(lanes, surfaces.covariance);
+        let largest = Sides::of(&Eight::of_numbers(lanes, triangles, surfaces.largest));
+        let mut candidates = Self(ArrayVec::new());
+        candidates.push(&facing);
+        candidates.push(&facing_and_longest(lanes, &facing, normal, longest));
+        candidates.push(&largest.axes(lanes, largest.middle));
         if effort == Effort::Best {
-            candidates.push(largest.frame(largest.longest));
-            candidates.push(Mat3A::IDENTITY);
+            candidates.push(&largest.axes(lanes, largest.longest));
+            candidates.push(&identity(lanes));
         }
         candidates
     }
-}
 
-/// A triangle's normal and its edges of middle length, which is a side of the rectangle where two triangles make one up,
-/// and of largest.
-struct Sides {
-    normal: Vec3A,
-    middle: Vec3A,
-    longest: Vec3A,
-}
-
-impl Sides {
-    fn of(triangle: &Triangle) -> Self {
-        let [a, b, c] = triangle.corners().map(Vec3A::from);
-        let (e, f, g) = (b - a, c - a, c - b);
-        let (ee, ff, gg) = (e.length_squared(), f.length_squared(), g.length_squared());
-        let (longest, [(p, pp), (q, qq)]) = if ee >= ff.max(gg) {
-            (e, [(f, ff), (g, gg)])
-        } else if ff >= gg {
-            (f, [(e, ee), (g, gg)])
-        } else {
-            (g, [(e, ee), (f, ff)])
-        };
-        Self { normal: e.cross(f), middle: if pp >= qq { p } else { q }, longest }
+    #[inline(always)]
+    fn push<L: Lanes>(&mut self, axes: &Axes<L>) {
+        self.0.push(per_axis!(i => per_axis!(j => axes[i][j].store())));
     }
 
-    /// The frame of the normal and `side`.
-    fn frame(&self, side: Vec3A) -> Mat3A {
-        match (self.normal.try_normalize(), side.try_normalize()) {
-            (Some(x), Some(y)) => Mat3A::from_cols(x, y, x.cross(y)),
-            _ => Mat3A::IDENTITY,
+    /// What the axes `own` and the candidates of a lane cost for a subtree, in this order; infinite beyond.
+    #[inline(always)]
+    pub fn costs<L: Lanes>(&self, lanes: L, lane: usize, own: &Axes<L>, subtree: &impl Cost<L>) -> [f32; MOST + 1] {
+        let mut areas = [subtree.areas(lanes, own); MOST + 1];
+        for (areas, axes) in areas[1..].iter_mut().zip(&self.0) {
+            let axes = per_axis!(i => per_axis!(j => F8::splat(lanes, axes[i][j][lane])));
+            *areas = subtree.areas(lanes, &axes);
         }
+        let mut costs = [f32::INFINITY; MOST + 1];
+        let [a, b, c, d, e, f] = areas;
+        [costs[0], costs[1], costs[2], costs[3]] = sums([a, b, c, d]);
+        if self.0.is_full() {
+            [costs[4], costs[5], ..] = sums([e, f, e, f]);
+        }
+        costs
+    }
+
+    /// The axes of a lane with the least of `costs`, the first of equals; `None` for those at hand.
+    #[inline(always)]
+    pub fn best(&self, lane: usize, costs: &[f32; MOST + 1]) -> Option<Mat3A> {
+        let mut best = 0;
+        for i in 1..costs.len() {
+            if costs[i] < costs[best] {
+                best = i;
+            }
+        }
+        let axes = &self.0[best.checked_sub(1)?];
+        let [x, y, z] = per_axis!(i => Vec3A::new(axes[i][0][lane], axes[i][1][lane], axes[i][2][lane]));
+        Some(Mat3A::from_cols(x, y, z))
     }
 }
 
-fn put(v: &mut F, lane: usize, x: f32) {
-    v.as_mut_array()[lane] = x;
+/// A subtree for which axes are to be found.
+pub(super) trait Cost<L: Lanes> {
+    /// Half the surface areas of boxes along `axes`, summed over the lanes the cost of the axes.
+    fn areas(&self, lanes: L, axes: &Axes<L>) -> F8<L>;
+}
+
+/// The boxes of its children are guessed: as large as the standard deviations of their surfaces.
+impl<L: Lanes> Cost<L> for Surfaces<L> {
+    #[inline(always)]
+    fn areas(&self, lanes: L, axes: &Axes<L>) -> F8<L> {
+        let s = &self.covariance;
+        let (two, zero) = (F8::splat(lanes, 2.0), F8::splat(lanes, 0.0));
+        let [x, y, z] = per_axis!(i => {
+            let [x, y, z] = axes[i];
+            let twice = two * x * y * s[3] + two * x * z * s[4] + two * y * z * s[5];
+            let variance = x * x * s[0] + y * y * s[1] + z * z * s[2] + twice;
+            variance.max(zero).sqrt()
+        });
+        x * y + y * z + z * x
+    }
+}
+
+/// Up to eight triangles, whose boxes are computed.
+pub(super) struct Cluster<L: Lanes> {
+    triangles: Eight<L>,
+    present: F8<L>,
+}
+
+impl<L: Lanes> Cluster<L> {
+    #[inline(always)]
+    pub fn of(lanes: L, triangles: &[Triangle]) -> Self {
+        Self { triangles: Eight::of_few(lanes, triangles), present: present(lanes, triangles.len()) }
+    }
+}
+
+impl<L: Lanes> Cost<L> for Cluster<L> {
+    #[inline(always)]
+    fn areas(&self, lanes: L, axes: &Axes<L>) -> F8<L> {
+        let zero = F8::splat(lanes, 0.0);
+        let [x, y, z] = per_axis!(i => {
+            let (e, f) = (dot(axes[i], self.triangles.edges[0]), dot(axes[i], self.triangles.edges[1]));
+            e.max(f).max(zero) - e.min(f).min(zero)
+        });
+        let (x, z) = (x * self.present, z * self.present);
+        x * y + y * z + z * x
+    }
+}
+
+/// A triangle's normal, and its edges of middle and of greatest length. Where two triangles make up a rectangle, the middle
+/// one is a side of it.
+struct Sides<L: Lanes> {
+    normal: V8<L>,
+    middle: V8<L>,
+    longest: V8<L>,
+}
+
+impl<L: Lanes> Sides<L> {
+    #[inline(always)]
+    fn of(triangles: &Eight<L>) -> Self {
+        let [a, b, c] = triangles.corners();
+        let (e, f, g) = (per_axis!(k => b[k] - a[k]), per_axis!(k => c[k] - a[k]), per_axis!(k => c[k] - b[k]));
+        let (ee, ff, gg) = (dot(e, e), dot(f, f), dot(g, g));
+        let (not_e, g_over_f) = (ee.less(ff.max(gg)), ff.less(gg));
+        let longest = per_axis!(k => not_e.select(g_over_f.select(g[k], f[k]), e[k]));
+        // The other two.
+        let (p, pp) = (per_axis!(k => not_e.select(e[k], f[k])), not_e.select(ee, ff));
+        let to_f = not_e.and(g_over_f);
+        let (q, qq) = (per_axis!(k => to_f.select(f[k], g[k])), to_f.select(ff, gg));
+        let q_over_p = pp.less(qq);
+        Self { normal: cross(e, f), middle: per_axis!(k => q_over_p.select(q[k], p[k])), longest }
+    }
+
+    /// The normal and `side`; the axes of the mesh where one of them has no direction.
+    #[inline(always)]
+    fn axes(&self, lanes: L, side: V8<L>) -> Axes<L> {
+        let ((x, x_there), (y, y_there)) = (unit(lanes, self.normal), unit(lanes, side));
+        let (axes, there, none) = ([x, y, cross(x, y)], x_there.and(y_there), identity(lanes));
+        per_axis!(i => per_axis!(j => there.select(axes[i][j], none[i][j])))
+    }
+}
+
+/// `v` at length 1, and where it has a direction.
+#[inline(always)]
+fn unit<L: Lanes>(lanes: L, v: V8<L>) -> (V8<L>, F8<L>) {
+    let scale = F8::splat(lanes, 1.0) / dot(v, v).sqrt();
+    (per_axis!(k => v[k] * scale), scale.less(F8::splat(lanes, f32::INFINITY)))
 }
 
 #[inline(always)]
-fn each(f: impl Fn(usize) -> F) -> V {
-    [f(0), f(1), f(2)]
+pub(super) fn identity<L: Lanes>(lanes: L) -> Axes<L> {
+    let (o, l) = (F8::splat(lanes, 0.0), F8::splat(lanes, 1.0));
+    [[l, o, o], [o, l, o], [o, o, l]]
 }
 
+/// The dominant normal, and across it the longest axis of the surface; if that is none, another of the axes `facing`.
 #[inline(always)]
-fn entries(f: impl Fn(usize) -> F) -> Symmetric {
-    [f(0), f(1), f(2), f(3), f(4), f(5)]
-}
-
-#[inline(always)]
-fn square([x, y, z]: V) -> Symmetric {
-    [x * x, y * y, z * z, x * y, x * z, y * z]
-}
-
-/// Half the summed surface area of boxes.
-fn area(x: F, y: F, z: F) -> f32 {
-    let [area, ..] = sums([x * y + y * z + z * x, F::ZERO, F::ZERO, F::ZERO]);
-    area
+fn facing_and_longest<L: Lanes>(lanes: L, facing: &Axes<L>, normal: V8<L>, longest: V8<L>) -> Axes<L> {
+    let (one, least) = (F8::splat(lanes, 1.0), F8::splat(lanes, 1e-3));
+    let along = dot(longest, normal);
+    let across = per_axis!(k => longest[k] - normal[k] * along);
+    let length = dot(across, across).sqrt();
+    let (parallel, scale) = (length.less(least), one / length.max(least));
+    let x = per_axis!(k => parallel.select(facing[0][k], normal[k]));
+    let y = per_axis!(k => parallel.select(facing[1][k], across[k] * scale));
+    [x, y, cross(x, y)]
 }
 
 /// Eigenvectors of the largest eigenvalues: a column of a high power of each matrix, by squaring.
-fn dominant(mut m: Symmetric) -> V {
+#[inline(always)]
+fn dominant<L: Lanes>(lanes: L, mut m: Symmetric<L>) -> V8<L> {
+    let (one, tiny) = (F8::splat(lanes, 1.0), F8::splat(lanes, TINY));
     for _ in 0..6 {
-        let scale = F::ONE / (m[0] + m[1] + m[2] + F::splat(TINY));
-        let [xx, yy, zz, xy, xz, yz] = m.map(|x| x * scale);
+        let scale = one / (m[0] + m[1] + m[2] + tiny);
+        let [xx, yy, zz, xy, xz, yz] = per_entry!(k => m[k] * scale);
         m = [
             xx * xx + xy * xy + xz * xz,
             xy * xy + yy * yy + yz * yz,
@@ -238,49 +203,56 @@ fn dominant(mut m: Symmetric) -> V {
     }
     let [xx, yy, zz, xy, xz, yz] = m;
     let column = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
-    let (z_over_y, x_largest) = (yy.simd_lt(zz), yy.fast_max(zz).simd_lt(xx));
-    let v = each(|k| x_largest.bitselect(column[0][k], z_over_y.bitselect(column[2][k], column[1][k])));
-    let scale = F::ONE / (dot(v, v) + F::splat(TINY)).sqrt();
-    v.map(|x| x * scale)
+    let v = of_largest([xx, yy, zz], &column);
+    let scale = one / (dot(v, v) + tiny).sqrt();
+    per_axis!(k => v[k] * scale)
+}
+
+/// The vector that belongs to the largest value.
+#[inline(always)]
+fn of_largest<L: Lanes>([x, y, z]: V8<L>, vectors: &[V8<L>; 3]) -> V8<L> {
+    let (z_over_y, x_largest) = (y.less(z), y.max(z).less(x));
+    per_axis!(k => x_largest.select(vectors[0][k], z_over_y.select(vectors[2][k], vectors[1][k])))
 }
 
 /// Eigenvectors of symmetric matrices, in no order, and of each the one with the largest eigenvalue (Jacobi rotations).
-fn eigenvectors(m: Symmetric) -> ([V; 3], V) {
-    let (o, l) = (F::ZERO, F::ONE);
-    let scale = l / (m[0] + m[1] + m[2] + F::splat(TINY));
-    let [xx, yy, zz, xy, xz, yz] = m.map(|x| x * scale);
+#[inline(always)]
+fn eigenvectors<L: Lanes>(lanes: L, m: Symmetric<L>) -> (Axes<L>, V8<L>) {
+    let (zero, one, tiny) = (F8::splat(lanes, 0.0), F8::splat(lanes, 1.0), F8::splat(lanes, TINY));
+    let scale = one / (m[0] + m[1] + m[2] + tiny);
+    let [xx, yy, zz, xy, xz, yz] = per_entry!(k => m[k] * scale);
     let mut diagonal = [xx, yy, zz];
     // The entry that is not in row and column k.
     let mut other = [yz, xz, xy];
-    let mut axes = [[l, o, o], [o, l, o], [o, o, l]];
+    let mut axes = identity(lanes);
     // Convergence is quadratic.
     for _ in 0..3 {
         for (p, q, r) in [(0, 1, 2), (0, 2, 1), (1, 2, 0)] {
             let (difference, twice) = (diagonal[q] - diagonal[p], other[r] + other[r]);
             let root = (difference * difference + twice * twice).sqrt();
-            let t = difference.simd_lt(o).bitselect(-twice, twice) / (difference.abs() + root + F::splat(TINY));
-            let c = l / (t * t + l).sqrt();
+            // Towards the smaller angle. A product changes the sign of a zero too.
+            let twice = difference.less(zero).select(twice * F8::splat(lanes, -1.0), twice);
+            let t = twice / (difference.abs() + root + tiny);
+            let c = one / (t * t + one).sqrt();
             let s = t * c;
             let shift = t * other[r];
-            diagonal[p] -= shift;
-            diagonal[q] += shift;
-            other[r] = o;
+            diagonal[p] = diagonal[p] - shift;
+            diagonal[q] = diagonal[q] + shift;
+            other[r] = zero;
             (other[q], other[p]) = (c * other[q] - s * other[p], s * other[q] + c * other[p]);
             let (a, b) = (axes[p], axes[q]);
-            axes[p] = each(|k| c * a[k] - s * b[k]);
-            axes[q] = each(|k| s * a[k] + c * b[k]);
+            axes[p] = per_axis!(k => c * a[k] - s * b[k]);
+            axes[q] = per_axis!(k => s * a[k] + c * b[k]);
         }
     }
-    let [x, y, z] = diagonal;
-    let (z_over_y, x_largest) = (y.simd_lt(z), y.fast_max(z).simd_lt(x));
-    let longest = each(|k| x_largest.bitselect(axes[0][k], z_over_y.bitselect(axes[2][k], axes[1][k])));
-    (axes, longest)
+    (axes, of_largest(diagonal, &axes))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DMat3, DQuat, DVec3};
+    use crate::math::lanes::Portable;
+    use glam::{DMat3, DQuat, DVec3, Vec3};
 
     fn matrices() -> [DMat3; WIDTH] {
         core::array::from_fn(|i| {
@@ -290,30 +262,61 @@ mod tests {
         })
     }
 
+    fn columns(matrices: &[DMat3; WIDTH]) -> Symmetric<Portable> {
+        [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+            .map(|(i, j)| F8::load(Portable, &matrices.map(|m| m.col(i)[j] as f32)))
+    }
+
+    fn lane(v: V8<Portable>, lane: usize) -> DVec3 {
+        DVec3::from_array(v.map(|x| f64::from(x.store()[lane])))
+    }
+
     #[test]
     fn eigenvectors_diagonalise_all_lanes() {
         let matrices = matrices();
-        let entry = |i: usize, j: usize| F::new(matrices.map(|m| m.col(i)[j] as f32));
-        let (axes, longest) =
-            eigenvectors([entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)]);
-        for (lane, m) in matrices.iter().enumerate() {
-            let column = |v: V| DVec3::from_array(v.map(|x| f64::from(x.as_array()[lane])));
-            let q = DMat3::from_cols(column(axes[0]), column(axes[1]), column(axes[2]));
+        let (axes, longest) = eigenvectors(Portable, columns(&matrices));
+        let power = dominant(Portable, columns(&matrices));
+        for (i, m) in matrices.iter().enumerate() {
+            let [x, y, z] = axes.map(|axis| lane(axis, i));
+            let q = DMat3::from_cols(x, y, z);
             assert!((q.transpose() * q).abs_diff_eq(DMat3::IDENTITY, 1e-5));
             let d = q.transpose() * *m * q;
             for (i, j) in [(0, 1), (0, 2), (1, 2)] {
                 assert!(d.col(i)[j].abs() < 1e-11, "{d}");
             }
-            let v = column(longest);
             let largest = d.col(0)[0].max(d.col(1)[1]).max(d.col(2)[2]);
-            assert!((v.dot(*m * v) - largest).abs() < 1e-11);
+            for v in [longest, power].map(|v| lane(v, i)) {
+                assert!((v.dot(*m * v) - largest).abs() < 1e-11, "{v}");
+            }
         }
     }
 
     #[test]
-    fn eigenvectors_of_nothing_are_a_frame() {
-        let (axes, _) = eigenvectors([F::ZERO; 6]);
-        assert_eq!(axes[0].map(|x| x.to_array()[3]), [1.0, 0.0, 0.0]);
-        assert_eq!(axes[2].map(|x| x.to_array()[7]), [0.0, 0.0, 1.0]);
+    fn eigenvectors_of_nothing_are_the_axes_of_the_mesh() {
+        let (axes, _) = eigenvectors(Portable, columns(&[DMat3::ZERO; WIDTH]));
+        for i in [0, 3, 7] {
+            assert_eq!(axes.map(|axis| lane(axis, i)), [DVec3::X, DVec3::Y, DVec3::Z]);
+        }
+    }
+
+    /// Half of a rectangle of 3 x 4 with the corners in any order, then a point and a segment.
+    #[test]
+    fn the_axes_of_a_triangle_are_its_normal_and_the_edge_of_middle_length() {
+        let (o, p, q) = (Vec3::ZERO, Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.0, 4.0, 0.0));
+        let corners = [[o, p, q], [p, o, q], [q, o, p], [o, q, p], [p, q, o], [q, p, o], [p, p, p], [o, p, p]];
+        let triangles = corners.map(|[a, b, c]| {
+            let (e, f) = (b - a, c - a);
+            Triangle([[a.x, a.y, a.z, e.x], [e.y, e.z, f.x, f.y], [f.z, 0.0, 0.0, 0.0]])
+        });
+        let sides = Sides::of(&Eight::of_few(Portable, &triangles));
+        let (middle, longest) = (sides.axes(Portable, sides.middle), sides.axes(Portable, sides.longest));
+        for i in 0..6 {
+            let [x, y, z] = middle.map(|axis| lane(axis, i));
+            assert_eq!((x.abs(), y.abs(), z.abs()), (DVec3::Z, DVec3::Y, DVec3::X));
+            assert!((lane(longest[1], i).abs() - DVec3::new(0.6, 0.8, 0.0)).length() < 1e-6);
+        }
+        for i in 6..WIDTH {
+            assert_eq!(middle.map(|axis| lane(axis, i)), [DVec3::X, DVec3::Y, DVec3::Z]);
+        }
     }
 }

@@ -1,12 +1,12 @@
-//! The binary tree of the paper: binned surface-area heuristic over the triangles' boxes, in one frame for the whole mesh
-//! ([`super::frame::align`]).
+//! The binary tree of the paper: binned surface-area heuristic over the triangles' boxes, whose axes are the same for the
+//! whole mesh ([`super::orientation::align`]).
 //!
 //! Its levels carry the paper's alphas; the wide tree is collapsed from it. Splitting goes down to clusters of at most
 //! [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory; the depth is bounded by `2 log2(n) + 8`, whatever the mesh.
 
-use super::Effort;
 use super::fork::Pieces;
-use super::frame::Frame;
+use super::options::Effort;
+use super::orientation::Orientation;
 use super::unit::Unit;
 use super::wide::WIDTH;
 use crate::mesh::Mesh;
@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 use glam::{Vec3A, Vec4, Vec4Swizzles};
 
 /// Most triangles of a cluster, and most children of a wide node.
-const CLUSTER: usize = WIDTH;
+pub(super) const CLUSTER: usize = WIDTH;
 
 /// One node: triangles `order[first..first + count]`.
 pub(super) struct BinaryNode {
@@ -30,6 +30,11 @@ impl BinaryNode {
     pub fn is_cluster(&self) -> bool {
         self.right == 0
     }
+}
+
+/// Most steps from the root to a cluster in a tree of so many triangles.
+pub(super) fn most_depth(triangles: usize) -> u32 {
+    2 * (usize::BITS - triangles.leading_zeros()) + 8
 }
 
 /// The tree: `nodes[0]` is the root, `order` the triangle ids in tree order.
@@ -92,15 +97,15 @@ impl Bounds {
     }
 }
 
-/// Builds over the triangles' boxes in the given frame.
-pub(super) fn build(mesh: &Mesh, unit: &Unit, frame: &Frame, effort: Effort, pieces: Pieces) -> BinaryTree {
-    let to_frame = frame.rotation.transpose();
+/// Builds over the triangles' boxes along the axes of `orientation`.
+pub(super) fn build(mesh: &Mesh, unit: &Unit, orientation: &Orientation, effort: Effort, pieces: Pieces) -> BinaryTree {
+    let to_axes = orientation.rotation.transpose();
     let of_point = unit.of_points();
-    let corners = |id: usize| mesh.triangle(id).map(|x| to_frame * of_point(x).as_vec3a());
+    let corners = |id: usize| mesh.triangle(id).map(|x| to_axes * of_point(x).as_vec3a());
     let mut items: Vec<Item> = (0..mesh.len()).map(|id| Item::new(id, corners(id))).collect();
     let mut nodes = Vec::with_capacity(items.len() / 2 + 1);
     if !items.is_empty() {
-        let depth_left = 2 * (usize::BITS - items.len().leading_zeros()) + 8;
+        let depth_left = most_depth(items.len());
         Splitter { effort }.split(&mut items, 0, depth_left, &mut nodes, pieces);
     }
     BinaryTree { nodes, order: items.iter().map(Item::id).collect() }
@@ -132,7 +137,7 @@ impl Splitter {
         let middle = middle.unwrap_or_else(|| halve(items, centers));
         let (left, right) = items.split_at_mut(middle);
         let (depth_left, second) = (depth_left - 1, first + middle as u32);
-        if pieces.is_one() {
+        if pieces.count() < 2 {
             self.split(left, first, depth_left, nodes, pieces);
             nodes[index].right = (nodes.len() - index) as u32;
             self.split(right, second, depth_left, nodes, pieces);

@@ -1,137 +1,99 @@
-//! From the binary tree to the wide one: which binary nodes become wide nodes.
+//! From the binary tree to the wide one: which binary nodes become wide nodes, and in which order.
 
 use super::binary::BinaryTree;
-use super::fork::Pieces;
-use super::frame::Frame;
-use super::unit::Triangle;
+use super::orientation::Orientation;
 use super::wide::{Node, WIDTH};
-use super::{BuildOptions, Effort, assign};
-use alloc::boxed::Box;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::ops::Range;
 
-/// Collapses `binary` over `triangles` (tree order). The root is node 0; there is none for an empty mesh.
-///
-/// Each node gets the frame of the mesh, or if the options say so the best for it; boxes are still to come. `O(n)`.
-pub(super) fn collapse(
-    binary: &BinaryTree,
-    triangles: &[Triangle],
-    whole: Frame,
-    options: &BuildOptions,
-    pieces: Pieces,
-) -> Box<[Node]> {
-    let choose = options.frames && options.effort != Effort::Fast;
-    let frame = if choose { Frame::IDENTITY } else { whole };
-    let plan = Plan::of(binary);
-    let mut nodes: Box<[Node]> = plan.0.iter().map(|stub| stub.node(binary, &frame)).collect();
-    if choose {
-        assign::choose_frames(&plan, &mut nodes, triangles, options.effort, pieces);
-    }
-    nodes
+/// The wide nodes, boxes still to come. The root is node 0, siblings lie side by side, and what is below each of
+/// them follows in turn: so the nodes below a node lie in one piece, and none comes before its parent.
+pub(super) struct Plan {
+    pub nodes: Vec<Node>,
+    /// The inner nodes, each before those below it, which lie in one piece too.
+    pub inner: Vec<Inner>,
 }
 
-/// A wide node before it has boxes.
-pub(super) struct Stub {
-    /// Its binary node.
-    root: u32,
-    first_child: u32,
-    pub triangles: u32,
+/// An inner node.
+pub(super) struct Inner {
+    pub node: u32,
     /// Nodes below it.
-    pub below: u32,
-    /// Inner nodes of the subtree, and the number of the first: this one, if it is no cluster.
-    pub families: u32,
-    pub family: u32,
-    children: u8,
-    depth: u8,
-    pub is_cluster: bool,
+    below: u32,
+    /// Inner nodes below it, and itself.
+    pub count: u32,
 }
 
-impl Stub {
-    fn new(binary: &BinaryTree, root: usize, depth: u8) -> Self {
-        let subtree = &binary.nodes[root];
-        Self {
-            root: root as u32,
-            first_child: subtree.first,
-            triangles: subtree.count,
-            children: subtree.count as u8,
-            is_cluster: subtree.is_cluster(),
-            depth,
-            below: 0,
-            families: 0,
-            family: 0,
-        }
-    }
-
-    /// Numbers of the children: nodes, or triangles of a cluster.
-    pub fn child_range(&self) -> Range<usize> {
-        self.first_child as usize..self.first_child as usize + usize::from(self.children)
-    }
-
-    fn node(&self, binary: &BinaryTree, frame: &Frame) -> Node {
-        let subtree = &binary.nodes[self.root as usize];
-        let mut node = Node {
-            first_child: self.first_child,
-            first_triangle: subtree.first,
-            triangles: subtree.count,
-            children: self.children,
-            is_cluster: self.is_cluster,
-            depth: self.depth,
-            ..Node::EMPTY
-        };
-        node.set_frame(frame);
-        node
-    }
+/// Where in a plan the nodes below some inner node are: one piece of work for a thread.
+pub(super) struct Part {
+    pub nodes: Range<usize>,
+    pub inner: Range<usize>,
 }
-
-/// Which binary nodes become wide nodes, in their order: siblings side by side, then what is below each in turn.
-pub(super) struct Plan(pub Vec<Stub>);
 
 impl Plan {
-    fn of(binary: &BinaryTree) -> Self {
-        let mut plan = Self(Vec::with_capacity(binary.nodes.len() * 3 / 4 + 1));
+    /// Collapses `binary`; all nodes get the same orientation. `O(n)`.
+    pub fn of(binary: &BinaryTree, orientation: &Orientation) -> Self {
+        let mut plan = Self { nodes: Vec::with_capacity(binary.nodes.len() * 3 / 4 + 1), inner: Vec::new() };
         if !binary.nodes.is_empty() {
-            plan.0.push(Stub::new(binary, 0, 0));
-            plan.open(binary, 0, 0);
+            plan.nodes.push(node(binary, 0, 0, orientation));
+            plan.open(binary, 0, 0, orientation);
         }
         plan
     }
 
-    /// Adds all below `index`, whose first inner node has the number `family`.
-    fn open(&mut self, binary: &BinaryTree, index: usize, family: u32) {
-        if self.0[index].is_cluster {
+    /// Adds all below node `index`, which is `root` in the binary tree.
+    fn open(&mut self, binary: &BinaryTree, root: usize, index: usize, orientation: &Orientation) {
+        if self.nodes[index].is_cluster {
             return;
         }
-        let (first, depth) = (self.0.len(), self.0[index].depth);
-        self.0.extend(
-            opened(binary, self.0[index].root as usize).into_iter().map(|child| Stub::new(binary, child, depth + 1)),
-        );
-        let children = first..self.0.len();
-        let mut families = 1;
-        for child in children.clone() {
-            self.open(binary, child, family + families);
-            families += self.0[child].families;
+        let (first, depth) = (self.nodes.len(), self.nodes[index].depth);
+        let children = widest(binary, root);
+        self.nodes.extend(children.iter().map(|&child| node(binary, child, depth + 1, orientation)));
+        (self.nodes[index].first_child, self.nodes[index].children) = (first as u32, children.len() as u8);
+        let number = self.inner.len();
+        self.inner.push(Inner { node: index as u32, below: 0, count: 0 });
+        for (i, &child) in children.iter().enumerate() {
+            self.open(binary, child, first + i, orientation);
         }
-        let (below, count) = ((self.0.len() - first) as u32, children.len() as u8);
-        let stub = &mut self.0[index];
-        (stub.first_child, stub.children, stub.below) = (first as u32, count, below);
-        (stub.families, stub.family) = (families, family);
+        let (below, count) = (self.nodes.len() - first, self.inner.len() - number);
+        self.inner[number] = Inner { node: index as u32, below: below as u32, count: count as u32 };
     }
 
-    /// Two halves of some siblings.
-    pub fn halves(&self, siblings: &Range<usize>) -> [Range<usize>; 2] {
-        let middle = siblings.start + siblings.len() / 2;
-        [siblings.start..middle, middle..siblings.end]
-    }
-
-    /// A quantity summed over some siblings.
-    pub fn sum(&self, siblings: &Range<usize>, of: impl Fn(&Stub) -> u32) -> usize {
-        self.0[siblings.clone()].iter().map(of).sum::<u32>() as usize
+    /// The largest subtrees of no more than `triangles` triangles, without their roots.
+    pub fn parts(&self, triangles: usize) -> Vec<Part> {
+        let mut parts = Vec::new();
+        let mut number = 0;
+        while let Some(inner) = self.inner.get(number) {
+            let node = &self.nodes[inner.node as usize];
+            let end = number + if node.triangles as usize <= triangles { inner.count as usize } else { 1 };
+            if end > number + 1 {
+                let first = node.first_child as usize;
+                parts.push(Part { nodes: first..first + inner.below as usize, inner: number + 1..end });
+            }
+            number = end;
+        }
+        parts
     }
 }
 
+/// The node that becomes of a node of the binary tree; where the children of an inner one are is still to come.
+fn node(binary: &BinaryTree, index: usize, depth: u8, orientation: &Orientation) -> Node {
+    let subtree = &binary.nodes[index];
+    let mut node = Node {
+        first_child: subtree.first,
+        first_triangle: subtree.first,
+        triangles: subtree.count,
+        children: subtree.count as u8,
+        is_cluster: subtree.is_cluster(),
+        depth,
+        ..Node::EMPTY
+    };
+    node.set_orientation(orientation);
+    node
+}
+
 /// Up to eight descendants of `root`: the one with the largest box is opened until there are eight, or only clusters.
-fn opened(binary: &BinaryTree, root: usize) -> ArrayVec<usize, WIDTH> {
+fn widest(binary: &BinaryTree, root: usize) -> ArrayVec<usize, WIDTH> {
     let nodes = &binary.nodes;
     let mut below = ArrayVec::new();
     below.push(root);

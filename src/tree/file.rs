@@ -1,10 +1,10 @@
-//! A tree as bytes, to be shipped beside the program instead of being built.
+//! A tree as bytes: to ship with a program, so that it need not be built there.
 //!
-//! The bytes hold what was decided in the build: the mesh, the order of the triangles, the nodes' places and the frames of
-//! those that have one of their own. All else, boxes, profiles and alphas, follows from it and is computed anew by the very
-//! pass that ends a build ([`super::update`]): the loaded tree is the saved one to the bit, and a file cannot state a
-//! box that is too small. What it does state is checked, so that bytes with a checksum that is right and a content
-//! that is not are refused, or are another tree of the mesh that they hold, with true answers.
+//! The bytes hold what the build decided: the mesh, the order of the triangles, the places of the nodes, and the
+//! orientations of those that do not share their parent's. Boxes, profiles and alphas follow from these. Loading computes
+//! them by the pass that also ends a build ([`super::update`]), so the loaded tree equals the saved one to the bit, and a
+//! file cannot state a box that is too small. Everything the file states is checked. Bytes with wrong content under a right
+//! checksum are either refused, or they are another valid tree of the mesh that they hold, with true answers.
 //!
 //! Version 1, all numbers little-endian:
 //!
@@ -13,22 +13,23 @@
 //! | 8 | `PUNCTREE` |
 //! | 4 | version, 1 |
 //! | 4 | bytes of a coordinate, 4 or 8 |
-//! | 4 x 8 | numbers of vertices, triangles, nodes, and frames |
+//! | 4 x 8 | numbers of vertices, triangles, nodes, and orientations |
 //! | 4 | SAH cost after the build, `f32` |
 //! | 12 or 24 a vertex | coordinates |
 //! | 12 a triangle | vertex indices |
 //! | 4 a triangle | its number in the mesh, in tree order |
-//! | 1 a node | number of children; + 16 if they are triangles; + 32 if it has a frame of its own, not its parent's |
-//! | 36 a frame | columns of the rotation, `f32`, in the order of the nodes |
+//! | 1 a node | number of children; + 16 if they are triangles; + 32 if its orientation differs from its parent's |
+//! | 36 an orientation | columns of the rotation, `f32`, in the order of the nodes |
 //! | 4 | CRC-32 (ISO-HDLC, as in zip and png) of all before |
 //!
 //! Nodes are in the order of the tree: the root, its children, then what is below each child in turn. So their numbers
 //! follow from how many children each has, and no number can lead in a circle.
 
-use super::frame::{Frame, MESH_FRAME};
+use super::binary::most_depth;
+use super::orientation::{MESH_ORIENTATION, Orientation};
 use super::profile::Profiles;
-use super::validate::{TreeFault, each_once};
-use super::wide::{MAX_HEIGHT, Node, WIDTH};
+use super::validate::{TreeFault, dense, each_once};
+use super::wide::{Node, WIDTH};
 use super::{Tree, Triangle, Unit, next_identity, update};
 use crate::mesh::{Mesh, MeshError, TRIANGLE_BYTES};
 use alloc::boxed::Box;
@@ -40,28 +41,28 @@ const MAGIC: [u8; 8] = *b"PUNCTREE";
 const VERSION: u32 = 1;
 const HEADER: usize = 52;
 const CHECKSUM: usize = 4;
-const FRAME: usize = 36;
+const ORIENTATION: usize = 36;
 
 /// What is added to the number of children.
 const IS_CLUSTER: u8 = 16;
-const OWN_FRAME: u8 = 32;
+const OWN_ORIENTATION: u8 = 32;
 
-/// Why bytes are no tree.
+/// Why bytes cannot be loaded as a tree.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum TreeFileError {
-    /// They do not begin as a tree does.
+    /// They do not begin with `PUNCTREE`.
     NotATree,
-    /// They are of another version of the format. The tree has to be built anew from its mesh.
+    /// They have another format version. The tree has to be built again from its mesh.
     Version {
-        /// The version of the bytes.
+        /// Format version of the bytes.
         found: u32,
         /// The only version that is read.
         supported: u32,
     },
     /// There are more or fewer bytes than the header says.
     Length {
-        /// How many there should be; the length of the header, if not even that is whole.
+        /// How many there should be; the length of the header, if they are fewer than that.
         expected: u128,
         /// How many there are.
         found: usize,
@@ -70,40 +71,42 @@ pub enum TreeFileError {
     Checksum {
         /// The last four bytes.
         stored: u32,
-        /// What they should be.
+        /// The checksum of the bytes before them.
         computed: u32,
     },
-    /// A coordinate has neither 4 nor 8 bytes.
+    /// The size of a coordinate is neither 4 nor 8 bytes.
     CoordinateSize(u32),
-    /// The SAH cost is no finite number from 0.
+    /// The SAH cost is negative or not finite.
     Cost(f32),
-    /// The number of frames is not that of the nodes that have one of their own.
-    Frames {
-        /// Frames by the header.
+    /// The number of orientations differs from the number of nodes that need one.
+    Orientations {
+        /// Orientations by the header.
         stored: usize,
         /// Nodes that have one.
         needed: usize,
     },
-    /// The mesh is none.
+    /// The mesh is invalid.
     Mesh(MeshError),
-    /// The mesh is one, but the tree is none of it.
+    /// The mesh is valid, but what follows is not a tree of it.
     Tree(TreeFault),
 }
 
 impl fmt::Display for TreeFileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotATree => f.write_str("these bytes are no tree: they do not begin with PUNCTREE"),
+            Self::NotATree => f.write_str("these bytes are not a tree: they do not begin with PUNCTREE"),
             Self::Version { found, supported } => {
-                write!(f, "the tree has format version {found}, this library reads {supported}: build it anew")
+                write!(f, "the tree has format version {found}, this library reads {supported}: build it again")
             }
             Self::Length { expected, found } => write!(f, "the tree should have {expected} bytes, but has {found}"),
             Self::Checksum { stored, computed } => {
                 write!(f, "the tree is damaged: its bytes have the checksum {computed:08x}, not {stored:08x}")
             }
             Self::CoordinateSize(bytes) => write!(f, "header: a coordinate of {bytes} bytes, not 4 or 8"),
-            Self::Cost(cost) => write!(f, "header: the SAH cost {cost} is no finite number from 0"),
-            Self::Frames { stored, needed } => write!(f, "{stored} frames for {needed} nodes"),
+            Self::Cost(cost) => write!(f, "header: the SAH cost {cost} is negative or not finite"),
+            Self::Orientations { stored, needed } => {
+                write!(f, "{stored} orientations for {needed} nodes that need one")
+            }
             Self::Mesh(error) => write!(f, "the mesh of the tree: {error}"),
             Self::Tree(fault) => write!(f, "the tree: {fault}"),
         }
@@ -138,7 +141,7 @@ struct Header {
     vertices: u64,
     triangles: u64,
     nodes: u64,
-    frames: u64,
+    orientations: u64,
     cost: f32,
 }
 
@@ -147,7 +150,7 @@ impl Header {
         bytes.extend_from_slice(&MAGIC);
         bytes.extend_from_slice(&VERSION.to_le_bytes());
         bytes.extend_from_slice(&(if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());
-        for count in [self.vertices, self.triangles, self.nodes, self.frames] {
+        for count in [self.vertices, self.triangles, self.nodes, self.orientations] {
             bytes.extend_from_slice(&count.to_le_bytes());
         }
         bytes.extend_from_slice(&self.cost.to_le_bytes());
@@ -168,10 +171,10 @@ impl Header {
         }
         let size = word();
         let mut count = || u64::from(word()) | u64::from(word()) << 32;
-        let [vertices, triangles, nodes, frames] = [count(), count(), count(), count()];
+        let [vertices, triangles, nodes, orientations] = [count(), count(), count(), count()];
         let cost = f32::from_bits(word());
         match size {
-            4 | 8 => Ok(Self { is_f64: size == 8, vertices, triangles, nodes, frames, cost }),
+            4 | 8 => Ok(Self { is_f64: size == 8, vertices, triangles, nodes, orientations, cost }),
             _ => Err(TreeFileError::CoordinateSize(size)),
         }
     }
@@ -179,9 +182,15 @@ impl Header {
     /// Bytes of each part after the header.
     fn parts(&self) -> [u128; 5] {
         let vertex = if self.is_f64 { 24 } else { 12 };
-        let [vertices, triangles, nodes, frames] =
-            [self.vertices, self.triangles, self.nodes, self.frames].map(u128::from);
-        [vertex * vertices, TRIANGLE_BYTES as u128 * triangles, 4 * triangles, nodes, FRAME as u128 * frames]
+        let [vertices, triangles, nodes, orientations] =
+            [self.vertices, self.triangles, self.nodes, self.orientations].map(u128::from);
+        [
+            vertex * vertices,
+            TRIANGLE_BYTES as u128 * triangles,
+            4 * triangles,
+            nodes,
+            ORIENTATION as u128 * orientations,
+        ]
     }
 
     /// Bytes of the whole.
@@ -210,7 +219,7 @@ impl Tree {
         self.mesh.write(&mut bytes);
         self.ids.iter().for_each(|id| bytes.extend_from_slice(&id.to_le_bytes()));
         bytes.extend_from_slice(&shapes);
-        let own = self.nodes.iter().zip(&shapes).filter(|(_, shape)| *shape & OWN_FRAME != 0);
+        let own = self.nodes.iter().zip(&shapes).filter(|(_, shape)| *shape & OWN_ORIENTATION != 0);
         for entry in own.flat_map(|(node, _)| node.rotation().to_cols_array()) {
             bytes.extend_from_slice(&entry.to_le_bytes());
         }
@@ -230,16 +239,17 @@ impl Tree {
             vertices: self.mesh.vertex_count() as u64,
             triangles: self.mesh.len() as u64,
             nodes: self.nodes.len() as u64,
-            frames: own_frames(&self.nodes).count() as u64,
+            orientations: with_own_orientation(&self.nodes).count() as u64,
             cost: self.built_cost,
         }
     }
 
     /// The tree that [`to_bytes`](Self::to_bytes) was called on: its queries do the same, to the bit.
     ///
-    /// Whatever the bytes, it neither panics nor takes memory out of proportion to their number, and a tree that it returns
-    /// gives true answers about the mesh that it holds. Takes the time of a refit and of a walk over the bytes, a part of a build:
-    /// `O(n)` in the mean, `O(n depth)` at worst, and the depth is at most 71.
+    /// Whatever the bytes, it does not panic, and a tree that it returns gives true answers about the mesh that it holds. It
+    /// takes at most 42 bytes of memory for each of `bytes`: no more nodes are accepted than a build can make of as many
+    /// triangles. Trees of ordinary meshes take 4 to 10. The time is that of a refit and of a walk over the bytes, less than a
+    /// build: `O(n)` in the mean, `O(n depth)` at worst, and the depth is at most 71.
     ///
     /// # Errors
     /// What is wrong, and with which triangle, vertex or node.
@@ -256,7 +266,7 @@ impl Tree {
             return Err(TreeFileError::Checksum { stored, computed });
         }
         let mut rest = &content[HEADER..];
-        let [vertices, triangles, order, shapes, frames] = parts.map(|length| {
+        let [vertices, triangles, order, shapes, orientations] = parts.map(|length| {
             let (part, after) = rest.split_at(length as usize);
             rest = after;
             part
@@ -264,7 +274,7 @@ impl Tree {
         let mesh = Mesh::read(vertices, header.is_f64, triangles)?;
         let ids: Box<[u32]> = order.as_chunks().0.iter().map(|&id| u32::from_le_bytes(id)).collect();
         each_once(&ids, mesh.len())?;
-        let mut nodes = nodes(shapes, mesh.len(), frames)?;
+        let mut nodes = nodes(shapes, mesh.len(), orientations)?;
         if !(header.cost >= 0.0 && header.cost.is_finite()) {
             return Err(TreeFileError::Cost(header.cost));
         }
@@ -279,42 +289,42 @@ impl Tree {
     }
 }
 
-/// One byte for each node: its children, of what kind they are, and whether it has a frame of its own.
+/// One byte a node: the number of its children, their kind, and whether its orientation differs from its parent's.
 fn shapes(nodes: &[Node]) -> Vec<u8> {
     let shape = |node: &Node| node.children | if node.is_cluster { IS_CLUSTER } else { 0 };
     let mut shapes: Vec<u8> = nodes.iter().map(shape).collect();
-    own_frames(nodes).for_each(|index| shapes[index] |= OWN_FRAME);
+    with_own_orientation(nodes).for_each(|index| shapes[index] |= OWN_ORIENTATION);
     shapes
 }
 
-/// The nodes that have a frame of their own, parent by parent.
-fn own_frames(nodes: &[Node]) -> impl Iterator<Item = usize> {
-    let root = nodes.first().filter(|root| root.frame != Frame::IDENTITY.id).map(|_| 0);
+/// The nodes that have an orientation of their own, parent by parent.
+fn with_own_orientation(nodes: &[Node]) -> impl Iterator<Item = usize> {
+    let root = nodes.first().filter(|root| root.orientation != Orientation::IDENTITY.id).map(|_| 0);
     let parents = nodes.iter().filter(|node| !node.is_cluster);
     let below = move |parent: &Node| {
-        let frame = parent.frame;
-        parent.child_range().filter(move |&child| nodes[child].frame != frame)
+        let orientation = parent.orientation;
+        parent.child_range().filter(move |&child| nodes[child].orientation != orientation)
     };
     root.into_iter().chain(parents.flat_map(below))
 }
 
 /// The nodes of a tree of so many triangles, boxes and profiles still to come.
-fn nodes(shapes: &[u8], triangles: usize, frames: &[u8]) -> Result<Box<[Node]>, TreeFileError> {
+fn nodes(shapes: &[u8], triangles: usize, orientations: &[u8]) -> Result<Box<[Node]>, TreeFileError> {
     check_counts(shapes, triangles)?;
-    let needed = shapes.iter().filter(|&shape| shape & OWN_FRAME != 0).count();
-    let frames = frames.as_chunks::<FRAME>().0;
-    if frames.len() != needed {
-        return Err(TreeFileError::Frames { stored: frames.len(), needed });
+    let needed = shapes.iter().filter(|&shape| shape & OWN_ORIENTATION != 0).count();
+    let orientations = orientations.as_chunks::<ORIENTATION>().0;
+    if orientations.len() != needed {
+        return Err(TreeFileError::Orientations { stored: orientations.len(), needed });
     }
     let mut nodes: Box<[Node]> = shapes.iter().map(|&shape| node(shape)).collect();
-    let mut frames = frames.iter();
-    let mut frame = |index: usize, parent: Frame| {
-        if shapes[index] & OWN_FRAME == 0 { Ok(parent) } else { own_frame(index, frames.next()) }
+    let mut orientations = orientations.iter();
+    let mut orientation = |index: usize, parent: Orientation| {
+        if shapes[index] & OWN_ORIENTATION == 0 { Ok(parent) } else { own_orientation(index, orientations.next()) }
     };
     // Nodes to be opened, the next on top.
     let mut waiting = Vec::new();
     if let Some(root) = nodes.first_mut() {
-        root.set_frame(&frame(0, Frame::IDENTITY)?);
+        root.set_orientation(&orientation(0, Orientation::IDENTITY)?);
         waiting.push(0);
     }
     let (mut next_node, mut next_triangle) = (nodes.len().min(1), 0);
@@ -327,13 +337,13 @@ fn nodes(shapes: &[u8], triangles: usize, frames: &[u8]) -> Result<Box<[Node]>, 
             continue;
         }
         node.first_child = next_node as u32;
-        let (parent, depth, children) = (node.frame(), node.depth + 1, node.child_range());
-        if usize::from(depth) >= MAX_HEIGHT {
+        let (parent, depth, children) = (node.orientation(), node.depth + 1, node.child_range());
+        if u32::from(depth) > most_depth(triangles) {
             return Err(TreeFault::Depth(children.start).into());
         }
         for child in children.clone() {
             nodes[child].depth = depth;
-            nodes[child].set_frame(&frame(child, parent)?);
+            nodes[child].set_orientation(&orientation(child, parent)?);
         }
         next_node = children.end;
         waiting.extend(children.rev());
@@ -347,37 +357,51 @@ fn nodes(shapes: &[u8], triangles: usize, frames: &[u8]) -> Result<Box<[Node]>, 
             nodes[index].triangles = nodes[nodes[index].child_range()].iter().map(|child| child.triangles).sum();
         }
     }
+    dense(&nodes)?;
     Ok(nodes)
 }
 
-/// Whether every node has as many children as it may, and all together as many as there are nodes and triangles. So there
-/// are at most twice as many nodes as triangles, and none is opened that is not there.
+/// Whether every node has as many children as it may, and all together as many as there are nodes and triangles, so that
+/// none is opened that is not there; and whether there are few enough nodes for so many triangles ([`dense`]), before there
+/// is memory for them.
 fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
-    let (mut nodes_below, mut triangles_below) = (0, 0);
+    let (mut nodes_below, mut triangles_below, mut inner) = (0, 0, 0);
     for (index, shape) in shapes.iter().enumerate() {
-        let children = usize::from(shape & !(IS_CLUSTER | OWN_FRAME));
+        let children = usize::from(shape & !(IS_CLUSTER | OWN_ORIENTATION));
         let is_cluster = shape & IS_CLUSTER != 0;
         if children > WIDTH || children < if is_cluster { 1 } else { 2 } {
             return Err(TreeFault::Children(index));
         }
         *(if is_cluster { &mut triangles_below } else { &mut nodes_below }) += children;
+        inner += usize::from(!is_cluster);
     }
-    let fits = nodes_below + usize::from(!shapes.is_empty()) == shapes.len() && triangles_below == triangles;
+    if nodes_below + usize::from(!shapes.is_empty()) != shapes.len() || triangles_below != triangles {
+        return Err(TreeFault::Children(0));
+    }
     // The levels of all profiles are numbered in 32 bits.
-    let numbered = shapes.len() <= u32::MAX as usize / MAX_HEIGHT;
-    if fits && numbered { Ok(()) } else { Err(TreeFault::Children(0)) }
+    let levels = most_levels(shapes.len() - inner, inner, triangles);
+    if 7 * shapes.len() > 8 * triangles || levels > u32::MAX as usize {
+        return Err(TreeFault::Sparse(0));
+    }
+    Ok(())
+}
+
+/// Most levels that the profiles of all nodes can have together: one for a cluster; and an inner node on the longest way down
+/// from some node has as many as there are nodes to the end of that way, each of which is on no other such way.
+fn most_levels(clusters: usize, inner: usize, triangles: usize) -> usize {
+    clusters + inner * (most_depth(triangles) as usize + 3) / 2
 }
 
 fn node(shape: u8) -> Node {
-    Node { children: shape & !(IS_CLUSTER | OWN_FRAME), is_cluster: shape & IS_CLUSTER != 0, ..Node::EMPTY }
+    Node { children: shape & !(IS_CLUSTER | OWN_ORIENTATION), is_cluster: shape & IS_CLUSTER != 0, ..Node::EMPTY }
 }
 
-fn own_frame(index: usize, bytes: Option<&[u8; FRAME]>) -> Result<Frame, TreeFault> {
+fn own_orientation(index: usize, bytes: Option<&[u8; ORIENTATION]>) -> Result<Orientation, TreeFault> {
     let mut columns = [0.0; 9];
     for (entry, bytes) in columns.iter_mut().zip(bytes.map_or(&[][..], |bytes| bytes.as_chunks().0)) {
         *entry = f32::from_le_bytes(*bytes);
     }
     let rotation = Mat3A::from(Mat3::from_cols_array(&columns));
-    let frame = Frame { rotation, id: MESH_FRAME + 1 + index as u32 };
-    if frame.is_orthonormal() { Ok(frame) } else { Err(TreeFault::Frame(index)) }
+    let orientation = Orientation { rotation, id: MESH_ORIENTATION + 1 + index as u32 };
+    if orientation.is_orthonormal() { Ok(orientation) } else { Err(TreeFault::Orientation(index)) }
 }

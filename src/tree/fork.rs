@@ -1,23 +1,29 @@
-//! Two halves of a computation, at the same time where that pays.
+//! Parts of a computation, at the same time where that pays.
 
-/// How many pieces, to be computed in threads, what is left may be cut into.
-#[derive(Clone, Copy)]
-pub(super) struct Pieces(usize);
+use alloc::vec::Vec;
+use core::ops::Range;
 
 /// Fewer triangles are not worth a thread.
 const LEAST_TRIANGLES: usize = 4096;
+
+/// How many threads there may be, and how many pieces what is left of a computation may be cut into.
+#[derive(Clone, Copy)]
+pub(super) struct Pieces {
+    threads: usize,
+    count: usize,
+}
 
 impl Pieces {
     /// For `triangles` and at most `threads` threads. More pieces than threads, because pieces are not alike.
     pub fn new(threads: usize, triangles: usize) -> Self {
         if threads < 2 || !cfg!(feature = "parallel") {
-            return Self(1);
+            return Self { threads: 1, count: 1 };
         }
-        Self(threads.saturating_mul(4).min(triangles / LEAST_TRIANGLES).max(1))
+        Self { threads, count: threads.saturating_mul(4).min(triangles / LEAST_TRIANGLES).max(1) }
     }
 
-    pub fn is_one(self) -> bool {
-        self.0 == 1
+    pub fn count(self) -> usize {
+        self.count
     }
 
     /// Runs both, which have the given sizes, and shares the pieces between them.
@@ -27,13 +33,32 @@ impl Pieces {
         a: impl FnOnce(Self) -> A + Send,
         b: impl FnOnce(Self) -> B + Send,
     ) -> (A, B) {
-        if self.0 < 2 {
+        if self.count < 2 {
             return (a(self), b(self));
         }
-        let share = (self.0 as u128 * sizes[0] as u128 / (sizes[0] as u128 + sizes[1] as u128).max(1)) as usize;
-        let share = share.clamp(1, self.0 - 1);
-        in_threads(|| a(Self(share)), || b(Self(self.0 - share)))
+        let share = (self.count as u128 * sizes[0] as u128 / (sizes[0] as u128 + sizes[1] as u128).max(1)) as usize;
+        let share = share.clamp(1, self.count - 1);
+        let of = |count| Self { count, ..self };
+        in_threads(|| a(of(share)), || b(of(self.count - share)))
     }
+
+    /// Does all jobs; each thread takes the next when it is done with one.
+    pub fn each<J: Send>(self, jobs: Vec<J>, work: impl Fn(J) + Sync) {
+        let threads = self.threads.min(jobs.len());
+        if threads < 2 { jobs.into_iter().for_each(work) } else { share(threads, jobs, &work) }
+    }
+}
+
+/// Disjoint pieces of a slice, in its order.
+pub(super) fn split<T>(mut slice: &mut [T], ranges: impl Iterator<Item = Range<usize>>) -> Vec<&mut [T]> {
+    let mut begin = 0;
+    let mut pieces = Vec::new();
+    for range in ranges {
+        let (piece, rest) = slice.split_at_mut(range.start - begin).1.split_at_mut(range.len());
+        (slice, begin) = (rest, range.end);
+        pieces.push(piece);
+    }
+    pieces
 }
 
 #[cfg(not(feature = "parallel"))]
@@ -41,10 +66,15 @@ fn in_threads<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {
     (a(), b())
 }
 
+#[cfg(not(feature = "parallel"))]
+fn share<J>(_: usize, jobs: Vec<J>, work: &impl Fn(J)) {
+    jobs.into_iter().for_each(work);
+}
+
 #[cfg(feature = "parallel")]
 fn in_threads<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
     use std::sync::Mutex;
-    // A thread that the system refuses would take `a` with it.
+    // If spawning fails, the closure would be dropped with the builder; kept in a slot, it can still run here.
     let slot = Mutex::new(Some(a));
     let take = || slot.lock().ok().and_then(|mut slot| slot.take()).map(|a| a());
     let both = crossbeam_utils::thread::scope(|scope| {
@@ -58,4 +88,23 @@ fn in_threads<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -
     });
     let (a, b) = both.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     (a.or_else(take).expect("taken once, by the thread or here"), b)
+}
+
+#[cfg(feature = "parallel")]
+fn share<J: Send>(threads: usize, jobs: Vec<J>, work: &(impl Fn(J) + Sync)) {
+    let jobs = std::sync::Mutex::new(jobs.into_iter());
+    let next = || jobs.lock().ok()?.next();
+    let run = || {
+        while let Some(job) = next() {
+            work(job);
+        }
+    };
+    let done = crossbeam_utils::thread::scope(|scope| {
+        for _ in 1..threads {
+            // The share of a thread that cannot be spawned is done by the others.
+            let _ = scope.builder().spawn(|_| run());
+        }
+        run();
+    });
+    done.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
 }

@@ -1,22 +1,25 @@
 //! The bounding volume tree of one mesh.
 //!
 //! Built once, immutable while queries run, shared freely between threads. A binned-SAH binary tree over the triangles
-//! ([`binary`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with a frame of its own
-//! ([`assign`], [`frame`], [`axes`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes ([`fit`]), its
-//! alpha per axis and its profile level by level ([`profile`]); when vertices move, the same pass is all it takes
-//! ([`refit`]). What cannot be computed again, the mesh, the order of the triangles and the frames, is what a file of a
-//! tree holds ([`file`]).
+//! ([`binary`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with an orientation of
+//! its own ([`assign`], [`axes`], [`moments`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes
+//! ([`fit`]), its alpha per axis and its profile level by level ([`profile`]). When vertices move, that pass is repeated
+//! ([`refit`]). The file of a tree ([`file`]) holds what cannot be computed again: the mesh, the order of the triangles and
+//! the orientations.
 
+mod align;
 mod assign;
 mod axes;
 mod binary;
 mod collapse;
-mod columns;
+mod eight;
 mod file;
 mod fit;
 mod fork;
-mod frame;
+mod moments;
 mod options;
+mod orientation;
+mod place;
 mod profile;
 mod refit;
 mod unit;
@@ -36,8 +39,8 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::sync::atomic::{AtomicUsize, Ordering};
 use fork::Pieces;
-use frame::Frame;
 use glam::{Mat3, Vec3};
+use orientation::Orientation;
 use profile::Profiles;
 
 /// A mesh with its bounding volume tree.
@@ -71,7 +74,7 @@ pub struct TreeStats {
     pub depth: usize,
     /// Nodes on each level.
     pub nodes_per_level: Vec<usize>,
-    /// Mean over the subtrees of each level of their alpha, per axis of their frames.
+    /// Mean alpha of the subtrees of each level, per axis of their boxes.
     pub alpha_per_level: Vec<Vec3>,
     /// Bytes of the nodes.
     pub bytes_nodes: usize,
@@ -106,10 +109,14 @@ impl Tree {
     pub fn with_options(mesh: Mesh, options: &BuildOptions) -> Self {
         let pieces = Pieces::new(options.threads, mesh.len());
         let unit = Unit::of(&mesh);
-        let whole = if options.frames { align(&unit, &mesh) } else { Frame::IDENTITY };
+        let whole = if options.orientations { align::align(&unit, &mesh) } else { Orientation::IDENTITY };
         let binary = binary::build(&mesh, &unit, &whole, options.effort, pieces);
         let triangles = unit.triangles(&mesh, &binary.order).collect::<Box<[Triangle]>>();
-        let mut nodes = collapse::collapse(&binary, &triangles, whole, options, pieces);
+        let mut plan = collapse::Plan::of(&binary, &whole);
+        if options.orientations && options.effort != Effort::Fast {
+            assign::choose_orientations(&mut plan, &triangles, options.effort, pieces);
+        }
+        let mut nodes = plan.nodes.into_boxed_slice();
         let mut profiles = Profiles::room(&mut nodes);
         update::update(&mut nodes, &triangles, &mut profiles);
         let built_cost = profiles.cost;
@@ -120,12 +127,12 @@ impl Tree {
         tree
     }
 
-    /// The mesh it was built of.
+    /// The mesh that it was built from, with the vertices of the last refit.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// Length of the unit in which subtrees give their extents, in the mesh's own.
+    /// Length of the unit in which subtrees state their extents, in the mesh's unit of length.
     pub fn unit_length(&self) -> f64 {
         self.unit.length()
     }
@@ -161,10 +168,10 @@ impl Tree {
         }
     }
 
-    /// Whether the tree is sound: every triangle in one cluster and inside every box above it, every profile consistent.
+    /// Checks the tree: every triangle in one cluster and inside every box above it, every profile consistent. `O(n depth)`.
     ///
     /// # Errors
-    /// The first fault found. A tree that was built here has none.
+    /// The first fault found. A tree that was built, refitted or loaded by this library has none.
     pub fn validate(&self) -> Result<(), TreeFault> {
         validate::validate(self)
     }
@@ -209,14 +216,6 @@ impl Tree {
     }
 }
 
-/// The frame in which the binary tree is split, from a sample of the triangles.
-fn align(unit: &Unit, mesh: &Mesh) -> Frame {
-    const SAMPLES: usize = 512;
-    let step = mesh.len().div_ceil(SAMPLES).max(1);
-    let ids: Vec<u32> = (0..mesh.len() as u32).step_by(step).collect();
-    frame::align(&unit.triangles(mesh, &ids).collect::<Vec<_>>())
-}
-
 /// A number that no tree of this process has had.
 fn next_identity() -> usize {
     static NEXT: AtomicUsize = AtomicUsize::new(0);
@@ -245,25 +244,25 @@ impl<'t> Subtree<'t> {
         self.node().is_cluster
     }
 
-    /// Half extents of its box, in the axes of its frame, unit coordinates.
+    /// Half extents of its box along the box's own axes, unit coordinates.
     pub fn half_extents(&self) -> Vec3 {
         self.node().extent()
     }
 
-    /// Its frame: the columns are the axes of its box, in the mesh's axes.
+    /// Its orientation: the columns are the axes of its box, mesh coordinates.
     pub fn rotation(&self) -> Mat3 {
         self.node().rotation()
     }
 
-    /// Diminishing factor per axis of the frame, measured end to end: the factor by which boxes shrink on a binary level,
+    /// Diminishing factor per axis of its box, measured end to end: the factor by which boxes shrink on a binary level,
     /// `(mean triangle extent / own extent)^(1 / log2(triangles))`. Within 0..=1.
     pub fn alpha(&self) -> Vec3 {
         self.tree.profiles.shapes[self.index].alpha
     }
 
-    /// Expected BV tests against its like, averaged over the placements in which their boxes meet.
+    /// Expected BV tests of this subtree against a copy of itself, averaged over all overlapping placements.
     pub fn self_cost(&self) -> f32 {
-        self.node().visits
+        self.node().self_cost
     }
 
     /// Levels of boxes below it: 1 for a cluster, whose next level are its triangles.

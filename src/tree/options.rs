@@ -6,47 +6,47 @@
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct BuildOptions {
-    /// What the build may cost.
+    /// How much time the build may take.
     pub effort: Effort,
-    /// Whether boxes may be turned to where they are smallest; else all are parallel to the mesh's axes.
-    pub frames: bool,
-    /// Most threads to build in, 1 by default. More than one only with the feature `parallel`, and only large meshes; the
-    /// tree is the same, to the bit.
+    /// Whether nodes choose the orientation in which their boxes are smallest; if not, all boxes have the mesh's axes.
+    pub orientations: bool,
+    /// Most threads that build at once, the caller's included; 1 by default. More than one are used only with the feature
+    /// `parallel`, and only for large meshes. The tree is the same to the bit, however many there are.
     pub threads: usize,
 }
 
-/// How much time a build may take to make queries faster; the figures are in `docs/performance.md`.
+/// How much time a build takes, to make queries faster; figures in `docs/performance.md`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Effort {
-    /// One frame for the whole mesh, 8 bins an axis.
+    /// One orientation for the whole mesh, 8 bins an axis.
     Fast,
-    /// A frame for each node, 16 bins an axis, 8 for few triangles.
+    /// An orientation for each node, 16 bins an axis, 8 for few triangles.
     Normal,
-    /// A frame for each node out of more candidates, 64 bins an axis, 16 for few triangles.
+    /// An orientation for each node, chosen from more candidates; 64 bins an axis, 16 for few triangles.
     Best,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { effort: Effort::Normal, frames: true, threads: 1 }
+        Self { effort: Effort::Normal, orientations: true, threads: 1 }
     }
 }
 
 impl BuildOptions {
-    /// For meshes that change or are asked about only a few times.
+    /// The fastest build: for meshes that change, or that only a few queries will use.
     #[must_use]
     pub fn fast_build() -> Self {
         Self { effort: Effort::Fast, ..Self::default() }
     }
 
-    /// For meshes that are built once and asked about often.
+    /// The fastest queries: for trees that are built once and used often.
     #[must_use]
     pub fn best() -> Self {
         Self { effort: Effort::Best, ..Self::default() }
     }
 
-    /// The same with at most this many threads.
+    /// Sets the number of threads.
     #[must_use]
     pub fn threads(self, threads: usize) -> Self {
         Self { threads, ..self }

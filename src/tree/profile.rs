@@ -1,18 +1,17 @@
 //! What a subtree is like, level by level: the numbers that the cost model lives on.
 //!
-//! All are measured in the frame of the subtree's root: a box with half extents `e` and frame `Q` counts as `|Q| e`.
+//! All are measured along the axes of the subtree's root: a box with half extents `e` and axes `Q` counts as `|Q| e`.
 //! Levels are merged bottom-up from those of the children, `O(nodes * height)`.
 
-use super::columns::PRESENT;
-use super::fit::halves;
+use super::eight::present;
 use super::wide::{Node, xyz};
-use crate::math::lanes::{F8, Lanes, per_axis};
+use crate::math::lanes::{F8, Lanes, per_axis, sums};
 use alloc::boxed::Box;
 use core::f32::consts::LN_2;
 use glam::{Mat3A, Vec3, Vec3A};
 use wide::{f32x4, i32x4};
 
-/// The boxes of one level of a subtree, counted down from its root; frame of the root, unit coordinates (multiply by
+/// The boxes of one level of a subtree, counted down from its root; axes of the root, unit coordinates (multiply by
 /// [`crate::Tree::unit_length`] for the mesh's).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -37,11 +36,11 @@ impl LevelProfile {
         let own = xyz(node.own_center);
         // Boxes that are not there have no extent.
         let [x, y, z] = per_axis!(k => F8::load(lanes, &node.half[k]));
-        let present = F8::load(lanes, &PRESENT[usize::from(node.children)]);
+        let present = present(lanes, node.children.into());
         let [u, v, w] = per_axis!(k => (F8::load(lanes, &node.center[k]) - F8::splat(lanes, own[k])) * present);
-        let [hx, hy, hz, area] = sums(x, y, z, x * y + y * z + z * x);
-        let [cx, cy, cz, uu] = sums(u, v, w, u * u);
-        let [vv, ww, ..] = sums(v * v, w * w, u, u);
+        let [hx, hy, hz, area] = sums([x, y, z, x * y + y * z + z * x]);
+        let [cx, cy, cz, uu] = sums([u, v, w, u * u]);
+        let [vv, ww, ..] = sums([v * v, w * w, u, u]);
         let mean = Vec3A::new(cx, cy, cz) * scale;
         let level = Self {
             nodes: f32::from(node.children),
@@ -52,7 +51,7 @@ impl LevelProfile {
         (level, 8.0 * area)
     }
 
-    /// The same boxes seen from a frame that `rotation` leads to.
+    /// The same boxes along the axes that `rotation` leads to.
     #[inline(always)]
     fn rotated(&self, rotation: &Mat3A, absolute: &Mat3A, squared: &Mat3A) -> Self {
         Self {
@@ -132,18 +131,10 @@ impl Profiles {
         };
         let alpha = alpha(leaf, node.extent(), node.triangles);
         node.alpha = alpha.element_product();
-        node.visits = visits(node, levels);
+        node.self_cost = self_cost(node, levels);
         self.shapes[index] = Shape { leaf, alpha };
         f64::from(area)
     }
-}
-
-/// The sum over the lanes of each of four vectors.
-#[inline(always)]
-fn sums<L: Lanes>(a: F8<L>, b: F8<L>, c: F8<L>, d: F8<L>) -> [f32; 4] {
-    let ([a, b], [c, d]) = ([halves(a), halves(b)], [halves(c), halves(d)]);
-    let [a, b, c, d] = f32x4::transpose([a[0] + a[1], b[0] + b[1], c[0] + c[1], d[0] + d[1]]);
-    ((a + c) + (b + d)).to_array()
 }
 
 /// Puts the levels of the children of `node`, which lie in `all`, together in `levels`; returns the mean half extent of
@@ -161,7 +152,7 @@ fn merge_children(
     let mut leaves = Vec3::ZERO;
     for (child, shape) in children.iter().zip(shapes) {
         let of_child = &all[child.profile as usize..][..usize::from(child.height)];
-        if child.frame == node.frame {
+        if child.orientation == node.orientation {
             for (level, seen) in levels.iter_mut().zip(of_child) {
                 *level = level.merged(seen);
             }
@@ -241,11 +232,11 @@ fn number(bits: i32) -> f32 {
     f32::from_bits(bits as u32)
 }
 
-/// Expected BV tests of a subtree against its like, averaged over the placements in which their roots meet:
+/// Expected BV tests of a subtree against a copy of itself, averaged over all overlapping placements:
 /// `sum_l n_(l+1)^2 O_l / n_l^2`, `O_l = n_l^2 prod_k e_k(l) / e_k(0)` (the mean of the products replaced by the product
 /// of the means).
 #[inline(always)]
-fn visits(node: &Node, levels: &[LevelProfile]) -> f32 {
+fn self_cost(node: &Node, levels: &[LevelProfile]) -> f32 {
     let own = node.extent();
     let mut share = 1.0;
     let mut tests = 0.0;

@@ -1,4 +1,4 @@
-//! New vertices for the same triangles: boxes, profiles and alphas anew, nodes and frames kept.
+//! New vertices for the same triangles: nodes and orientations stay; boxes, profiles and alphas are computed anew.
 
 use super::update::update;
 use super::{Tree, Unit, next_identity};
@@ -52,9 +52,7 @@ impl Tree {
 
     fn follow_mesh(&mut self) {
         self.unit = Unit::of(&self.mesh);
-        for (triangle, new) in self.triangles.iter_mut().zip(self.unit.triangles(&self.mesh, &self.ids)) {
-            *triangle = new;
-        }
+        self.unit.place(&self.mesh, &self.ids, &mut self.triangles);
         update(&mut self.nodes, &self.triangles, &mut self.profiles);
         // A stopped query of the old boxes may not go on among the new ones.
         self.identity = next_identity();

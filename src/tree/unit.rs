@@ -5,7 +5,7 @@
 //! and so loses nothing; the shift is rounded in `f64`. The exact stage never sees these coordinates.
 
 use crate::mesh::Mesh;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// The map from mesh to unit coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,8 +48,13 @@ impl Unit {
     /// The map of points into unit coordinates.
     #[inline(always)]
     pub(super) fn of_points(self) -> impl Fn(DVec3) -> DVec3 + Copy {
-        let scale = power_of_two(-self.exponent);
+        let scale = self.scale();
         move |x| (x - self.origin) * scale
+    }
+
+    /// What the distance from the origin is multiplied with.
+    pub(super) fn scale(&self) -> f64 {
+        power_of_two(-self.exponent)
     }
 
     /// The triangles of `mesh` in the given order.
@@ -63,15 +68,6 @@ impl Unit {
             let rest = (a - p.as_dvec3()).as_vec3();
             Triangle([[p.x, p.y, p.z, e.x], [e.y, e.z, f.x, f.y], [f.z, rest.x, rest.y, rest.z]])
         })
-    }
-}
-
-impl Triangle {
-    /// The corners, off by at most 2^-22.
-    pub fn corners(&self) -> [Vec3; 3] {
-        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = self.0;
-        let first = Vec3::new(x, y, z);
-        [first, first + Vec3::new(ex, ey, ez), first + Vec3::new(fx, fy, fz)]
     }
 }
 

@@ -1,15 +1,15 @@
 //! Boxes, profiles and alphas of all nodes, bottom-up in one pass: the end of a build and the whole of a refit.
 
-use super::columns::PRESENT;
-use super::fit::{Eight, Extent};
+use super::eight::{Eight, present};
+use super::fit::{Extent, span};
 use super::profile::Profiles;
 use super::unit::Triangle;
 use super::wide::Node;
 use crate::math::lanes::{F8, Instructions, Kernel, Lanes};
 use wide::f32x4;
 
-/// Computes everything of `nodes` and `profiles` that depends on where the triangles are; frames and the tree stay. `O(n)`
-/// in the mean, and allocates nothing.
+/// Computes everything in `nodes` and `profiles` that depends on where the triangles are; places and orientations stay.
+/// `O(n)` in the mean, and allocates nothing.
 pub(super) fn update(nodes: &mut [Node], triangles: &[Triangle], profiles: &mut Profiles) {
     Instructions::detect().run(Update { nodes, triangles, profiles });
 }
@@ -45,7 +45,7 @@ impl Kernel for Update<'_> {
                     let eight = Eight::of_few(lanes, &triangles[child.triangle_range()]);
                     let extent = fit_cluster(lanes, child, &eight);
                     area += profiles.measure(lanes, number, child, &[]);
-                    if child.frame == node.frame { extent } else { eight.span(lanes, node).extent() }
+                    if child.orientation == node.orientation { extent } else { span(lanes, &eight, node).extent() }
                 } else {
                     Extent::of_subtree(lanes, &later[number - first], node, later, first, triangles)
                 };
@@ -71,8 +71,8 @@ impl Kernel for Update<'_> {
 
 #[inline(always)]
 fn fit_cluster<L: Lanes>(lanes: L, node: &mut Node, triangles: &Eight<L>) -> Extent {
-    let span = triangles.span(lanes, node);
-    let half = F8::load(lanes, &PRESENT[usize::from(node.children)]) * F8::splat(lanes, 0.5);
+    let span = span(lanes, triangles, node);
+    let half = present(lanes, node.children.into()) * F8::splat(lanes, 0.5);
     for k in 0..3 {
         node.center[k] = ((span.min[k] + span.max[k]) * half).store();
         node.half[k] = ((span.max[k] - span.min[k]) * half).store();

@@ -1,6 +1,8 @@
 //! The invariants of a tree, checked one by one; for tests and debug builds.
 
-use super::{MAX_HEIGHT, Node, Tree};
+use super::binary::{CLUSTER, most_depth};
+use super::wide::WIDTH;
+use super::{Node, Tree};
 use crate::math::tolerance::BOX_ROUNDING;
 use core::fmt;
 use core::ops::Range;
@@ -16,10 +18,12 @@ pub enum TreeFault {
     Children(usize),
     /// A triangle leaves the box of this node, or of one of its children.
     Outside(usize),
-    /// The frame of this node is no rotation.
-    Frame(usize),
-    /// This node lies deeper than a query can follow.
+    /// The orientation of this node is not a rotation.
+    Orientation(usize),
+    /// This node lies deeper than any in a tree that is built of as many triangles.
     Depth(usize),
+    /// This node has fewer children, or fewer triangles for the clusters below it, than a build gives to a node.
+    Sparse(usize),
     /// The profile or an alpha of this node is out of its range.
     Profile(usize),
 }
@@ -30,8 +34,9 @@ impl fmt::Display for TreeFault {
             Self::Triangle(id) => write!(f, "triangle {id} is not in exactly one cluster"),
             Self::Children(node) => write!(f, "the children of node {node} do not make up its triangles"),
             Self::Outside(node) => write!(f, "a triangle leaves a box of node {node}"),
-            Self::Frame(node) => write!(f, "the frame of node {node} is no rotation"),
+            Self::Orientation(node) => write!(f, "the orientation of node {node} is not a rotation"),
             Self::Depth(node) => write!(f, "node {node} lies too deep"),
+            Self::Sparse(node) => write!(f, "node {node} has too few children or triangles"),
             Self::Profile(node) => write!(f, "the profile of node {node} is out of range"),
         }
     }
@@ -41,6 +46,7 @@ impl core::error::Error for TreeFault {}
 
 pub(super) fn validate(tree: &Tree) -> Result<(), TreeFault> {
     each_once(&tree.ids, tree.mesh.len())?;
+    dense(&tree.nodes)?;
     for index in 0..tree.nodes.len() {
         children(tree, index)?;
         boxes(tree, index)?;
@@ -59,6 +65,26 @@ pub(super) fn each_once(ids: &[u32], triangles: usize) -> Result<(), TreeFault> 
         }
     }
     missing.iter().position(|&missing| missing).map_or(Ok(()), |id| Err(TreeFault::Triangle(id as u32)))
+}
+
+/// Whether there are no more nodes than a build makes of as many triangles: at most 8 for 7 triangles, 1 of 7 an inner one.
+///
+/// For a build splits only what has more than [`CLUSTER`] triangles, so an inner node has 7 more triangles than clusters at
+/// least; and it opens nodes until there are [`WIDTH`] children, so an inner node with fewer has only clusters. With `t`
+/// triangles, `c` clusters, `a` inner nodes that have 8 children and `b` others: each of these `b` holds 7 triangles more than
+/// clusters, so `c <= t - 7 b`; every node but the root is a child, so `8 a + 2 b <= a + b + c - 1`. Hence `7 (a + b) < t`
+/// and `7 (a + b + c) < 8 t`.
+pub(super) fn dense(nodes: &[Node]) -> Result<(), TreeFault> {
+    let mut clusters = alloc::vec![1; nodes.len()];
+    for (index, node) in nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_cluster) {
+        let children = node.child_range();
+        let only_clusters = nodes[children.clone()].iter().all(|child| child.is_cluster);
+        clusters[index] = clusters[children.clone()].iter().sum::<usize>();
+        if (children.len() < WIDTH && !only_clusters) || clusters[index] + CLUSTER > node.triangles as usize + 1 {
+            return Err(TreeFault::Sparse(index));
+        }
+    }
+    Ok(())
 }
 
 /// The triangles, in tree order, of child `i` of `node`.
@@ -82,18 +108,18 @@ fn children(tree: &Tree, index: usize) -> Result<(), TreeFault> {
 
 fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
     let node = &tree.nodes[index];
-    if !node.frame().is_orthonormal() {
-        return Err(TreeFault::Frame(index));
+    if !node.orientation().is_orthonormal() {
+        return Err(TreeFault::Orientation(index));
     }
-    if usize::from(node.depth) >= MAX_HEIGHT {
+    if u32::from(node.depth) > most_depth(tree.mesh.len()) {
         return Err(TreeFault::Depth(index));
     }
-    let to_frame = node.rotation().transpose().as_dmat3();
+    let to_axes = node.rotation().transpose().as_dmat3();
     for i in 0..usize::from(node.children) {
         let lane = |boxes: &[[f32; 8]; 3]| Vec3::from_array([0, 1, 2].map(|k| boxes[k][i])).as_dvec3();
         for triangle in child_range(tree, node, i) {
             for x in tree.mesh.triangle(tree.ids[triangle] as usize) {
-                let x = to_frame * ((x - tree.unit.origin) / tree.unit.length());
+                let x = to_axes * ((x - tree.unit.origin) / tree.unit.length());
                 let inside = |center: DVec3, half: DVec3| {
                     (x - center).abs().cmple(half + DVec3::splat(f64::from(BOX_ROUNDING))).all()
                 };

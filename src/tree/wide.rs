@@ -1,6 +1,6 @@
-//! A node of the wide tree: up to eight children, and a frame of its own.
+//! A node of the wide tree: up to eight children and an orientation.
 
-use super::frame::Frame;
+use super::orientation::Orientation;
 use core::ops::Range;
 use glam::{Mat3, Mat3A, Vec3, Vec3A};
 use wide::f32x4;
@@ -13,7 +13,7 @@ pub(crate) const MAX_HEIGHT: usize = 71;
 
 /// A node of the wide tree, five cache lines. Its children lie one after the other: nodes, or the triangles of a cluster.
 ///
-/// Boxes are centre and half extent in the node's frame, unit coordinates.
+/// Boxes are centre and half extent along the node's own axes, unit coordinates.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
@@ -23,12 +23,12 @@ pub(crate) struct Node {
     /// The node's own box.
     pub own_center: f32x4,
     pub own_half: f32x4,
-    /// Columns are the axes of the frame, unit coordinates of the mesh.
+    /// The orientation: columns are the axes of the boxes, unit coordinates of the mesh.
     pub rotation: [f32x4; 3],
     /// Square root of the surface area of the own box.
     pub size: f32,
-    /// Equal ids mean equal frames; 0 is the mesh's own.
-    pub frame: u32,
+    /// Id of the orientation: equal ids mean equal orientations, 0 means the axes of the mesh.
+    pub orientation: u32,
     /// First child: a node, or a triangle of a cluster.
     pub first_child: u32,
     /// Triangles of the subtree: `first_triangle..first_triangle + triangles`, in tree order.
@@ -36,8 +36,8 @@ pub(crate) struct Node {
     pub triangles: u32,
     /// First level of the profile.
     pub profile: u32,
-    /// Expected BV tests of this subtree against its like ([`super::profile`]).
-    pub visits: f32,
+    /// Expected BV tests of this subtree against a copy of itself ([`super::profile`]).
+    pub self_cost: f32,
     /// End to end alpha, product of the axes.
     pub alpha: f32,
     /// Number of children.
@@ -71,12 +71,12 @@ impl Node {
         own_half: f32x4::ZERO,
         rotation: [f32x4::ZERO; 3],
         size: 0.0,
-        frame: 0,
+        orientation: 0,
         first_child: 0,
         first_triangle: 0,
         triangles: 0,
         profile: 0,
-        visits: 0.0,
+        self_cost: 0.0,
         alpha: 1.0,
         children: 0,
         is_cluster: false,
@@ -117,13 +117,13 @@ impl Node {
         Mat3A::from_cols(vec3a(x), vec3a(y), vec3a(z))
     }
 
-    pub(super) fn frame(&self) -> Frame {
-        Frame { rotation: self.axes(), id: self.frame }
+    pub(super) fn orientation(&self) -> Orientation {
+        Orientation { rotation: self.axes(), id: self.orientation }
     }
 
-    pub(super) fn set_frame(&mut self, frame: &Frame) {
-        let Mat3A { x_axis, y_axis, z_axis } = frame.rotation;
+    pub(super) fn set_orientation(&mut self, orientation: &Orientation) {
+        let Mat3A { x_axis, y_axis, z_axis } = orientation.rotation;
         self.rotation = [x_axis, y_axis, z_axis].map(|axis| f32x4::new(axis.extend(0.0).to_array()));
-        self.frame = frame.id;
+        self.orientation = orientation.id;
     }
 }

@@ -23,7 +23,7 @@ fn all_shapes() -> [(Box<punctual_mesh>, Mesh); 6] {
 fn all_trees() -> [(Box<punctual_tree>, Tree); 6] {
     let options = punctual_build_options { effort: punctual_effort::Fast as u32, frames: 0, threads: 2 };
     let mut fast = BuildOptions::fast_build();
-    fast.frames = false;
+    fast.orientations = false;
     all_shapes().map(|(mesh, native)| {
         (owned(|tree| punctual_tree_new(Some(&mesh), Some(&options), tree)), Tree::with_options(native, &fast))
     })
@@ -156,7 +156,7 @@ fn damaged_bytes_are_refused_as_in_rust() {
     for bytes in [&damaged[..], &file[..60], &[], b"a letter"] {
         refused(bytes, &Tree::from_bytes(bytes).unwrap_err().to_string());
     }
-    refused(b"a letter", "these bytes are no tree: they do not begin with PUNCTREE");
+    refused(b"a letter", "these bytes are not a tree: they do not begin with PUNCTREE");
     refused(&[], "the tree should have 52 bytes, but has 0");
 }
 

@@ -1,0 +1,64 @@
+//! The orientation in which single triangles have the smallest boxes, so that the binary tree, which splits along its axes,
+//! does not depend on how a part lies in its file.
+
+use super::axes::{Candidates, Cluster, identity};
+use super::moments::{Moments, Surfaces};
+use super::options::Effort;
+use super::orientation::{MESH_ORIENTATION, Orientation};
+use super::unit::{Triangle, Unit};
+use super::wide::WIDTH;
+use crate::math::lanes::{Instructions, Kernel, Lanes};
+use crate::mesh::Mesh;
+use alloc::vec::Vec;
+
+/// Most triangles that are looked at.
+const SAMPLES: usize = 512;
+
+/// The best orientation for the triangles of `mesh`, from a sample of them. `O(1)`.
+pub(super) fn align(unit: &Unit, mesh: &Mesh) -> Orientation {
+    if mesh.is_empty() {
+        return Orientation::IDENTITY;
+    }
+    let step = mesh.len().div_ceil(SAMPLES);
+    let ids: Vec<u32> = (0..mesh.len() as u32).step_by(step).collect();
+    let samples: Vec<Triangle> = unit.triangles(mesh, &ids).collect();
+    Instructions::detect().run(Align { samples: &samples })
+}
+
+struct Align<'t> {
+    samples: &'t [Triangle],
+}
+
+impl Kernel for Align<'_> {
+    type Output = Orientation;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Orientation {
+        // Axes that are hardly better than the mesh's own are chance.
+        const MARGIN: f32 = 0.95;
+        let mut parts = self.samples.len().div_ceil(WIDTH);
+        let mut merged = alloc::vec![Moments::EMPTY; parts.div_ceil(WIDTH)];
+        for (i, chunk) in self.samples.chunks(WIDTH).enumerate() {
+            merged[i / WIDTH].set(lanes, i % WIDTH, &Surfaces::of_triangles(lanes, chunk, i * WIDTH));
+        }
+        while parts > 1 {
+            parts = merged.len();
+            let mut above = alloc::vec![Moments::EMPTY; parts.div_ceil(WIDTH)];
+            for (i, part) in merged.iter().enumerate() {
+                above[i / WIDTH].set(lanes, i % WIDTH, &Surfaces::load(lanes, part));
+            }
+            merged = above;
+        }
+        let whole = Surfaces::load(lanes, &merged[0]);
+        let candidates = Candidates::of(lanes, &whole, self.samples, Effort::Normal);
+        let mut sum = [0.0; _];
+        for chunk in self.samples.chunks(WIDTH) {
+            let costs = candidates.costs(lanes, 0, &identity(lanes), &Cluster::of(lanes, chunk));
+            for (sum, cost) in sum.iter_mut().zip(costs) {
+                *sum += cost;
+            }
+        }
+        sum[0] *= MARGIN;
+        candidates.best(0, &sum).map_or(Orientation::IDENTITY, |axes| Orientation::of(&axes, MESH_ORIENTATION))
+    }
+}

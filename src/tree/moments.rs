@@ -1,0 +1,139 @@
+//! The surfaces of up to eight subtrees at a time, one a lane, summed up by a few numbers.
+//!
+//! These are area, mean, covariance, second moment of the normals, and the largest triangle. Those of a node follow from
+//! those of its children, so all nodes together cost `O(n)`.
+
+use super::eight::{Eight, present};
+use super::unit::Triangle;
+use super::wide::WIDTH;
+use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, sums};
+
+/// A symmetric matrix a lane: xx, yy, zz, xy, xz, yz.
+pub(super) type Symmetric<L> = [F8<L>; 6];
+
+/// `[e(0), .., e(5)]`: a symmetric matrix entry by entry.
+macro_rules! per_entry {
+    ($k:ident => $e:expr) => {
+        per_entry!(@ $k => $e; 0, 1, 2, 3, 4, 5)
+    };
+    (@ $k:ident => $e:expr; $($i:literal),*) => {
+        [$({
+            let $k = $i;
+            $e
+        }),*]
+    };
+}
+pub(super) use per_entry;
+
+/// Lets areas of zero be divided by.
+pub(super) const TINY: f32 = 1e-30;
+
+/// The surfaces in registers; a lane without area is empty.
+pub(super) struct Surfaces<L: Lanes> {
+    area: F8<L>,
+    mean: V8<L>,
+    pub covariance: Symmetric<L>,
+    pub normals: Symmetric<L>,
+    /// The area of the largest triangle, and which it is.
+    largest_area: F8<L>,
+    pub largest: [u32; WIDTH],
+}
+
+/// The same in memory.
+#[derive(Clone, Copy)]
+#[repr(C, align(32))]
+pub(super) struct Moments {
+    area: [f32; WIDTH],
+    mean: [[f32; WIDTH]; 3],
+    covariance: [[f32; WIDTH]; 6],
+    normals: [[f32; WIDTH]; 6],
+    largest_area: [f32; WIDTH],
+    largest: [u32; WIDTH],
+}
+
+impl<L: Lanes> Surfaces<L> {
+    /// Of up to eight single triangles, the first of which is number `first`.
+    #[inline(always)]
+    pub fn of_triangles(lanes: L, triangles: &[Triangle], first: usize) -> Self {
+        let Eight { first: corner, edges: [e, f] } = Eight::of_few(lanes, triangles);
+        let present = present(lanes, triangles.len());
+        let normal = cross(e, f);
+        // A triangle without area still has a place.
+        let area = dot(normal, normal).sqrt() + F8::splat(lanes, TINY);
+        let (ee, ff, gg) = (square(e), square(f), square(per_axis!(k => e[k] + f[k])));
+        let (third, part, three) = (F8::splat(lanes, 1.0 / 3.0), F8::splat(lanes, 1.0 / 36.0), F8::splat(lanes, 3.0));
+        let normals = square(normal);
+        let first = first as u32;
+        Self {
+            area: area * present,
+            mean: per_axis!(k => corner[k] + (e[k] + f[k]) * third),
+            // (2 e e^T + 2 f f^T - e f^T - f e^T) / 36
+            covariance: per_entry!(k => ((ee[k] + ff[k]) * three - gg[k]) * part),
+            normals: per_entry!(k => normals[k] * present / area),
+            largest_area: area * present,
+            largest: [first, first + 1, first + 2, first + 3, first + 4, first + 5, first + 6, first + 7],
+        }
+    }
+
+    #[inline(always)]
+    pub fn load(lanes: L, moments: &Moments) -> Self {
+        Self {
+            area: F8::load(lanes, &moments.area),
+            mean: per_axis!(k => F8::load(lanes, &moments.mean[k])),
+            covariance: per_entry!(k => F8::load(lanes, &moments.covariance[k])),
+            normals: per_entry!(k => F8::load(lanes, &moments.normals[k])),
+            largest_area: F8::load(lanes, &moments.largest_area),
+            largest: moments.largest,
+        }
+    }
+}
+
+impl Moments {
+    pub const EMPTY: Self = Self {
+        area: [0.0; WIDTH],
+        mean: [[0.0; WIDTH]; 3],
+        covariance: [[0.0; WIDTH]; 6],
+        normals: [[0.0; WIDTH]; 6],
+        largest_area: [0.0; WIDTH],
+        largest: [0; WIDTH],
+    };
+
+    /// Puts all lanes of `parts` together into lane `lane`.
+    #[inline(always)]
+    pub fn set<L: Lanes>(&mut self, lanes: L, lane: usize, parts: &Surfaces<L>) {
+        let w = parts.area;
+        let [area, x, y, z] = sums([w, w * parts.mean[0], w * parts.mean[1], w * parts.mean[2]]);
+        let scale = 1.0 / area;
+        let mean = [x * scale, y * scale, z * scale];
+        let apart = square(per_axis!(k => parts.mean[k] - F8::splat(lanes, mean[k])));
+        let c = per_entry!(k => (parts.covariance[k] + apart[k]) * w);
+        let n = &parts.normals;
+        let [xx, yy, zz, xy] = sums([c[0], c[1], c[2], c[3]]);
+        let [xz, yz, n0, n1] = sums([c[4], c[5], n[0], n[1]]);
+        let [n2, n3, n4, n5] = sums([n[2], n[3], n[4], n[5]]);
+        self.area[lane] = area;
+        for (column, x) in self.mean.iter_mut().zip(mean) {
+            column[lane] = x;
+        }
+        for (column, x) in self.covariance.iter_mut().zip([xx, yy, zz, xy, xz, yz]) {
+            column[lane] = x * scale;
+        }
+        for (column, x) in self.normals.iter_mut().zip([n0, n1, n2, n3, n4, n5]) {
+            column[lane] = x;
+        }
+        let areas = parts.largest_area.store();
+        let mut widest = 0;
+        for i in 1..WIDTH {
+            if areas[i] > areas[widest] {
+                widest = i;
+            }
+        }
+        self.largest_area[lane] = areas[widest];
+        self.largest[lane] = parts.largest[widest];
+    }
+}
+
+#[inline(always)]
+pub(super) fn square<L: Lanes>([x, y, z]: V8<L>) -> Symmetric<L> {
+    [x * x, y * y, z * z, x * y, x * z, y * z]
+}

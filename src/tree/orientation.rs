@@ -1,0 +1,51 @@
+//! The orientation of a node's boxes.
+
+use crate::math::tolerance::ROUNDING;
+use glam::{DMat3, DVec3, Mat3, Mat3A};
+use wide::f64x2;
+
+/// The id of an orientation chosen for the whole mesh; those of nodes follow.
+pub(super) const MESH_ORIENTATION: u32 = 1;
+
+/// The columns of `rotation` are the axes of a node's boxes, unit coordinates; equal ids mean equal orientations.
+#[derive(Clone, Copy)]
+pub(super) struct Orientation {
+    pub rotation: Mat3A,
+    pub id: u32,
+}
+
+impl Orientation {
+    pub const IDENTITY: Self = Self { rotation: Mat3A::IDENTITY, id: 0 };
+
+    /// Of axes that are orthogonal up to some roundings.
+    #[inline(always)]
+    pub fn of(axes: &Mat3A, id: u32) -> Self {
+        Self { rotation: orthonormal(axes), id }
+    }
+
+    /// Whether it is a rotation as nearly as the margins of a query need it: `|Q Q^T - I|` and `|Q^T Q - I|` at most 4
+    /// roundings an entry (`docs/numerics.md`).
+    pub fn is_orthonormal(&self) -> bool {
+        let q = Mat3::from(self.rotation).as_dmat3();
+        let small = |x: f64| x.abs() <= f64::from(4.0 * ROUNDING);
+        let is_identity = |m: DMat3| (m - DMat3::IDENTITY).to_cols_array().into_iter().all(small);
+        is_identity(q * q.transpose()) && is_identity(q.transpose() * q) && q.determinant() > 0.0
+    }
+}
+
+/// The right-handed rotation, orthonormal up to one rounding of each entry, that agrees best with the first column of `m`,
+/// then with its second.
+#[inline(always)]
+fn orthonormal(m: &Mat3A) -> Mat3A {
+    let x = normalized(m.x_axis.as_dvec3());
+    let y = m.y_axis.as_dvec3();
+    let y = normalized(y - x * x.dot(y));
+    Mat3A::from_cols(x.as_vec3a(), y.as_vec3a(), x.cross(y).as_vec3a())
+}
+
+#[inline(always)]
+fn normalized(v: DVec3) -> DVec3 {
+    // The square root of `libm` is an instruction for which AVX code waits a hundred cycles.
+    let [length, _] = f64x2::splat(v.length_squared()).sqrt().to_array();
+    v * (1.0 / length)
+}
