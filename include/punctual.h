@@ -1184,14 +1184,14 @@ punctual_status punctual_tree_levels(const struct punctual_tree *tree,
 punctual_status punctual_tree_validate(const struct punctual_tree *tree);
 
 /**
- * Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 830 kB.
+ * Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 910 kB.
  */
 punctual_status punctual_workspace_new(struct punctual_workspace **workspace);
 
 /**
  * Makes a workspace with room for `queue` node pairs (a full queue costs order, no answer) and `pairs` found pairs, at
  * least 1 (when they are full, the query stops with PAIRS_FULL, to be drained and resumed): `16 queue + 8 pairs` bytes and
- * about 240 kB.
+ * about 320 kB.
  *
  * Fails with OUT_OF_MEMORY if there is not that much.
  */

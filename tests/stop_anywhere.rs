@@ -34,7 +34,7 @@ impl Case {
         Query::new(&self.a, &self.b, self.pose).mode(mode).order(order)
     }
 
-    /// Every mode and order, with the queue in use from the first pair on and with the default grain.
+    /// Every mode and order, and early answers, with the queue in use from the first pair on and with the default grain.
     fn each_query(&self, mut visit: impl FnMut(&Query, Mode)) {
         for mode in MODES {
             for order in ORDERS {
@@ -43,6 +43,9 @@ impl Case {
                 visit(&query.queue_threshold(0.0), mode);
             }
         }
+        let early = self.query(Mode::All, Order::default()).early(true);
+        visit(&early, Mode::All);
+        visit(&early.queue_threshold(0.0), Mode::All);
     }
 }
 

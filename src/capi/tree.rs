@@ -100,7 +100,7 @@ fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault
         x if x == punctual_effort::Best as u32 => Effort::Best,
         unknown => return Err(Fault::Value("options->effort", unknown)),
     };
-    Ok(BuildOptions { effort, orientations: options.frames != 0, threads: options.threads })
+    Ok(BuildOptions { effort, orientations: options.frames != 0, threads: options.threads, ..BuildOptions::default() })
 }
 
 /// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and

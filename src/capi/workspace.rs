@@ -30,7 +30,7 @@ impl From<[u32; 2]> for punctual_triangle_pair {
 // `[u32; 2]` is handed out as this.
 const _: () = assert!(size_of::<punctual_triangle_pair>() == 8 && align_of::<punctual_triangle_pair>() == 4);
 
-/// Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 830 kB.
+/// Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 910 kB.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_workspace_new(
     workspace: Option<&mut MaybeUninit<Option<Box<punctual_workspace>>>>,
@@ -40,7 +40,7 @@ pub extern "C" fn punctual_workspace_new(
 
 /// Makes a workspace with room for `queue` node pairs (a full queue costs order, no answer) and `pairs` found pairs, at
 /// least 1 (when they are full, the query stops with PAIRS_FULL, to be drained and resumed): `16 queue + 8 pairs` bytes and
-/// about 240 kB.
+/// about 320 kB.
 ///
 /// Fails with OUT_OF_MEMORY if there is not that much.
 #[unsafe(no_mangle)]

@@ -18,6 +18,9 @@ pub const WORK_PER_TRIANGLE_TEST: u64 = 44;
 /// Work of one exact triangle test, on average.
 pub const WORK_PER_EXACT_TEST: u64 = 200;
 
+/// Work of finding out whether a pair of clusters has been visited.
+pub(crate) const WORK_PER_LOOKUP: u64 = 10;
+
 /// The most work that is done between two looks at the budget: a batch of eight triangle tests.
 pub const MAX_STEP_WORK: u64 = 8 * WORK_PER_TRIANGLE_TEST;
 

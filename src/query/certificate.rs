@@ -47,22 +47,20 @@ impl<'w> Certificate<'w> {
         (self.workspace.run.found + open.sum::<u64>()).min(all)
     }
 
-    /// Boxes in A's frame, one for each open pair: every missed intersection has all its points in one of them.
+    /// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. An
+    /// open pair of nodes whose boxes are apart has none.
     pub fn boxes(&self) -> impl Iterator<Item = Aabb> + 'w {
         let Self { a, b, b_in_a, .. } = *self;
         // That of B's vertices as they are placed, and twice as much for the boxes computed here (`docs/numerics.md`).
         let margin = 3.0 * rounding(a.unit(), b.unit(), b_in_a) + 8.0 * f64::EPSILON * a.unit().length();
-        let margin = DVec3::splat(margin);
-        self.open().map(move |open| {
-            let [a, b] = match open {
-                Open::Nodes(Pair { nodes, .. }) => {
-                    [node_bounds(a, nodes[0], &Pose::IDENTITY), node_bounds(b, nodes[1], b_in_a)]
-                }
-                Open::Triangles(pair) => {
-                    [triangle_bounds(a, pair[0], &Pose::IDENTITY), triangle_bounds(b, pair[1], b_in_a)]
-                }
-            };
-            Aabb { min: a.min.max(b.min) - margin, max: a.max.min(b.max) + margin }
+        self.open().filter_map(move |open| match open {
+            Open::Nodes(Pair { nodes, .. }) => {
+                Block::new(a, nodes[0], &Pose::IDENTITY).overlap(&Block::new(b, nodes[1], b_in_a), margin)
+            }
+            Open::Triangles(pair) => {
+                let (of_a, of_b) = (triangle_bounds(a, pair[0], &Pose::IDENTITY), triangle_bounds(b, pair[1], b_in_a));
+                Some(widened(of_a.min.max(of_b.min), of_a.max.min(of_b.max), margin))
+            }
         })
     }
 
@@ -75,7 +73,7 @@ impl<'w> Certificate<'w> {
     fn open(&self) -> impl Iterator<Item = Open> + 'w {
         let workspace = self.workspace;
         let triangles = workspace.waiting.as_slice().iter().chain(&workspace.doubtful).copied().map(Open::Triangles);
-        workspace.front.iter().map(Open::Nodes).chain(triangles)
+        workspace.open_nodes().map(Open::Nodes).chain(triangles)
     }
 }
 
@@ -106,15 +104,51 @@ fn triangle_bounds(tree: &Tree, triangle: u32, pose: &Pose) -> Aabb {
     Aabb::from_points(tree.mesh().triangle(id as usize).map(|v| pose.transform_point(v)))
 }
 
-/// The same for a node.
-fn node_bounds(tree: &Tree, node: u32, pose: &Pose) -> Aabb {
-    let node = &tree.nodes()[node as usize];
-    let (unit, rotation) = (tree.unit(), node.rotation().as_dmat3());
-    let center = unit.origin + rotation * Vec3::from(xyz(node.own_center)).as_dvec3() * unit.length();
-    let center = pose.transform_point(center);
-    let half = node.extent().as_dvec3() + DVec3::splat(f64::from(FRAME_ROUNDING));
-    let half = abs(&(*pose.rotation() * rotation)) * half * unit.length();
-    Aabb { min: center - half, max: center + half }
+/// The box of a node, as it lies in A's frame: `center + axes * x` for all `x` within `half`.
+struct Block {
+    center: DVec3,
+    axes: DMat3,
+    half: DVec3,
+}
+
+impl Block {
+    /// That of a node whose mesh lies at `pose`.
+    fn new(tree: &Tree, node: u32, pose: &Pose) -> Self {
+        let node = &tree.nodes()[node as usize];
+        let (unit, rotation) = (tree.unit(), node.rotation().as_dmat3());
+        let center = unit.origin + rotation * Vec3::from(xyz(node.own_center)).as_dvec3() * unit.length();
+        let half = (node.extent().as_dvec3() + DVec3::splat(f64::from(FRAME_ROUNDING))) * unit.length();
+        Self { center: pose.transform_point(center), axes: *pose.rotation() * rotation, half }
+    }
+
+    /// A box around all that two blocks have in common, by the axes of A and of both; `None` if that is nothing.
+    fn overlap(&self, other: &Self, margin: f64) -> Option<Aabb> {
+        let [a, b] = [self, other].map(|block| block.bounds(DVec3::ZERO, block.half));
+        let [c, d] = [self.part(other, margin)?, other.part(self, margin)?];
+        let min = a.min.max(b.min).max(c.min).max(d.min);
+        let max = a.max.min(b.max).min(c.max).min(d.max);
+        let common = widened(min, max, margin);
+        common.min.cmple(common.max).all().then_some(common)
+    }
+
+    /// A box around the part of this block that another one may reach.
+    fn part(&self, other: &Self, margin: f64) -> Option<Aabb> {
+        let inverse = self.axes.inverse();
+        let center = inverse * (other.center - self.center);
+        let reach = abs(&(inverse * other.axes)) * other.half + DVec3::splat(2.0 * margin);
+        let (min, max) = ((center - reach).max(-self.half), (center + reach).min(self.half));
+        min.cmple(max).all().then(|| self.bounds((min + max) * 0.5, (max - min) * 0.5))
+    }
+
+    /// A box in A's frame around a part of this block, in its own axes.
+    fn bounds(&self, center: DVec3, half: DVec3) -> Aabb {
+        let (center, half) = (self.center + self.axes * center, abs(&self.axes) * half);
+        Aabb { min: center - half, max: center + half }
+    }
+}
+
+fn widened(min: DVec3, max: DVec3, margin: f64) -> Aabb {
+    Aabb { min: min - margin, max: max + margin }
 }
 
 fn abs(m: &DMat3) -> DMat3 {

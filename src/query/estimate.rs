@@ -129,10 +129,10 @@ impl Query<'_> {
             triangle_pairs: (workspace.waiting.len() + workspace.doubtful.len()) as f64,
             ..FrontSummary::default()
         };
-        let open = workspace.front.len();
+        let open = workspace.open_nodes().count();
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
         let mut probe = Probe::new([self.a, self.b], &relation, summary);
-        workspace.front.iter().take(SAMPLE).for_each(|pair| probe.add(pair));
+        workspace.open_nodes().take(SAMPLE).for_each(|pair| probe.add(pair));
         let mut front = probe.finish(workspace.instructions, EFFORT_AFTER);
         let beyond = open.saturating_sub(SAMPLE) as f64 / SAMPLE as f64;
         front.node_pairs += beyond * front.node_pairs;

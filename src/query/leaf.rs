@@ -1,6 +1,7 @@
 //! Triangle pairs: eight at a time through the fast filter, and one at a time through the exact test.
 
 use super::budget::Clock;
+use super::march::Crossings;
 use super::options::Mode;
 use super::traversal::{Traversal, bits};
 use crate::math::lanes::Lanes;
@@ -63,7 +64,7 @@ impl<C: Clock> Traversal<'_, '_, C> {
         stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
         let tested = (1 << count) - 1;
         for lane in bits(verdicts.hit & tested) {
-            self.report(pairs[lane]);
+            self.report(pairs[lane], || Crossings(verdicts.crossings_of(lane)));
         }
         for lane in bits(verdicts.doubt & tested) {
             self.workspace.doubtful.push(pairs[lane]);
@@ -82,11 +83,13 @@ impl<C: Clock> Traversal<'_, '_, C> {
         // The one step whose time differs a hundredfold.
         self.deadline.look_next();
         if meet {
-            self.report(pair);
+            self.report(pair, || Crossings::ALL);
         }
     }
 
-    fn report(&mut self, pair: [u32; 2]) {
+    /// Reports a pair that meets.
+    #[inline(always)]
+    fn report(&mut self, pair: [u32; 2], crossings: impl FnOnce() -> Crossings) {
         let workspace = &mut *self.workspace;
         if workspace.run.found > 0 && self.options.mode == Mode::Any {
             // One is enough; the others of its batch stay open.
@@ -97,5 +100,8 @@ impl<C: Clock> Traversal<'_, '_, C> {
         workspace.run.found += 1;
         workspace.run.witness.get_or_insert(ids);
         workspace.found.push(ids);
+        if self.strategy.march {
+            workspace.march.lead([self.a, self.b], pair, crossings());
+        }
     }
 }

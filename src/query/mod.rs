@@ -12,6 +12,7 @@ mod deadline;
 mod estimate;
 mod expand;
 mod leaf;
+mod march;
 mod measure;
 mod memory;
 mod options;
@@ -23,6 +24,7 @@ mod strategy;
 mod traversal;
 mod triangle_pairs;
 mod views;
+mod visited;
 mod workspace;
 
 #[cfg(feature = "std")]
@@ -89,6 +91,7 @@ impl<'t> Query<'t> {
             pair_limit: usize::MAX,
             poll_interval: MAX_STEP_WORK,
             queue_threshold: None,
+            early: false,
         };
         Self { a, b, b_in_a, options, prior: DEFAULT_PRIOR }
     }
@@ -121,6 +124,19 @@ impl<'t> Query<'t> {
     #[must_use]
     pub fn prior(mut self, share: f64) -> Self {
         self.prior = share;
+        self
+    }
+
+    /// Whether finding much early is worth some more time in all; for queries with [`Mode::All`] that a budget is likely to
+    /// cut off. False by default.
+    ///
+    /// Surfaces meet along curves. With this option each hit leads the query to the neighbors of its triangles, and so
+    /// along the curve (`docs/performance.md` has what that is worth, and what it costs a query that is finished all the
+    /// same). Budgets of time that are expected to be too short do so anyway. It needs trees that know their neighbors
+    /// ([`crate::BuildOptions::neighbors`], the default); an unlimited query takes no notice of it.
+    #[must_use]
+    pub fn early(mut self, early: bool) -> Self {
+        self.options.early = early;
         self
     }
 

@@ -24,4 +24,5 @@ pub(crate) struct Options {
     pub pair_limit: usize,
     pub poll_interval: u64,
     pub queue_threshold: Option<f32>,
+    pub early: bool,
 }

@@ -6,8 +6,9 @@ use super::order::Order;
 use super::triangle_pairs::PATIENCE;
 use crate::tree::WIDTH;
 
-/// Node pairs that are expected to take at least so many BV tests wait in the queue, if there is one.
-const DEFAULT_QUEUE_THRESHOLD: f32 = 256.0;
+/// Node pairs that are expected to take at least so many BV tests wait in the queue, if there is one; fewer with marching.
+const DEFAULT_QUEUE_THRESHOLD: f32 = 128.0;
+const MARCHING_QUEUE_THRESHOLD: f32 = 64.0;
 
 /// The choices of a run. All give the same finished answer; they differ in speed and in what a stopped run has found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +20,8 @@ pub(crate) struct Strategy {
     pub deepest_first: bool,
     /// Triangle pairs that wait before they are tested.
     pub batch: usize,
+    /// Whether hits lead to their neighbors.
+    pub march: bool,
     /// What is done with the triangle pairs that met in the frame before.
     pub warm_start: WarmStart,
 }
@@ -34,8 +37,13 @@ pub(crate) enum WarmStart {
 }
 
 impl Strategy {
-    pub const NONE: Self =
-        Self { queue_threshold: f32::INFINITY, deepest_first: false, batch: WIDTH, warm_start: WarmStart::None };
+    pub const NONE: Self = Self {
+        queue_threshold: f32::INFINITY,
+        deepest_first: false,
+        batch: WIDTH,
+        march: false,
+        warm_start: WarmStart::None,
+    };
 
     /// For a run that nothing will stop: depth-first, which costs least.
     pub fn complete(options: &Options) -> Self {
@@ -45,7 +53,7 @@ impl Strategy {
             Mode::Any => (default_order, WarmStart::Witnesses),
             Mode::All => (false, WarmStart::None),
         };
-        Self { queue_threshold: f32::INFINITY, deepest_first, batch: WIDTH, warm_start }
+        Self { queue_threshold: f32::INFINITY, deepest_first, batch: WIDTH, march: false, warm_start }
     }
 
     /// For a budget. `fits` tells whether a time is expected to last to the end.
@@ -54,12 +62,16 @@ impl Strategy {
     /// asked for. Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing.
     pub fn choose(options: &Options, budget: Budget, fits: impl FnOnce(core::time::Duration) -> bool) -> Self {
         let mut strategy = Self::complete(options);
-        let stops = budget.work.is_some() || budget.time.is_some_and(|limit| !fits(limit));
+        let is_short = budget.time.is_some_and(|limit| !fits(limit));
+        let stops = budget.work.is_some() || is_short;
+        let is_early = options.early && budget != Budget::unlimited();
+        strategy.march = options.mode == Mode::All && options.order == Order::default() && (is_early || is_short);
+        let default_threshold = if strategy.march { MARCHING_QUEUE_THRESHOLD } else { DEFAULT_QUEUE_THRESHOLD };
         strategy.queue_threshold = match (options.order, options.mode) {
             (Order::DepthFirst, _) => f32::INFINITY,
-            (Order::Penetration, _) if !stops => f32::INFINITY,
+            (Order::Penetration, _) if !stops && !is_early => f32::INFINITY,
             (Order::Penetration, Mode::Any) => options.queue_threshold.unwrap_or(f32::INFINITY),
-            _ => options.queue_threshold.unwrap_or(DEFAULT_QUEUE_THRESHOLD),
+            _ => options.queue_threshold.unwrap_or(default_threshold),
         };
         if options.mode == Mode::All {
             if strategy.queues() && options.order == Order::default() {

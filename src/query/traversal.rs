@@ -9,7 +9,10 @@
 //! under a pair of the front. So an empty rest proves that all have been reported, and a stopped run can say what may be
 //! missing and go on later as if it had never stopped.
 //!
+//! A pair of clusters to which a hit leads ([`march`]) may be opened before the front comes to it; it is passed over then.
+//!
 //! [`leaf`]: super::leaf
+//! [`march`]: super::march
 
 use super::boxes::Depths;
 use super::budget::Clock;
@@ -24,7 +27,7 @@ use super::views::Relation;
 use super::workspace::Workspace;
 use crate::math::Pose;
 use crate::math::lanes::{Kernel, Lanes};
-use crate::model::cost::WORK_PER_EXPANSION;
+use crate::model::cost::{WORK_PER_EXPANSION, WORK_PER_LOOKUP};
 use crate::tree::Tree;
 
 /// One call of a query.
@@ -59,9 +62,11 @@ impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
                 if self.workspace.run.found > 0 && self.options.mode == Mode::Any {
                     return StopReason::FirstHit;
                 }
-            } else if let Some((pair, origin)) = self.workspace.front.pop() {
+            } else if let Some((pair, origin)) = self.next_pair() {
                 self.origin = origin;
-                expand(lanes, pair, [self.a, self.b], self.relation, self);
+                if self.is_new(pair) {
+                    expand(lanes, pair, [self.a, self.b], self.relation, self);
+                }
                 self.workspace.testing = self.workspace.waiting.len() >= self.strategy.batch;
             } else if self.workspace.waiting.len() == 0 {
                 return StopReason::Finished;
@@ -73,6 +78,25 @@ impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
 }
 
 impl<C: Clock> Traversal<'_, '_, C> {
+    /// The pair to be opened next: what hits lead to, before the front.
+    #[inline(always)]
+    fn next_pair(&mut self) -> Option<(Pair, Origin)> {
+        let workspace = &mut *self.workspace;
+        let lead = if self.strategy.march { workspace.march.pop() } else { None };
+        lead.map_or_else(|| workspace.front.pop(), |pair| Some((pair, Origin::Stack)))
+    }
+
+    /// Whether a pair has still to be opened.
+    #[inline(always)]
+    fn is_new(&mut self, Pair { nodes: [a, b], .. }: Pair) -> bool {
+        if !self.strategy.march {
+            return true;
+        }
+        self.workspace.run.stats.work += WORK_PER_LOOKUP;
+        let are_clusters = || self.a.nodes()[a as usize].is_cluster && self.b.nodes()[b as usize].is_cluster;
+        self.workspace.march.visit([a, b], are_clusters)
+    }
+
     #[inline(never)]
     fn queue_all(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
         let mut ahead = if self.origin == Origin::Path { self.workspace.front.path_witnesses() } else { 0 };

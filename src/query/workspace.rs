@@ -1,9 +1,10 @@
 //! Every buffer that a query needs, owned by the caller.
 
 use super::corners::Corners;
+use super::march::March;
 use super::options::Options;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
-use super::queue::{Front, PATHS};
+use super::queue::{Front, PATHS, Pair};
 use super::strategy::Strategy;
 use super::triangle_pairs::TrianglePairs;
 use crate::math::Pose;
@@ -38,9 +39,14 @@ pub struct Workspace {
     pub(super) witnesses: ArrayVec<[u32; 2], PATHS>,
     /// What the next frame will remember.
     pub(super) sample: Sample,
+    /// Where hits lead.
+    pub(super) march: March,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
 }
+
+/// Cluster pairs that marching can keep in mind.
+const VISITS: usize = 4096;
 
 /// The state of the last query, besides its buffers.
 #[derive(Clone, Copy, Debug)]
@@ -133,7 +139,7 @@ pub(super) struct Key {
 }
 
 impl Workspace {
-    /// Room for 4,096 queued node pairs and 65,536 found pairs, about 830 kB.
+    /// Room for 4,096 queued node pairs and 65,536 found pairs, about 910 kB.
     #[must_use]
     pub fn new() -> Self {
         Self::with_capacity(4096, 65536)
@@ -141,7 +147,7 @@ impl Workspace {
 
     /// Room for `queue` node pairs (a full queue goes depth-first and loses nothing) and `found` intersecting pairs (a
     /// full buffer stops the query with [`crate::StopReason::PairsFull`], to be drained and resumed).
-    /// `16 queue + 8 found` bytes and about 240 kB.
+    /// `16 queue + 8 found` bytes and about 320 kB.
     #[must_use]
     pub fn with_capacity(queue: usize, found: usize) -> Self {
         Self {
@@ -155,6 +161,7 @@ impl Workspace {
             inconclusive: false,
             witnesses: ArrayVec::new(),
             sample: Sample::default(),
+            march: March::new(VISITS),
             found: Vec::with_capacity(found.max(1)),
             run: NO_RUN,
         }
@@ -225,6 +232,12 @@ impl Workspace {
         self.front.is_empty() && self.waiting.len() == 0 && self.doubtful.is_empty()
     }
 
+    /// The node pairs that the last query left open.
+    pub(super) fn open_nodes(&self) -> impl Iterator<Item = Pair> {
+        let marched = self.run.strategy.march;
+        self.front.iter().filter(move |pair| !marched || !self.march.has_visited(pair.nodes))
+    }
+
     pub(super) fn clear(&mut self) {
         self.front.clear();
         self.waiting.clear();
@@ -233,6 +246,7 @@ impl Workspace {
         self.inconclusive = false;
         self.witnesses.clear();
         self.sample.clear();
+        self.march.clear();
         self.found.clear();
         self.run = NO_RUN;
     }
@@ -250,6 +264,7 @@ impl Clone for Workspace {
             corners: self.corners.clone(),
             witnesses: self.witnesses.clone(),
             sample: self.sample.clone(),
+            march: self.march.clone(),
             found,
             ..*self
         }

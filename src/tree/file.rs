@@ -30,7 +30,7 @@ use super::orientation::{MESH_ORIENTATION, Orientation};
 use super::profile::Profiles;
 use super::validate::{TreeFault, dense, each_once};
 use super::wide::{Node, WIDTH};
-use super::{Tree, Triangle, Unit, next_identity, update};
+use super::{Tree, Triangle, Unit, adjacency, next_identity, update};
 use crate::mesh::{Mesh, MeshError, TRIANGLE_BYTES};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -282,8 +282,10 @@ impl Tree {
         let triangles = unit.triangles(&mesh, &ids).collect::<Box<[Triangle]>>();
         let mut profiles = Profiles::room(&mut nodes);
         update::update(&mut nodes, &triangles, &mut profiles);
+        let neighbors = adjacency::neighbors(&mesh, &ids, &nodes);
         let (built_cost, identity) = (header.cost, next_identity());
-        let tree = Self { mesh, unit, nodes, triangles, ids, profiles, built_cost, identity, lineage: identity };
+        let tree =
+            Self { mesh, unit, nodes, triangles, ids, profiles, neighbors, built_cost, identity, lineage: identity };
         debug_assert_eq!(tree.validate(), Ok(()));
         Ok(tree)
     }

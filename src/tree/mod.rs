@@ -7,6 +7,7 @@
 //! ([`refit`]). The file of a tree ([`file`]) holds what cannot be computed again: the mesh, the order of the triangles and
 //! the orientations.
 
+mod adjacency;
 mod align;
 mod assign;
 mod axes;
@@ -35,6 +36,7 @@ pub use validate::TreeFault;
 pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, xyz};
 
 use crate::mesh::Mesh;
+use adjacency::Neighbors;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::sync::atomic::{AtomicUsize, Ordering};
@@ -53,6 +55,8 @@ pub struct Tree {
     /// Input id of each triangle, in tree order.
     ids: Box<[u32]>,
     profiles: Profiles,
+    /// Neighbours of each triangle, in tree order; none of any if they were not asked for.
+    neighbors: Box<[Neighbors]>,
     /// SAH cost after the build.
     built_cost: f32,
     identity: usize,
@@ -84,12 +88,14 @@ pub struct TreeStats {
     pub bytes_mesh: usize,
     /// Bytes of alphas and profiles.
     pub bytes_profiles: usize,
+    /// Bytes of the neighbours of triangles.
+    pub bytes_neighbors: usize,
 }
 
 impl TreeStats {
     /// All bytes together.
     pub fn bytes(&self) -> usize {
-        self.bytes_nodes + self.bytes_triangles + self.bytes_mesh + self.bytes_profiles
+        self.bytes_nodes + self.bytes_triangles + self.bytes_mesh + self.bytes_profiles + self.bytes_neighbors
     }
 }
 
@@ -121,8 +127,10 @@ impl Tree {
         update::update(&mut nodes, &triangles, &mut profiles);
         let built_cost = profiles.cost;
         let identity = next_identity();
-        let ids = binary.order.into();
-        let tree = Self { mesh, unit, nodes, triangles, ids, profiles, built_cost, identity, lineage: identity };
+        let ids: Box<[u32]> = binary.order.into();
+        let neighbors = if options.neighbors { adjacency::neighbors(&mesh, &ids, &nodes) } else { Box::default() };
+        let tree =
+            Self { mesh, unit, nodes, triangles, ids, profiles, neighbors, built_cost, identity, lineage: identity };
         debug_assert_eq!(tree.validate(), Ok(()));
         tree
     }
@@ -165,6 +173,7 @@ impl Tree {
             bytes_triangles: size_of_val(&*self.triangles) + size_of_val(&*self.ids),
             bytes_mesh: self.mesh.bytes(),
             bytes_profiles: size_of_val(&*self.profiles.levels) + size_of_val(&*self.profiles.shapes),
+            bytes_neighbors: size_of_val(&*self.neighbors),
         }
     }
 
@@ -198,6 +207,12 @@ impl Tree {
             (parent, at) = (at, child);
         }
         [parent, at]
+    }
+
+    /// What lies next to a triangle (tree order); `None` if neighbors are not kept.
+    #[inline(always)]
+    pub(crate) fn neighbors(&self, triangle: u32) -> Option<Neighbors> {
+        self.neighbors.get(triangle as usize).copied()
     }
 
     /// Input ids of the triangles, in tree order.

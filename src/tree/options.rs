@@ -10,6 +10,9 @@ pub struct BuildOptions {
     pub effort: Effort,
     /// Whether nodes choose the orientation in which their boxes are smallest; if not, all boxes have the mesh's axes.
     pub orientations: bool,
+    /// Whether to keep the neighbors of each triangle across its edges, 12 bytes a triangle. With them a query follows a
+    /// curve of intersection from triangle to triangle, so that a stopped query has found more.
+    pub neighbors: bool,
     /// Most threads that build at once, the caller's included; 1 by default. More than one are used only with the feature
     /// `parallel`, and only for large meshes. The tree is the same to the bit, however many there are.
     pub threads: usize,
@@ -29,7 +32,7 @@ pub enum Effort {
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { effort: Effort::Normal, orientations: true, threads: 1 }
+        Self { effort: Effort::Normal, orientations: true, neighbors: true, threads: 1 }
     }
 }
 

@@ -34,6 +34,16 @@ pub(crate) struct Placement {
 pub(crate) struct Verdicts {
     pub hit: u32,
     pub doubt: u32,
+    /// Edges that certainly cross the other triangle: 01, 12 and 20 of A, then those of B.
+    pub crossings: [u32; 6],
+}
+
+impl Verdicts {
+    /// The crossings of a lane, a bit each.
+    #[inline(always)]
+    pub fn crossings_of(&self, lane: usize) -> u32 {
+        (0..6).fold(0, |bits, i| bits | (self.crossings[i] >> lane & 1) << i)
+    }
 }
 
 /// Tests `a[i]` against `b[i]` for the eight lanes.
@@ -65,11 +75,12 @@ pub(crate) fn test<L: Lanes>(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placement: 
         edge([of_b[j], of_b[(j + 1) % 3]], bounds.plane_a, [rows[0][j], rows[1][j], rows[2][j]], bounds.line)
     });
     let [u, v, w] = per_axis!(i => edge([of_a[i], of_a[(i + 1) % 3]], bounds.plane_b, rows[i], bounds.line));
-    let hit = x.hit.or(y.hit).or(z.hit).or(u.hit).or(v.hit).or(w.hit);
     let miss = x.miss.and(y.miss).and(z.miss).and(u.miss).and(v.miss).and(w.miss);
+    let crossings = [u, v, w, x, y, z].map(|edge| edge.hit.mask());
+    let hit = crossings.iter().fold(0, |hit, edge| hit | edge);
     let one_side = Range::of(of_b).same(bounds.plane_a).or(Range::of(of_a).same(bounds.plane_b));
-    let (hit, miss) = (hit.mask(), miss.or(one_side).mask());
-    Verdicts { hit, doubt: !(hit | miss) & 0xff }
+    let miss = miss.or(one_side).mask();
+    Verdicts { hit, doubt: !(hit | miss) & 0xff, crossings }
 }
 
 /// Eight triangles by component.

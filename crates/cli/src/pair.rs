@@ -56,6 +56,10 @@ pub struct Args {
     /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
     #[arg(long)]
     portable: bool,
+    /// Find much early, for queries that a budget cuts off: follow the surfaces along their contact. Only with --mode all
+    /// and a budget.
+    #[arg(long, requires = "budget")]
+    early: bool,
     /// Take the poses as consecutive frames: carry what one tells the next.
     #[arg(long)]
     memory: bool,
@@ -97,6 +101,9 @@ enum OrderName {
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if args.pairs_out.is_some() && args.mode == ModeName::Any {
         return Err("--pairs-out needs --mode all".into());
+    }
+    if args.early && args.mode == ModeName::Any {
+        return Err("--early needs --mode all".into());
     }
     let meshes = (load(&args.a)?, load(&args.b)?);
     let poses = files::poses(&args.poses)?;

@@ -105,7 +105,8 @@ impl<'a> Sweeper<'a> {
     }
 
     fn query(&self, pose: Pose) -> Query<'a> {
-        let query = Query::new(self.a, self.b, pose).mode(self.args.mode()).order(self.args.order());
+        let query =
+            Query::new(self.a, self.b, pose).mode(self.args.mode()).order(self.args.order()).early(self.args.early);
         self.args.prior.map_or(query, |share| query.prior(share))
     }
 }

@@ -1,0 +1,127 @@
+//! The set of cluster pairs whose triangles have been compared, so that none is visited twice.
+//!
+//! A hash table with linear probing, of fixed capacity; expected constant time. Pairs are only added.
+
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+
+/// No pair: node numbers are below 2^31.
+const FREE: u64 = u64::MAX;
+
+/// What became of a pair that was to be added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Added {
+    /// It is not known.
+    New,
+    Known,
+    /// There is no room.
+    Full,
+}
+
+#[derive(Debug)]
+pub(super) struct Visited {
+    /// At least twice as many as there is room for, a power of two.
+    slots: Box<[u64]>,
+    /// Those in use.
+    used: Vec<u32>,
+    /// Most of them.
+    room: usize,
+}
+
+impl Visited {
+    /// Room for so many pairs.
+    pub fn new(capacity: usize) -> Self {
+        let slots = (2 * capacity).next_power_of_two().max(2);
+        Self { slots: alloc::vec![FREE; slots].into(), used: Vec::with_capacity(capacity), room: capacity }
+    }
+
+    /// Forgets all pairs, in time linear in their number.
+    pub fn clear(&mut self) {
+        for slot in self.used.drain(..) {
+            self.slots[slot as usize] = FREE;
+        }
+    }
+
+    /// Adds a pair that is not known, if it is wanted.
+    #[inline(always)]
+    pub fn add(&mut self, pair: [u32; 2], is_wanted: impl FnOnce() -> bool) -> Added {
+        let slot = self.slot(pair);
+        if self.slots[slot] != FREE {
+            return Added::Known;
+        }
+        if !is_wanted() {
+            return Added::New;
+        }
+        if self.is_full() {
+            return Added::Full;
+        }
+        self.slots[slot] = key(pair);
+        self.used.push(slot as u32);
+        Added::New
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.used.len() == self.room
+    }
+
+    #[inline]
+    pub fn contains(&self, pair: [u32; 2]) -> bool {
+        self.slots[self.slot(pair)] != FREE
+    }
+
+    /// Where the pair is, or would be.
+    #[inline(always)]
+    fn slot(&self, pair: [u32; 2]) -> usize {
+        let (key, mask) = (key(pair), self.slots.len() - 1);
+        let mut slot = (key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as usize & mask;
+        while self.slots[slot] != FREE && self.slots[slot] != key {
+            slot = (slot + 1) & mask;
+        }
+        slot
+    }
+}
+
+#[inline(always)]
+fn key([a, b]: [u32; 2]) -> u64 {
+    u64::from(a) << 32 | u64::from(b)
+}
+
+impl Clone for Visited {
+    /// With the room of the original.
+    fn clone(&self) -> Self {
+        let mut used = Vec::with_capacity(self.room);
+        used.extend_from_slice(&self.used);
+        Self { slots: self.slots.clone(), used, room: self.room }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_are_known_once_added_and_unknown_once_cleared() {
+        let mut visited = Visited::new(1000);
+        for round in 0..3 {
+            let pairs = || (0..1000).map(|i| [i % 7, i + round]);
+            for pair in pairs() {
+                assert!(!visited.contains(pair));
+                assert_eq!(visited.add(pair, || true), Added::New);
+            }
+            for pair in pairs() {
+                assert!(visited.contains(pair));
+                assert_eq!(visited.add(pair, || true), Added::Known);
+            }
+            assert_eq!(visited.add([9, 9], || true), Added::Full);
+            assert_eq!(visited.clone().add([9, 9], || true), Added::Full);
+            visited.clear();
+        }
+        assert_eq!(visited.clone().add([9, 9], || true), Added::New);
+    }
+
+    #[test]
+    fn without_room_nothing_is_known() {
+        let mut visited = Visited::new(0);
+        assert_eq!([1, 2].map(|i| visited.add([i, i], || true)), [Added::Full; 2]);
+    }
+}

@@ -1,0 +1,189 @@
+//! Early answers: a query that marches along the contact says nothing false, reports nothing twice and finds everything,
+//! wherever it is stopped, in however small a workspace; and it does find more early.
+
+mod common;
+
+use common::check::{ENOUGH, assert_certificate, assert_complete, assert_sound, resume, run, run_to_end, sorted};
+use common::random::{Drift, Random, pose_about};
+use punctual::glam::{DMat3, DVec3};
+use punctual::{Budget, BuildOptions, Mesh, Mode, Order, Pose, Query, StopReason, Tree, Workspace, shapes};
+
+struct Case {
+    a: Tree,
+    b: Tree,
+    pose: Pose,
+}
+
+impl Case {
+    fn query(&self) -> Query<'_> {
+        Query::new(&self.a, &self.b, self.pose).mode(Mode::All)
+    }
+
+    fn early(&self) -> Query<'_> {
+        self.query().early(true)
+    }
+
+    /// All pairs, depth-first.
+    fn truth(&self) -> Vec<[u32; 2]> {
+        let mut workspace = Workspace::new();
+        run(&self.query().order(Order::DepthFirst), &mut workspace, Budget::unlimited());
+        sorted(workspace.pairs())
+    }
+}
+
+fn pose(x: f64, y: f64, z: f64) -> Pose {
+    Pose::new(DMat3::from_rotation_y(0.4) * DMat3::from_rotation_x(0.3), DVec3::new(x, y, z)).unwrap()
+}
+
+/// Curves that are closed, many, and cut by open edges; aligned surfaces, where all is in doubt; a soup without neighbors.
+fn cases() -> Vec<Case> {
+    let case = |a: Mesh, b: Mesh, pose| Case { a: Tree::new(a), b: Tree::new(b), pose };
+    let sphere = || shapes::icosphere(4);
+    let apart = |mesh: &Mesh| {
+        let corners: Vec<DVec3> = (0..mesh.len()).flat_map(|i| mesh.triangle(i)).collect();
+        let triangles = (0..mesh.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+        Mesh::from_f64(corners.iter().map(|corner| corner.to_array()), triangles).unwrap()
+    };
+    vec![
+        case(sphere(), sphere(), pose(0.7, 0.2, 0.1)),
+        case(shapes::torus_knot(2, 3, 0.2, 40), shapes::torus_knot(3, 2, 0.2, 40), pose(0.1, 0.0, 0.2)),
+        case(shapes::height_field(40, 1), shapes::height_field(40, 2), pose(0.0, 0.0, 0.0)),
+        case(shapes::gear(12, 4), shapes::gear(12, 4), Pose::new(DMat3::IDENTITY, DVec3::new(0.5, 0.0, 0.0)).unwrap()),
+        case(shapes::cuboid([1.0; 3], 6), shapes::cuboid([1.0; 3], 6), Pose::IDENTITY),
+        case(apart(&sphere()), sphere(), pose(0.7, 0.2, 0.1)),
+    ]
+}
+
+#[test]
+fn early_answers_end_in_the_same_pairs_as_any_other_query() {
+    let mut workspace = Workspace::new();
+    for (i, case) in cases().iter().enumerate() {
+        let truth = case.truth();
+        assert!(!truth.is_empty(), "case {i}");
+        for query in [case.early(), case.early().queue_threshold(0.0), case.early().queue_threshold(1e9)] {
+            let outcome = run(&query, &mut workspace, ENOUGH);
+            assert_complete(Mode::All, &outcome, workspace.pairs(), &truth);
+        }
+    }
+}
+
+/// More stops, and on real meshes: `PUNCTUAL_STOPS=1000000 cargo test --release --test early`.
+#[test]
+fn no_pair_is_wrong_or_told_twice_at_any_stop() {
+    let stops: usize = std::env::var("PUNCTUAL_STOPS").map_or(300, |stops| stops.parse().unwrap());
+    let mut random = Random::new(5);
+    let mut cases = cases();
+    let count = cases.len();
+    let mut workspaces = [(4096, 65536), (0, 8), (3, 100), (64, 2000)].map(|(q, f)| Workspace::with_capacity(q, f));
+    for stop in 0..stops {
+        let case = &mut cases[stop % count];
+        if stop % 50 < count {
+            let random_pose = pose_about(DVec3::ZERO, 0.8, Drift::Shear, &mut random);
+            case.pose = if stop % 3 == 0 { case.pose } else { random_pose };
+        }
+        let truth = case.truth();
+        let query = case.early().queue_threshold([0.0, 16.0, 64.0, 1e9][random.below(4)]);
+        let workspace = &mut workspaces[random.below(4)];
+        let all = run(&case.query(), &mut Workspace::new(), ENOUGH).stats.work;
+        let mut outcome = run(&query, workspace, Budget::work((random.unit() * 1.3 * all as f64) as u64));
+        let mut pairs = Vec::new();
+        for pieces in 0.. {
+            if pieces < 4 || outcome.stop == StopReason::Finished {
+                let here = [&pairs[..], workspace.pairs()].concat();
+                assert_sound(&outcome, &here, &truth);
+                assert_certificate(&query.certificate(workspace).unwrap(), &outcome, truth.len());
+            }
+            pairs.extend(workspace.drain_pairs());
+            if outcome.stop == StopReason::Finished {
+                break;
+            }
+            let budget = if pieces < 8 { Budget::work((random.unit() * all as f64) as u64) } else { ENOUGH };
+            outcome = resume(&query, workspace, budget);
+        }
+        assert_eq!(sorted(&pairs), truth);
+    }
+}
+
+#[test]
+fn a_resumed_march_ends_in_the_same_bits_as_one_that_never_stopped() {
+    for case in cases() {
+        let (mut whole, mut pieces) = (Workspace::new(), Workspace::new());
+        let expected = run(&case.early(), &mut whole, ENOUGH);
+        let mut outcome = run(&case.early(), &mut pieces, Budget::work(1));
+        while outcome.stop == StopReason::WorkLimit {
+            pieces = pieces.clone();
+            outcome = resume(&case.early(), &mut pieces, Budget::work(1 + outcome.stats.work % 977));
+        }
+        assert_eq!((outcome, pieces.pairs()), (expected, whole.pairs()));
+    }
+}
+
+#[test]
+fn both_kernels_march_to_the_same_bits() {
+    for case in cases() {
+        let (mut fast, mut portable) = (Workspace::new(), Workspace::new());
+        portable.use_portable_kernels();
+        for work in [0, 500, 5_000, 50_000, u64::MAX] {
+            let budget = Budget::work(work);
+            assert_eq!(run(&case.early(), &mut fast, budget), run(&case.early(), &mut portable, budget));
+            assert_eq!(fast.pairs(), portable.pairs());
+        }
+    }
+}
+
+#[test]
+fn full_buffers_lose_nothing_while_marching() {
+    for case in cases() {
+        let truth = case.truth();
+        for found in [1, 7, 64] {
+            let mut workspace = Workspace::with_capacity(16, found);
+            let (outcome, pairs) = run_to_end(&case.early(), &mut workspace, ENOUGH);
+            assert_eq!((outcome.stop, sorted(&pairs)), (StopReason::Finished, truth.clone()));
+        }
+    }
+}
+
+#[test]
+fn early_answers_know_more_at_a_fifth_of_the_work() {
+    let (mut plain, mut early) = (0.0, 0.0);
+    let mut workspace = Workspace::new();
+    // Without the last two, where there is nothing to follow.
+    for case in cases().iter().take(4) {
+        let all = run(&case.query().order(Order::DepthFirst), &mut workspace, ENOUGH);
+        let budget = Budget::work(all.stats.work / 5);
+        let share =
+            |query: Query, workspace: &mut Workspace| run(&query, workspace, budget).found as f64 / all.found as f64;
+        plain += share(case.query(), &mut workspace) / 4.0;
+        early += share(case.early(), &mut workspace) / 4.0;
+    }
+    assert!(early > 1.2 * plain, "{early} after {plain}");
+}
+
+#[test]
+fn without_neighbors_early_answers_are_as_right_as_with_them() {
+    let case = &cases()[1];
+    let mut options = BuildOptions::default();
+    options.neighbors = false;
+    let bare = |tree: &Tree| Tree::with_options(tree.mesh().clone(), &options);
+    let bare = Case { a: bare(&case.a), b: bare(&case.b), pose: case.pose };
+    assert_eq!((bare.a.stats().bytes_neighbors, case.a.stats().bytes_neighbors), (0, 12 * case.a.mesh().len()));
+    let mut workspace = Workspace::new();
+    let outcome = run(&bare.early(), &mut workspace, ENOUGH);
+    assert_complete(Mode::All, &outcome, workspace.pairs(), &case.truth());
+}
+
+#[test]
+fn a_refit_mesh_and_one_read_from_a_file_march_as_well() {
+    let case = &mut cases()[0];
+    case.a = Tree::from_bytes(&case.a.to_bytes()).unwrap();
+    assert_eq!(case.a.stats().bytes_neighbors, 12 * case.a.mesh().len());
+    let (mesh, stretch) = (case.a.mesh(), DVec3::new(1.2, 0.8, 1.0));
+    let moved: Vec<[f64; 3]> =
+        (0..mesh.vertex_count()).map(|i| (mesh.vertex(i) * stretch + DVec3::splat(0.05)).to_array()).collect();
+    case.a.refit_f64(&moved).unwrap();
+    let truth = case.truth();
+    let mut workspace = Workspace::new();
+    let outcome = run(&case.early(), &mut workspace, ENOUGH);
+    assert!(!truth.is_empty());
+    assert_complete(Mode::All, &outcome, workspace.pairs(), &truth);
+}
