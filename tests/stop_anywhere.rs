@@ -36,7 +36,7 @@ impl Case {
         Query::new(&self.a, &self.b, self.pose).mode(mode).order(order)
     }
 
-    /// Every mode and order, with the queue in use from the first pair on and with the default grain.
+    /// Every mode and order, with the queue in use from the first pair on and with the default threshold.
     fn each_query(&self, mut visit: impl FnMut(&Query, Mode)) {
         for mode in MODES {
             for order in ORDERS {

@@ -1,5 +1,5 @@
-//! How sure a partial answer is: the probability that surfaces meet which have not been seen to, and the share of all
-//! intersections that a query has found.
+//! How sure a partial answer is: the probability that two surfaces intersect although no intersection has been found
+//! yet, and the share of all intersections that a query has found.
 //!
 //! Both are logistic in features of the front ([`FrontSummary`]), fitted on stopped queries of known truth.
 
