@@ -12,7 +12,6 @@
 //! [`leaf`]: super::leaf
 
 use super::boxes::Depths;
-use super::budget::Clock;
 use super::deadline::Deadline;
 use super::expand::{Sink, expand};
 use super::options::{Mode, Options};
@@ -28,7 +27,7 @@ use crate::model::cost::WORK_PER_EXPANSION;
 use crate::tree::Tree;
 
 /// One call of a query.
-pub(super) struct Traversal<'q, 'c, C> {
+pub(super) struct Traversal<'q, 'c> {
     pub a: &'q Tree,
     pub b: &'q Tree,
     pub b_in_a: &'q Pose,
@@ -36,13 +35,13 @@ pub(super) struct Traversal<'q, 'c, C> {
     pub strategy: Strategy,
     pub relation: &'q Relation,
     pub workspace: &'q mut Workspace,
-    pub deadline: &'q mut Deadline<'c, C>,
+    pub deadline: &'q mut Deadline<'c>,
     pub depths: Depths,
     /// Where the pair at hand comes from.
     pub origin: Origin,
 }
 
-impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
+impl Kernel for &mut Traversal<'_, '_> {
     type Output = StopReason;
 
     #[inline(always)]
@@ -72,7 +71,7 @@ impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
     }
 }
 
-impl<C: Clock> Traversal<'_, '_, C> {
+impl Traversal<'_, '_> {
     #[inline(never)]
     fn queue_all(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
         let mut ahead = if self.origin == Origin::Path { self.workspace.front.path_witnesses() } else { 0 };
@@ -117,7 +116,7 @@ impl<C: Clock> Traversal<'_, '_, C> {
     }
 }
 
-impl<C: Clock> Sink for Traversal<'_, '_, C> {
+impl Sink for Traversal<'_, '_> {
     #[inline(always)]
     fn count(&mut self, level: usize, bv_tests: u32) {
         let stats = &mut self.workspace.run.stats;

@@ -102,13 +102,13 @@ enum Ended {
 
 impl Job {
     /// Runs the pair as far as the deadline allows. `held`: whether the workspace has a stopped run of it.
-    fn run<C: Clock>(
+    fn run(
         &mut self,
         bodies: &Bodies,
         workspace: &mut Workspace,
         held: bool,
         round: &Round,
-        deadline: &mut Deadline<C>,
+        deadline: &mut Deadline,
     ) -> Ended {
         let [a, b] = bodies_of(self.key).map(|body| bodies.at(body));
         let (Some(a), Some(b), Some(state)) = (a, b, &mut self.state) else { return Ended::NotBegun };
