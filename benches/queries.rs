@@ -93,7 +93,7 @@ fn budgeted(c: &mut Criterion) {
     }
 }
 
-/// The same finished query with no queue, with the default grain, and with every node pair queued.
+/// The same finished query with no queue, with the default threshold, and with every node pair queued.
 fn queue(c: &mut Criterion) {
     let mut workspace = Workspace::new();
     let (a, b) = pair(1);
@@ -101,7 +101,7 @@ fn queue(c: &mut Criterion) {
     let query = Query::new(&a, &b, pose()).mode(Mode::All);
     let variants = [
         ("none", query.order(Order::DepthFirst)),
-        ("default grain", query),
+        ("default threshold", query),
         ("every pair", query.queue_threshold(0.0)),
         ("every pair, overlap volume", query.queue_threshold(0.0).order(Order::OverlapVolume)),
     ];

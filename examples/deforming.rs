@@ -3,7 +3,10 @@
 //! Prints, for some frames, what the refit took and what the cost model told of it, how loose the boxes have become, how many triangles of flag and gear meet,
 //! and the work of the query on the refitted tree and on a new one; both must find the same number.
 
+mod common;
+
 use std::error::Error;
+use std::io::Write;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -31,7 +34,7 @@ fn triangles() -> impl Iterator<Item = [u32; 3]> {
     cells.flat_map(|i| [[i, i + 1, i + SIDE], [i + 1, i + SIDE + 1, i + SIDE]])
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn wave(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let gear = Arc::new(Tree::new(shapes::gear(17, 6)));
     let mut scene = Scene::new().mode(Mode::All);
     let waving = Arc::new(Tree::new(Mesh::new(flag(0.0), triangles())?));
@@ -39,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let turning = scene.insert(Body::moving(Arc::clone(&gear), Pose::IDENTITY))?;
     let mut workspace = Workspace::new();
     let costs = CostModel::measure();
-    println!("frame  refit us  told  degradation  contacts   work  work of a new tree");
+    writeln!(out, "frame  refit us  told  degradation  contacts   work  work of a new tree")?;
     for frame in 0..120 {
         let time = frame as f32 / 60.0;
         let turn = DMat3::from_rotation_x(1.2) * DMat3::from_rotation_z(f64::from(time));
@@ -60,12 +63,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         assert_eq!([contacts, refitted.found], [rebuilt.found; 2], "frame {frame}");
         if frame % 10 == 0 {
             let (work, new) = (refitted.stats.work, rebuilt.stats.work);
-            println!("{frame:>5} {took:>9} {told:>5.0} {degradation:>12.2} {contacts:>9} {work:>6} {new:>6}");
+            writeln!(out, "{frame:>5} {took:>9} {told:>5.0} {degradation:>12.2} {contacts:>9} {work:>6} {new:>6}")?;
         }
         if degradation > REBUILD_ABOVE {
             scene.set_tree(waving, Arc::new(fresh))?;
-            println!("{frame:>5} rebuilt");
+            writeln!(out, "{frame:>5} rebuilt")?;
         }
     }
     Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    common::write(wave)
 }

@@ -1404,7 +1404,7 @@ punctual_status punctual_scene_bodies(const struct punctual_scene *scene,
                                       size_t *count);
 
 /**
- * Moves a body. The very pose that it has leaves it at rest.
+ * Moves a body. Setting the pose that it already has is a no-op.
  *
  * Fails with BAD_POSE if the pose is refused; the body then stays where it was.
  */

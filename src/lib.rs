@@ -1,13 +1,48 @@
 //! Mesh collision detection that answers by the deadline, and says how sure it is.
 //!
-//! A [`Mesh`] is checked once; its [`Tree`] is built once; a [`Query`] asks about two trees at a [`Pose`], within a [`Budget`],
-//! in a [`Workspace`] that the caller keeps; the [`Outcome`] is a [`Verdict`] that is never wrong and never a bare `bool`,
-//! and what a stopped query left open is in its [`Certificate`]. What a query will cost, what is left of a stopped one, and
-//! how likely the surfaces meet are told by [`Query::predict`] and [`Query::estimate`].
+//! A [`Mesh`] is checked once, and its [`Tree`] is built once. A [`Query`] asks about two trees at a [`Pose`], within a
+//! [`Budget`], in a [`Workspace`] that the caller keeps. The [`Outcome`] has a [`Verdict`], never a bare `bool`.
 //!
-//! Many bodies that move, with one budget for each frame, are a [`Scene`].
+//! ```
+//! use punctual::glam::{DMat3, DVec3};
+//! use punctual::{Budget, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
 //!
-//! To read the code, begin with `query/traversal.rs`: it has the one loop, the stop rule and the guarantee.
+//! let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 64)), Tree::new(shapes::icosphere(3)));
+//! let mut workspace = Workspace::new();
+//! let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.8, 0.5, 0.0))?;
+//! let query = Query::new(&a, &b, pose).mode(Mode::All);
+//!
+//! // Far too little: what was found is true, what was not looked at is named.
+//! let outcome = query.run(&mut workspace, Budget::work(2_000));
+//! let certificate = query.certificate(&workspace)?;
+//! println!("{} pairs of triangles meet, and at most {}", outcome.found, certificate.upper_bound());
+//!
+//! // Later, with more time, it goes on where it was stopped.
+//! let outcome = query.resume(&mut workspace, Budget::time(std::time::Duration::from_millis(100)))?;
+//! assert!(matches!(outcome.verdict, Verdict::Intersecting { .. }));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Guarantees
+//!
+//! - **No false answer.** [`Verdict::Intersecting`] has a witness, two triangles that do intersect; [`Verdict::Separated`] is
+//!   said when nothing is left to visit; everything else is [`Verdict::Undecided`]. The answer is exact for the pose as given.
+//! - **It stops.** A budget of work is passed by at most [`MAX_STEP_WORK`]; under a budget of time the clock is looked at more
+//!   often the nearer the deadline, in the end every [`Query::poll_interval`] units of work.
+//! - **What is missing is named**, by the [`Certificate`]: an upper bound, and boxes that hold every intersection not reported.
+//! - **Nothing is lost.** A stopped query can be resumed ([`Query::resume`]); cut in any way by budgets of work, it ends in the
+//!   same bits.
+//! - **No surprise.** A query does not allocate, lock or panic. The same input and budget of work give the same bits.
+//!
+//! What is not guaranteed is estimated: the cost of a query ([`Query::predict`]), and of a stopped one the work left, the
+//! probability that the surfaces meet, and the share of the intersections found ([`Query::estimate`]).
+//!
+//! # Further
+//!
+//! - Many bodies that move, with one budget for each frame: [`Scene`].
+//! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
+//! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Clock`].
+//! - Guides, measurements and proofs are the pages in `docs`; the code is explained from `ARCHITECTURE.md` on.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs, unsafe_code)]

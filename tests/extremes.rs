@@ -144,13 +144,13 @@ fn nothing_but_degenerate_triangles() {
     for degenerate in &trees(&degenerate) {
         let (touching, _) = assert_exact(degenerate, &sphere, Pose::IDENTITY);
         assert!(touching > 750, "{touching}");
-        let (itself, _) = assert_exact(degenerate, degenerate, Pose::IDENTITY);
-        assert!(itself >= 3000, "{itself}");
     }
+    let itself = Tree::new(degenerate);
+    assert!(assert_exact(&itself, &itself, Pose::IDENTITY).0 >= 3000);
     // All in one point, and on it.
-    let point = Tree::new(soup((0..1000).map(|_| [DVec3::X; 3])));
+    let point = Tree::new(soup((0..400).map(|_| [DVec3::X; 3])));
     point.validate().unwrap();
-    assert_eq!(assert_exact(&point, &sphere, Pose::IDENTITY).0 % 1000, 0);
+    assert_eq!(assert_exact(&point, &sphere, Pose::IDENTITY).0 % 400, 0);
     let (all, _) = assert_exact(&point, &point, Pose::IDENTITY);
-    assert_eq!(all, 1_000_000);
+    assert_eq!(all, 160_000);
 }

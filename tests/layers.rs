@@ -1,4 +1,5 @@
-//! The folder is the architecture: who may import whom, and that no files import each other in a circle.
+//! Who may import whom inside the library, and that no files of a folder import each other in a circle. What the crates around
+//! the library may see, Cargo enforces.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -18,85 +19,62 @@ const ARROWS: [(&str, &[&str]); 10] = [
     ("internals", &["math", "model"]),
 ];
 
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            sources(&path, found);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            found.push(path);
-        }
+/// The sources of a module.
+fn files(module: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(module);
+    let (mut folders, mut files) = (vec![folder.clone()], vec![folder.with_extension("rs")]);
+    while let Some(folder) = folders.pop() {
+        let entries = fs::read_dir(folder).into_iter().flatten().map(|entry| entry.unwrap().path());
+        let (more, sources): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
+        folders.extend(more);
+        files.extend(sources);
     }
+    files.retain(|file| file.is_file());
+    files
 }
 
-/// The code of a file, without comments and unit tests.
-fn code(path: &Path) -> String {
-    let text = fs::read_to_string(path).unwrap();
+/// The names that follow `prefix` in the code, one or several in braces; comments and unit tests are no code.
+fn imports(file: &Path, prefix: &str) -> BTreeSet<String> {
+    let text = fs::read_to_string(file).unwrap();
     let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-    let lines = code.lines().map(|line| line.split("//").next().unwrap_or_default());
-    lines.collect::<Vec<_>>().join("\n")
-}
-
-/// The names that follow `prefix`, one or several in braces.
-fn names_after(code: &str, prefix: &str) -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
-    for rest in code.split(prefix).skip(1) {
-        let list = rest.strip_prefix('{').map_or(&rest[..rest.len().min(60)], |list| list.split("};").next().unwrap());
-        let parts = list.split(',').take(if rest.starts_with('{') { usize::MAX } else { 1 });
-        for part in parts {
-            let name: String = part.trim().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-            names.insert(name);
-        }
-    }
-    names
+    let code: String = code.lines().flat_map(|line| line.split("//").next()).collect();
+    let name = |part: &str| part.trim().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+    let names = |rest: &str| match rest.strip_prefix('{') {
+        Some(list) => list.split('}').next().unwrap_or_default().split(',').map(name).collect(),
+        None => vec![name(rest)],
+    };
+    code.split(prefix).skip(1).flat_map(names).collect()
 }
 
 #[test]
 fn every_import_follows_an_arrow() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let modules: Vec<&str> = ARROWS.iter().map(|(module, _)| *module).collect();
-    let mut files = Vec::new();
-    sources(&root, &mut files);
     let mut seen = 0;
-    for file in &files {
-        let inside = file.strip_prefix(&root).unwrap();
-        let module = inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs");
-        let Some((_, allowed)) = ARROWS.iter().find(|(name, _)| *name == module) else {
-            assert_eq!(module, "lib", "not a known module");
-            continue;
-        };
-        for import in names_after(&code(file), "crate::").iter().filter(|name| modules.contains(&name.as_str())) {
-            assert!(import == module || allowed.contains(&import.as_str()), "{inside:?} must not import {import}");
-            seen += usize::from(import != module);
+    for (module, allowed) in ARROWS {
+        for file in files(module) {
+            let of_modules = |name: &String| ARROWS.iter().any(|(other, _)| other == name && name != module);
+            for import in imports(&file, "crate::").into_iter().filter(of_modules) {
+                assert!(allowed.contains(&import.as_str()), "{} must not import {import}", file.display());
+                seen += 1;
+            }
         }
     }
     assert!(seen > 50, "{seen} imports: are they still found?");
 }
 
-/// Files of one folder, and which of the others each imports.
 #[test]
 fn no_files_import_each_other_in_a_circle() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    for (module, _) in ARROWS.iter().filter(|(module, _)| root.join(module).is_dir() && *module != "tree") {
-        let mut imports: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-        for entry in fs::read_dir(root.join(module)).unwrap() {
-            let path = entry.unwrap().path();
-            let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
-            if path.is_file() && name != "mod" {
-                imports.insert(name, names_after(&code(&path), "super::"));
-            }
-        }
+    for (module, _) in ARROWS {
+        let stem = |file: &PathBuf| file.file_stem().unwrap().to_str().unwrap().to_owned();
+        let alone = files(module).into_iter().filter(|file| file.with_file_name("mod.rs").is_file());
+        let mut left: BTreeMap<_, _> = alone.map(|file| (stem(&file), imports(&file, "super::"))).collect();
+        left.remove("mod");
         // Take away what imports nothing that is left; a circle cannot be taken away.
-        loop {
-            let left: BTreeSet<String> = imports.keys().cloned().collect();
-            let free =
-                |(file, of): &(&String, &BTreeSet<String>)| of.iter().all(|name| name == *file || !left.contains(name));
-            let done: Vec<String> = imports.iter().filter(free).map(|(file, _)| file.clone()).collect();
-            if done.is_empty() {
-                break;
-            }
-            done.iter().for_each(|file| drop(imports.remove(file)));
+        let mut before = usize::MAX;
+        while left.len() < before {
+            before = left.len();
+            let names: BTreeSet<String> = left.keys().cloned().collect();
+            left.retain(|file, imports| imports.iter().any(|import| import != file && names.contains(import)));
         }
-        assert!(imports.is_empty(), "{module}: {:?} import each other in a circle", imports.keys());
+        assert!(left.is_empty(), "{module}: {:?} import each other in a circle", left.keys());
     }
 }

@@ -9,9 +9,12 @@
 //! measurements, and what a machine needs to be as punctual as this.
 
 mod arms;
+#[path = "../common/mod.rs"]
+mod common;
 
 use std::error::Error;
 use std::hint::spin_loop;
+use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use arms::Arms;
@@ -92,11 +95,11 @@ impl Drive {
 }
 
 /// Quantiles of times, microseconds.
-fn row(name: &str, times: &mut [Duration]) {
+fn row(out: &mut impl Write, name: &str, times: &mut [Duration]) -> io::Result<()> {
     times.sort_unstable();
     let at = |share: f64| times[((times.len() - 1) as f64 * share) as usize].as_secs_f64() * 1e6;
     let [half, ninety, most, nearly_all, all] = [0.5, 0.9, 0.99, 0.999, 1.0].map(at);
-    println!("{name:<44} {half:>8.2} {ninety:>8.2} {most:>8.2} {nearly_all:>8.2} {all:>8.2}");
+    writeln!(out, "{name:<44} {half:>8.2} {ninety:>8.2} {most:>8.2} {nearly_all:>8.2} {all:>8.2}")
 }
 
 /// Spins until `end`.
@@ -135,7 +138,7 @@ fn touched(arms: &mut Arms, mut places: Vec<f64>) -> Result<usize, Box<dyn Error
     Ok(touched)
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let (calls, budget, paced) = options()?;
     let mut arms = Arms::new()?;
     let mut drive = Drive { phase: 0.0, clear: 0.0, forward: 1.0 };
@@ -173,17 +176,22 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     eprintln!("cycles end");
 
-    println!("{:<44} {:>8} {:>8} {:>8} {:>8} {:>8}", "microseconds", "p50", "p90", "p99", "p99.9", "max");
-    row("from the poses to the decision", &mut checks);
-    row("collision check past its budget", &mut lateness);
-    row("idle loop as long, past its end", &mut idles);
+    writeln!(out, "{:<44} {:>8} {:>8} {:>8} {:>8} {:>8}", "microseconds", "p50", "p90", "p99", "p99.9", "max")?;
+    row(out, "from the poses to the decision", &mut checks)?;
+    row(out, "collision check past its budget", &mut lateness)?;
+    row(out, "idle loop as long, past its end", &mut idles)?;
     let [go, slow, stop, back] = decisions;
-    println!(
+    writeln!(
+        out,
         "{calls} cycles: {go} went on, {slow} slowed down, {stop} stopped, {back} turned around; {open} had open pairs"
-    );
-    println!("{missed} checks ended more than 2 us after their budget of {budget:?}");
+    )?;
+    writeln!(out, "{missed} checks ended more than 2 us after their budget of {budget:?}")?;
     let touched = touched(&mut arms, places)?;
-    println!("places where the arms touched something: {touched}");
+    writeln!(out, "places where the arms touched something: {touched}")?;
     assert_eq!(touched, 0);
     Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    common::write(run)
 }

@@ -243,7 +243,7 @@ pub unsafe extern "C" fn punctual_scene_bodies(
     })
 }
 
-/// Moves a body. The very pose that it has leaves it at rest.
+/// Moves a body. Setting the pose that it already has is a no-op.
 ///
 /// Fails with BAD_POSE if the pose is refused; the body then stays where it was.
 #[unsafe(no_mangle)]

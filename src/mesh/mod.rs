@@ -61,7 +61,7 @@ pub enum MeshError {
         /// Axis of the coordinate: 0, 1, 2 for x, y, z.
         axis: usize,
     },
-    /// Another number of new vertices than the mesh has ([`crate::Tree::refit`]).
+    /// The number of new vertices differs from the mesh's ([`crate::Tree::refit`]).
     VertexCount {
         /// How many there are.
         given: usize,

@@ -1,5 +1,5 @@
-//! How sure a partial answer is: the probability that surfaces meet which have not been seen to, and the share of all
-//! intersections that a query has found.
+//! How sure a partial answer is: the probability that two surfaces intersect although no intersection has been found
+//! yet, and the share of all intersections that a query has found.
 //!
 //! Both are logistic in features of the front ([`FrontSummary`]), fitted on stopped queries of known truth.
 
@@ -17,7 +17,7 @@ pub const RECALL_FEATURES: usize = 9;
 /// The prior for which the constants were fitted: the share of poses with an intersection among those.
 pub const DEFAULT_PRIOR: f64 = BASE_RATE;
 
-/// What speaks for a hit and against it: triangle pairs that wait (boxes that overlap down to the triangles), triangle tests
+/// What the probability of a hit depends on: triangle pairs that wait (boxes that overlap down to the triangles), triangle tests
 /// without a hit, the size, depth and crossing of the open pairs.
 pub fn hit_features(front: &FrontSummary) -> [f64; HIT_FEATURES] {
     let waiting = log2(front.triangle_pairs + 1.0);

@@ -42,7 +42,7 @@ impl FrontSummary {
     }
 }
 
-/// Expected BV tests under a pair of nodes: `27 (v_A v_B p^3)^(1/4)`, where `v` is what each costs against its like, averaged
+/// Expected BV tests under a pair of nodes: `27 (v_A v_B p^3)^(1/4)`, where `v` is what each costs against a copy of itself, averaged
 /// over placements, and `p` the relative penetration of the boxes, 0 to 1.
 ///
 /// The exponents are rounded from a fit of the sums over 47,000 fronts (`docs/model.md`); what the fronts still need is fitted

@@ -2,7 +2,7 @@
 //!
 //! Features are arrays of fixed length; lists of features, targets and weights are in step.
 
-/// Symmetric equations `matrix w = right`.
+/// A symmetric system of equations `matrix w = right`.
 #[derive(Clone, Copy)]
 struct Normal<const N: usize> {
     matrix: [[f64; N]; N],
@@ -73,7 +73,7 @@ mod tests {
         let y: Vec<_> = x.iter().map(|x| x.iter().zip(TRUE).map(|(x, w)| x * w).sum::<f64>()).collect();
         let w = least_squares(&x, &y, &[1.0; 9]);
         assert!(w.iter().zip(TRUE).all(|(w, e)| (w - e).abs() < 1e-6), "{w:?}");
-        // A point of no weight does not count; features that depend on one another do no harm.
+        // A point of no weight does not count; features may depend on one another.
         let x = [[1.0, 1.0], [2.0, 2.0], [5.0, 0.0]];
         let w = least_squares(&x, &[2.0, 4.0, 99.0], &[1.0, 1.0, 0.0]);
         assert!((w[0] + w[1] - 2.0).abs() < 1e-6, "{w:?}");

@@ -6,7 +6,7 @@
 //!
 //! | what is known of the query | what is told |
 //! |---|---|
-//! | its front after a look ahead ([`front`]) | BV tests left ([`prediction`]), probability of a hit and recall ([`confidence`]) |
+//! | its front after a probe ([`front`]) | BV tests left ([`prediction`]), probability of a hit and recall ([`confidence`]) |
 //! | what the last frame cost | the same, blended with it ([`history`]) |
 //! | counts | time ([`cost`]) |
 //!

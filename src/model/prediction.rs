@@ -10,7 +10,7 @@ use super::front::FrontSummary;
 use super::history;
 use libm::{exp2, log2};
 
-/// A number that is not known: its median, and the ends of the range in which it is in four cases of five.
+/// An uncertain number: its median, and its 10 % and 90 % quantiles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Quantiles {
@@ -23,7 +23,7 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// Known for sure.
+    /// A certain number: all three are equal.
     pub const fn exactly(x: f64) -> Self {
         Self { p10: x, p50: x, p90: x }
     }
@@ -40,13 +40,13 @@ impl Quantiles {
     }
 }
 
-/// BV tests expected in the rest of a query that finds all intersections: those seen on trial, and what the pair costs stand
-/// for. At least 1.
+/// BV tests expected in the rest of a query that finds all intersections: those of the probe, and those that the pair costs
+/// stand for. At least 1.
 pub fn expected(front: &FrontSummary) -> f64 {
     (front.probed + front.cost).max(1.0)
 }
 
-/// The share of [`expected`] that has not been seen on trial.
+/// The share of [`expected`] that is no test of the probe.
 fn unseen(front: &FrontSummary) -> f64 {
     front.cost / expected(front)
 }

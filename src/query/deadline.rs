@@ -9,9 +9,10 @@ use crate::model::cost::{MAX_STEP_WORK, SLOWEST_UNIT};
 use core::time::Duration;
 
 /// Watches the end of a call, or of all queries of a frame. The stop rule is [`Deadline::stop`].
-#[derive(Debug)]
-pub(crate) struct Deadline<'c, C> {
-    clock: &'c C,
+///
+/// The clock is no type parameter: the loop would be compiled anew for each, to save a call beside a look that costs far more.
+pub(crate) struct Deadline<'c> {
+    clock: &'c dyn Clock,
     started: Option<Duration>,
     end: Option<Duration>,
     /// Work that may still be done, and how much of it a query leaves for its last step.
@@ -25,9 +26,9 @@ pub(crate) struct Deadline<'c, C> {
     poll_interval: u64,
 }
 
-impl<'c, C: Clock> Deadline<'c, C> {
+impl<'c> Deadline<'c> {
     /// The end of a budget that begins now.
-    pub fn of(budget: Budget, poll_interval: u64, clock: &'c C) -> Self {
+    pub fn of(budget: Budget, poll_interval: u64, clock: &'c dyn Clock) -> Self {
         let started = budget.time.map(|_| clock.now());
         let end = started.zip(budget.time).map(|(now, limit)| now.saturating_add(limit));
         let left = budget.work.unwrap_or(u64::MAX);
@@ -35,7 +36,7 @@ impl<'c, C: Clock> Deadline<'c, C> {
     }
 
     /// The end at a moment of the clock, if any, and after so much work, the last step of a query included.
-    pub fn at(end: Option<Duration>, work: u64, clock: &'c C) -> Self {
+    pub fn at(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
         let safe = if end.is_some() { 0 } else { u64::MAX };
         let (poll_interval, reserve) = (MAX_STEP_WORK, MAX_STEP_WORK - 1);
         Self { clock, started: None, end, left: work, reserve, safe, at: 0, next_look: 0, poll_interval }

@@ -1,6 +1,6 @@
 //! What a query will cost, before it, and what an unfinished one leaves open, after it: quantiles, a probability, a recall.
 //!
-//! Apart from the choice of the strategy under a budget of time ([`Query::fits`]), nothing of this runs inside a query: the
+//! Apart from the choice of the strategy under a budget of time ([`Query::fits`]), nothing here runs inside a query: the
 //! caller asks when it wants to know, at a price of one to three microseconds.
 
 use super::Query;

@@ -1,6 +1,5 @@
 //! Triangle pairs: eight at a time through the fast filter, and one at a time through the exact test.
 
-use super::budget::Clock;
 use super::march::Crossings;
 use super::options::Mode;
 use super::traversal::{Traversal, bits};
@@ -9,7 +8,7 @@ use crate::model::cost::{WORK_PER_EXACT_TEST, WORK_PER_TRIANGLE_TEST};
 use crate::tree::WIDTH;
 use crate::triangle::{batch, triangles_intersect};
 
-impl<C: Clock> Traversal<'_, '_, C> {
+impl Traversal<'_, '_> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.
     ///
     /// Where copies of a surface lie side by side every pair is in doubt, and whole regions never meet. So if the first hit

@@ -302,12 +302,7 @@ impl<'t> Query<'t> {
     }
 
     /// Spends a budget on the run in the workspace; learns what it costs.
-    fn spend<C: Clock>(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        deadline: &mut Deadline<C>,
-    ) -> Outcome {
+    fn spend(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, deadline: &mut Deadline) -> Outcome {
         let before = deadline.is_timed().then(|| workspace.counts());
         let stop = self.advance(workspace, memory, deadline);
         if let (Some(before), Some(elapsed)) = (before, deadline.elapsed()) {
@@ -320,11 +315,11 @@ impl<'t> Query<'t> {
     }
 
     /// Goes on with the run in the workspace until it is over or the deadline stops it.
-    pub(crate) fn advance<C: Clock>(
+    pub(crate) fn advance(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,
-        deadline: &mut Deadline<C>,
+        deadline: &mut Deadline,
     ) -> StopReason {
         let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
         workspace.corners.iter_mut().for_each(Corners::clear);

@@ -15,7 +15,6 @@
 //! [`march`]: super::march
 
 use super::boxes::Depths;
-use super::budget::Clock;
 use super::deadline::Deadline;
 use super::expand::{Sink, expand};
 use super::options::{Mode, Options};
@@ -31,7 +30,7 @@ use crate::model::cost::{WORK_PER_EXPANSION, WORK_PER_LOOKUP};
 use crate::tree::Tree;
 
 /// One call of a query.
-pub(super) struct Traversal<'q, 'c, C> {
+pub(super) struct Traversal<'q, 'c> {
     pub a: &'q Tree,
     pub b: &'q Tree,
     pub b_in_a: &'q Pose,
@@ -39,13 +38,13 @@ pub(super) struct Traversal<'q, 'c, C> {
     pub strategy: Strategy,
     pub relation: &'q Relation,
     pub workspace: &'q mut Workspace,
-    pub deadline: &'q mut Deadline<'c, C>,
+    pub deadline: &'q mut Deadline<'c>,
     pub depths: Depths,
     /// Where the pair at hand comes from.
     pub origin: Origin,
 }
 
-impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
+impl Kernel for &mut Traversal<'_, '_> {
     type Output = StopReason;
 
     #[inline(always)]
@@ -77,7 +76,7 @@ impl<C: Clock> Kernel for &mut Traversal<'_, '_, C> {
     }
 }
 
-impl<C: Clock> Traversal<'_, '_, C> {
+impl Traversal<'_, '_> {
     /// The pair to be opened next: what hits lead to, before the front.
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
@@ -141,7 +140,7 @@ impl<C: Clock> Traversal<'_, '_, C> {
     }
 }
 
-impl<C: Clock> Sink for Traversal<'_, '_, C> {
+impl Sink for Traversal<'_, '_> {
     #[inline(always)]
     fn count(&mut self, level: usize, bv_tests: u32) {
         let stats = &mut self.workspace.run.stats;

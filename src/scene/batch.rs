@@ -24,7 +24,7 @@ pub(super) fn workspace() -> Box<Workspace> {
     Box::new(Workspace::with_capacity(QUEUE, FOUND))
 }
 
-/// The query of a pair; a stopped one is found again by the same.
+/// The query of a pair. A stopped run is resumed by an equal query.
 pub(super) fn query<'t>([a, b]: [&'t Tree; 2], b_in_a: Pose, mode: Mode) -> Query<'t> {
     Query::new(a, b, b_in_a).mode(mode)
 }
@@ -63,7 +63,7 @@ impl Batch {
         self.held.zip(self.workspace.as_deref())
     }
 
-    /// Changes stopped runs with another batch.
+    /// Swaps stopped runs with another batch.
     pub fn swap_held(&mut self, other: &mut Self) {
         mem::swap(&mut self.held, &mut other.held);
         mem::swap(&mut self.workspace, &mut other.workspace);
@@ -74,7 +74,7 @@ impl Batch {
         let mut deadline = Deadline::at(round.end, self.budget, clock);
         let least = if round.witnesses_only { WORK_PER_WITNESS } else { LEAST_WORK };
         for (at, job) in self.jobs.iter_mut().enumerate() {
-            // A job that is not expected to end has room in the next round, and those after it do not go first.
+            // A job that is not expected to end here waits for the next round, and so do those after it.
             if !deadline.has_room(least) || at > 0 && job.median() > deadline.work_left() {
                 break;
             }
@@ -102,13 +102,13 @@ enum Ended {
 
 impl Job {
     /// Runs the pair as far as the deadline allows. `held`: whether the workspace has a stopped run of it.
-    fn run<C: Clock>(
+    fn run(
         &mut self,
         bodies: &Bodies,
         workspace: &mut Workspace,
         held: bool,
         round: &Round,
-        deadline: &mut Deadline<C>,
+        deadline: &mut Deadline,
     ) -> Ended {
         let [a, b] = bodies_of(self.key).map(|body| bodies.at(body));
         let (Some(a), Some(b), Some(state)) = (a, b, &mut self.state) else { return Ended::NotBegun };

@@ -119,7 +119,7 @@ pub(super) enum Change {
 pub(super) struct Facts {
     /// The frame in which pose or tree were last new.
     pub changed: u64,
-    /// What the next frame has to see to.
+    /// The change that the next frame takes account of.
     pending: Option<Change>,
     pub generation: u32,
     pub importance: f32,

@@ -66,7 +66,7 @@ impl Deal {
 
     /// Jobs that a remembered witness may decide, as many as `work` allows. Whether there are any.
     pub fn witnesses(&self, jobs: &mut [Job], batches: &mut [Batch], pairs: &mut Pairs, work: u64) -> bool {
-        // A stopped run goes on instead: it is of this very place, which its witnesses were tested in.
+        // Its stopped run is resumed instead: for these poses the witnesses have been tested.
         let is_due = |job: &Job| job.witnessed && job.home.is_none();
         let due = jobs.iter().filter(|job| is_due(job)).count() as u64;
         let most = due.min(work / WORK_PER_WITNESS) as usize;
@@ -105,7 +105,7 @@ impl Deal {
             Some(threads) => threads.clamp(1, BATCHES - 1),
             None => (left / BATCH_WORK).clamp(1, BATCHES as u64 - 1) as usize,
         };
-        // Expectations may be too high: twice of what fits is kept ready.
+        // Expected costs may be too high: twice as many jobs as fit are dealt.
         let ready = 2 * (left - turns);
         self.order_by_rank(jobs, ready);
         let mut before = 0;

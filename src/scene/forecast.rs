@@ -1,4 +1,4 @@
-//! What a pair is expected to cost, and to tell.
+//! What a pair is expected to cost, and how likely it intersects.
 
 use super::pairs::PairState;
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_QUERY};
@@ -7,9 +7,9 @@ use crate::query::Verdict;
 /// Expectations of a pair.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Forecast {
-    /// Work that it takes to run it to its end: as likely more as less.
+    /// Work of a run to its end, median.
     pub median: u32,
-    /// More than this in one case of ten.
+    /// The same, 90 % quantile.
     pub high: u32,
     /// The median if no remembered witness spares the search.
     pub search: u32,

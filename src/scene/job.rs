@@ -36,7 +36,7 @@ pub(super) enum Progress {
 }
 
 impl Job {
-    /// Work that it is expected to take: as likely more as less.
+    /// Work that it is expected to take, median.
     pub fn median(&self) -> u64 {
         self.forecast.median.into()
     }

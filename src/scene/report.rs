@@ -93,7 +93,7 @@ impl Report {
         pair.recall = f64::from(u8::from(complete));
     }
 
-    /// Takes note of what a stopped query says of its rest.
+    /// Stores the estimate of a stopped query.
     pub(super) fn estimate(&mut self, place: usize, estimate: &Estimate) {
         let pair = &mut self.pairs[place];
         (pair.probability, pair.recall) = (estimate.probability, estimate.recall);

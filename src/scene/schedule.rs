@@ -12,7 +12,7 @@
 //!
 //! Why the guarantee of [`crate::Scene::detect`] holds, with `B`, `R`, `C` and `K` from there:
 //!
-//! - Nothing runs past the budget: each query ends one step of work before the budget of its batch is spent.
+//! - No budget of work is passed: each query ends one step of work before that of its batch is spent.
 //! - In each frame the round robin has at least `R`, and it comes before anything but tests of witnesses, which leave it that
 //!   much. Its first pair runs to its end if it takes no more than `R`. Otherwise it goes on in the next frame if neither body
 //!   has moved, or else has had its turn.
@@ -97,7 +97,7 @@ impl Speed {
     }
 }
 
-/// A time that is kept free for something of varying length: follows a longer one at once and a shorter one slowly.
+/// A time that is reserved for a step of varying length: rises at once and falls slowly.
 #[derive(Clone, Copy, Debug, Default)]
 struct Kept(Duration);
 
@@ -219,8 +219,8 @@ impl Schedule {
         }
     }
 
-    /// Asks the queries that were stopped how sure they are, at most one a batch and as long as there is time; the time that
-    /// it took.
+    /// Estimates the queries that were stopped, at most one a batch and as long as there is time. Returns the time that it
+    /// took.
     fn estimate<C: Clock>(&mut self, frame: &Frame<C>, pairs: &mut Pairs, report: &mut Report) -> Duration {
         let end = frame.end(self.rest.0);
         let mut total = Duration::ZERO;
@@ -260,7 +260,7 @@ impl Schedule {
         self.jobs.clear();
         report.begin();
         for batch in &mut self.batches {
-            // A body that changed has left the stopped run behind.
+            // A stopped run of a body that changed is of an older pose or tree.
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
         }
         // Without a budget, on one thread, nothing depends on what is expected.
@@ -270,7 +270,7 @@ impl Schedule {
             let Some(state) = pairs.state(slot) else { continue };
             let changed = frame.changed(key);
             if self.overspent && key == self.cursor {
-                // It had its turn in vain, and if it moved it would have to begin again.
+                // Its turn ended without an answer. If a body moved, the run would begin anew, so the next pair has its turn.
                 self.cursor += u64::from(changed == frame.number);
                 self.overspent = false;
             }
@@ -320,7 +320,7 @@ impl Schedule {
         }
     }
 
-    /// Takes back what the batches did, of `total` work in this frame; the work that it took.
+    /// Takes the jobs back from the batches; `total` is the work of this frame. Returns the work that was done.
     fn collect(&mut self, round: &Round, total: u64, pairs: &mut Pairs, report: &mut Report) -> u64 {
         // Without a budget all have had their turn, however they were dealt.
         if !round.witnesses_only && total < u64::MAX {

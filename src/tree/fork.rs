@@ -1,4 +1,4 @@
-//! Parts of a computation, at the same time where that pays.
+//! Runs parts of a computation in threads, where that pays.
 
 use alloc::vec::Vec;
 use core::ops::Range;

@@ -25,7 +25,7 @@ macro_rules! per_entry {
 }
 pub(super) use per_entry;
 
-/// Lets areas of zero be divided by.
+/// Added to areas, so that one of zero can be divided by.
 pub(super) const TINY: f32 = 1e-30;
 
 /// The surfaces in registers; a lane without area is empty.

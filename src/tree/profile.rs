@@ -1,4 +1,4 @@
-//! What a subtree is like, level by level: the numbers that the cost model lives on.
+//! The profile of a subtree, level by level: what the cost model is computed from.
 //!
 //! All are measured along the axes of the subtree's root: a box with half extents `e` and axes `Q` counts as `|Q| e`.
 //! Levels are merged bottom-up from those of the children, `O(nodes * height)`.

@@ -129,21 +129,14 @@ fn exact_turn(points: [[f64; 2]; 3]) -> i8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::random::Random;
 
     const TINY: f64 = f64::from_bits(1);
 
-    /// Whole numbers from -4 to 4, by a linear congruential generator.
-    fn small_integers() -> impl FnMut() -> f64 {
-        let mut state = 1_u64;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            f64::from((state >> 40) as u32 % 9) - 4.0
-        }
-    }
-
     #[test]
     fn filter_expansions_and_sums_agree() {
-        let mut next = small_integers();
+        let mut random = Random::new(1);
+        let mut next = || (random.bits() % 9) as f64 - 4.0;
         for _ in 0..3000 {
             let points: [[f64; 3]; 4] = from_fn(|_| from_fn(|_| next()));
             let flat = [0, 1, 2].map(|i: usize| [points[i][1], points[i][2]]);
