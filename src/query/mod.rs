@@ -14,6 +14,8 @@ mod expand;
 mod leaf;
 mod measure;
 mod memory;
+#[cfg(feature = "internals")]
+pub(crate) mod opened;
 mod options;
 mod order;
 mod outcome;
