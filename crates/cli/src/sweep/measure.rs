@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use punctual::{
-    Budget, Estimate, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, StopReason, SystemClock, Verdict,
-    Workspace,
+    Budget, Estimate, Mode, Order, Outcome, PairMemory, Query, StopReason, SystemClock, Verdict, Workspace,
 };
 
 use super::case::Case;
@@ -307,13 +306,12 @@ impl Run<'_> {
         let mut found = oracle.found.iter().peekable();
         let hit = !self.truth.pairs.is_empty();
         for percent in PERCENT {
-            // The step in which the budget ends is finished, as the engine does.
-            let limit = (self.full * u64::from(percent)).div_ceil(100) + MAX_STEP_WORK - 1;
+            let limit = (self.full * u64::from(percent)).div_ceil(100);
             while let Some((_, at)) = found.next_if(|(work, _)| *work <= limit) {
                 judge.see(*at as usize);
             }
             for mode in [Mode::Any, Mode::All] {
-                let detected = hit && oracle.first_hit[0] <= limit;
+                let detected = hit && oracle.last_step < limit;
                 let verdict = if detected {
                     Answer::Detected
                 } else if percent == 100 {
@@ -334,8 +332,8 @@ impl Run<'_> {
                 });
             }
         }
-        let [work, bv_tests] = oracle.first_hit;
         if hit {
+            let [work, bv_tests] = oracle.first_hit;
             measured.finished.push(Finished { pose: self.pose, order: ORACLE, mode: Mode::Any, work, bv_tests });
         }
     }

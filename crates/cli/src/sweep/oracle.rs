@@ -4,8 +4,7 @@
 //! pairs are opened, and never opens one that leads nowhere. It pays, at the engine's own weights of work, all that no order
 //! can avoid: for each pair that it opens, the tests of all its children's boxes, also of those that lead nowhere; for each
 //! pair of clusters, the tests of all triangle pairs that the boxes leave, also of those that do not meet. (Tests in doubt,
-//! which are then made exactly, are not charged, and the step in which a budget ends is finished: the oracle is a little too
-//! good.)
+//! which are then made exactly, are not charged: the oracle is a little too good.)
 //!
 //! Of all such orders it takes the best for each budget: no order finds more pairs by then. That is a known problem, jobs
 //! with costs and gains, each of which must wait for its parent. The pieces with the largest gain for their cost come first;
@@ -26,7 +25,11 @@ const BATCH: usize = 8;
 pub struct Oracle {
     /// Least work to a first intersection, and the BV tests in it; 0 if there is none.
     pub first_hit: [u64; 2],
-    /// Work after which each pair is known, and its index among the true pairs; in order.
+    /// Work after which the last step to it begins, a batch of triangle pairs. A budget that ends later has it, since steps
+    /// are finished.
+    pub last_step: u64,
+    /// Work after which each pair is known, and its index among the true pairs; in order. (A query with that budget may be
+    /// ahead by the step in which it ends.)
     pub found: Vec<(u64, u32)>,
 }
 
@@ -39,8 +42,8 @@ impl Oracle {
             indices.map(|index| index as u32).collect()
         };
         let hits: Vec<Vec<u32>> = opened.iter().map(hits).collect();
-        let first_hit = first_hit(&opened, &hits);
-        let mut oracle = Self { first_hit, found: Vec::with_capacity(pairs.len()) };
+        let (first_hit, last_step) = first_hit(&opened, &hits);
+        let mut oracle = Self { first_hit, last_step, found: Vec::with_capacity(pairs.len()) };
         let mut work = 0;
         for piece in pieces(&opened, hits) {
             let count = piece.hits.len() as u64;
@@ -52,22 +55,26 @@ impl Oracle {
     }
 }
 
-/// Least work, and the BV tests in it, from the roots to an intersection.
-fn first_hit(opened: &[OpenedPair], hits: &[Vec<u32>]) -> [u64; 2] {
-    const NEVER: [u64; 2] = [u64::MAX; 2];
-    let mut below = vec![NEVER; opened.len()];
+/// Least work, and the BV tests in it, from the roots to an intersection; and the least work before a last step to one.
+fn first_hit(opened: &[OpenedPair], hits: &[Vec<u32>]) -> ([u64; 2], u64) {
+    // Below each pair; `None` where there is no intersection.
+    let mut below: Vec<Option<([u64; 2], u64)>> = vec![None; opened.len()];
+    let least = |x: Option<([u64; 2], u64)>, y: ([u64; 2], u64)| Some(x.map_or(y, |x| (x.0.min(y.0), x.1.min(y.1))));
     for (i, pair) in opened.iter().enumerate().rev() {
         if !hits[i].is_empty() {
             let batch = pair.triangle_pairs.len().min(BATCH) as u64;
-            below[i] = below[i].min([batch * WORK_PER_TRIANGLE_TEST, 0]);
+            below[i] = least(below[i], ([batch * WORK_PER_TRIANGLE_TEST, 0], 0));
         }
-        if below[i] != NEVER {
-            let bv_tests = u64::from(pair.bv_tests);
-            below[i] = [below[i][0] + WORK_PER_EXPANSION + bv_tests, below[i][1] + bv_tests];
-            below[pair.parent] = if i == 0 { below[i] } else { below[pair.parent].min(below[i]) };
+        let Some(([work, bv_tests], before)) = below[i] else { continue };
+        let own = u64::from(pair.bv_tests);
+        let opening = WORK_PER_EXPANSION + own;
+        let all = ([opening + work, own + bv_tests], opening + before);
+        if i == 0 {
+            return all;
         }
+        below[pair.parent] = least(below[pair.parent], all);
     }
-    below.first().filter(|first| **first != NEVER).copied().unwrap_or_default()
+    Default::default()
 }
 
 /// Node pairs that are opened one after the other.
@@ -138,9 +145,9 @@ mod tests {
     fn the_first_hit_is_the_cheapest() {
         let opened = [pair(0, 16, 0), pair(0, 0, 4), pair(0, 16, 0), pair(2, 0, 10)];
         let hits = [vec![], vec![7], vec![], vec![1]];
-        assert_eq!(first_hit(&opened, &hits), [100 + 84 + 4 * 44, 16]);
-        assert_eq!(first_hit(&opened, &[vec![], vec![], vec![], vec![1]]), [200 + 84 + 8 * 44, 32]);
-        assert_eq!(first_hit(&opened, &[vec![], vec![], vec![], vec![]]), [0, 0]);
+        assert_eq!(first_hit(&opened, &hits), ([100 + 84 + 4 * 44, 16], 100 + 84));
+        assert_eq!(first_hit(&opened, &[vec![], vec![], vec![], vec![1]]), ([200 + 84 + 8 * 44, 32], 200 + 84));
+        assert_eq!(first_hit(&opened, &[vec![], vec![], vec![], vec![]]), ([0, 0], 0));
     }
 
     #[test]

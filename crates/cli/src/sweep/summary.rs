@@ -110,7 +110,7 @@ pub fn of_case<'r>(
 }
 
 /// The same for each case that has colliding poses, with the case's name.
-fn by_case<'m>(cases: &'m [Measurement], which: Which, feature: Feature) -> impl Iterator<Item = (&'m str, f64)> {
+fn by_case(cases: &[Measurement], which: Which, feature: Feature) -> impl Iterator<Item = (&str, f64)> {
     let value = move |case: &Measurement| match which.budget {
         Limit::Work(_) => of_case(case, case.work.rows.iter(), which, feature),
         Limit::Time(_) => of_case(case, case.rounds.iter().flat_map(|round| &round.rows), which, feature),
