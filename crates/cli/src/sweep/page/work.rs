@@ -65,14 +65,7 @@ impl Report<'_> {
             |order, percent| worst_case(self.cases, Which { order, mode, budget: Limit::Work(percent) }, feature);
         let mut chart = over_work(self.cases, title, mode, feature);
         chart.series.insert(0, self.band(mode, feature));
-        let header =
-            std::iter::once("mean / worst case".to_owned()).chain(PERCENT.map(|percent| format!("{percent} %")));
-        let row = |order| {
-            let values =
-                PERCENT.map(|percent| format!("{:.2} / {:.2}", at(order, percent), worst(order, percent).value));
-            std::iter::once(label(order).to_owned()).chain(values).collect()
-        };
-        let table = Table { header: header.collect(), rows: names().map(row).collect() };
+        let table = by_percent(names(), |order, percent| [at(order, percent), worst(order, percent).value]);
         let compared = CURVES.iter().filter(|curve| mode == Mode::All || curve.order != CUT_OFF);
         let words = compared.map(|curve| {
             let Worst { case, value } = worst(curve.order, percent);
@@ -83,20 +76,19 @@ impl Report<'_> {
             let [ours, plain, oracle] = [DEFAULT, DEPTH_FIRST, ORACLE].map(|order| area(self.cases, order));
             measured += &format!(" Mean over all budgets: {ours:.2}, depth-first {plain:.2}, best order {oracle:.2}.");
         }
+        let mut text =
+            "Each case counts alike, as the mean over its poses in contact. The worst case is the one with the least \
+                        mean."
+                .to_owned();
+        if mode == Mode::All {
+            text += " The shaded band holds the middle half of these poses of all cases, for this library.";
+        }
         Ok(Section {
             id: id.to_owned(),
             title: title.to_owned(),
             lead: Lead::Shows(shown.to_owned()),
             measured,
-            blocks: vec![
-                self.plot(id, &chart)?,
-                Block::Text(
-                    "Each case counts alike, as the mean over its poses in contact. The shaded band holds the middle half of \
-                     these poses of all cases, for this library. The worst case is the one with the least mean."
-                        .to_owned(),
-                ),
-                Block::Table(table),
-            ],
+            blocks: vec![self.plot(id, &chart)?, Block::Text(text), Block::Table(table)],
         })
     }
 
@@ -161,12 +153,8 @@ impl Report<'_> {
             y: Axis::linear("share of the boxes' overlap").range(0.0..1.0),
             series: compared().map(line).collect(),
         };
-        let header =
-            std::iter::once("mean / worst case".to_owned()).chain(PERCENT.map(|percent| format!("{percent} %")));
-        let row = |(_, curve): (usize, &super::Curve)| {
-            let cell = |percent| format!("{:.2} / {:.2}", at(curve.order, percent), worst(curve.order, percent).value);
-            std::iter::once(curve.label.to_owned()).chain(PERCENT.map(cell)).collect()
-        };
+        let cell = |order, percent| [at(order, percent), worst(order, percent).value];
+        let table = by_percent(compared().map(|(_, curve)| curve.order), cell);
         let Worst { case, value } = worst(DEFAULT, HALF);
         Ok(Section {
             id: "volume-left".into(),
@@ -188,8 +176,21 @@ impl Report<'_> {
                      for. Measured at 512 points in the overlap."
                         .into(),
                 ),
-                Block::Table(Table { header: header.collect(), rows: compared().map(row).collect() }),
+                Block::Table(table),
             ],
         })
     }
+}
+
+/// A row for each order and a column for each share of the work; `cell` gives the mean and the worst case.
+fn by_percent(orders: impl Iterator<Item = &'static str>, cell: impl Fn(&'static str, u32) -> [f64; 2]) -> Table {
+    let header = std::iter::once("mean / worst case".to_owned()).chain(PERCENT.map(|percent| format!("{percent} %")));
+    let row = |order| {
+        let cells = PERCENT.map(|percent| {
+            let [mean, worst] = cell(order, percent);
+            format!("{mean:.2} / {worst:.2}")
+        });
+        std::iter::once(label(order).to_owned()).chain(cells).collect()
+    };
+    Table { header: header.collect(), rows: orders.map(row).collect() }
 }
