@@ -106,9 +106,9 @@ a { color: var(--link); } summary { cursor: pointer; padding: .3rem 0; }
 .sides h3 { font-size: .8rem; text-transform: uppercase; letter-spacing: .05em; color: var(--soft); margin: 0 0 .3rem; }
 .sides p { margin: 0; }
 .verdict { font-weight: 600; } .yes { color: var(--yes); } .part { color: var(--part); } .no { color: var(--no); }
-.scroll { overflow-x: auto; } table { border-collapse: collapse; font-size: .9rem; }
+.scroll { overflow-x: auto; margin: .75rem 0; } table { border-collapse: collapse; font-size: .9rem; }
 th, td { text-align: right; padding: .2rem .6rem; border-bottom: 1px solid var(--line); white-space: nowrap; font-variant-numeric: tabular-nums; }
-th:first-child, td:first-child { text-align: left; }
+th { white-space: normal; min-width: 3rem; vertical-align: bottom; } th:first-child, td:first-child { text-align: left; }
 figure { display: inline-block; width: 100%; max-width: 29rem; margin: .5rem 0; vertical-align: top; } svg { display: block; width: 100%; height: auto; } rect { shape-rendering: crispEdges; }
 .contents td { white-space: normal; }
 ";
