@@ -1,4 +1,5 @@
-//! What `punctual-lab` needs to look inside: the model that it fits, and the random numbers of generated shapes.
+//! What `punctual-lab` and `punctual-cli` need to look inside: the model that is fitted, the random numbers of generated
+//! shapes, the node pairs that a query opens.
 //! No promise of stability.
 
 pub use crate::math::random::Random;
@@ -6,3 +7,4 @@ pub use crate::model::confidence::{history_features, hit_features, probability, 
 pub use crate::model::front::{FrontSummary, pair_cost};
 pub use crate::model::least_squares::least_squares;
 pub use crate::model::prediction::{all_left, any_left, features_of_all, features_of_any};
+pub use crate::query::opened::{OpenedPair, opened_pairs};

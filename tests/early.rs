@@ -26,7 +26,7 @@ impl Case {
     /// All pairs, depth-first.
     fn truth(&self) -> Vec<[u32; 2]> {
         let mut workspace = Workspace::new();
-        run(&self.query().order(Order::DepthFirst), &mut workspace, Budget::unlimited());
+        let _ = run(&self.query().order(Order::DepthFirst), &mut workspace, Budget::unlimited());
         sorted(workspace.pairs())
     }
 }

@@ -16,7 +16,7 @@ const ARROWS: [(&str, &[&str]); 10] = [
     ("query", &["math", "names", "mesh", "tree", "triangle", "model"]),
     ("scene", &["math", "names", "mesh", "tree", "triangle", "model", "query"]),
     ("capi", &["math", "names", "mesh", "tree", "triangle", "model", "query", "scene"]),
-    ("internals", &["math", "model"]),
+    ("internals", &["math", "model", "query"]),
 ];
 
 /// The sources of a module.

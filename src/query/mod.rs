@@ -15,6 +15,8 @@ mod leaf;
 mod march;
 mod measure;
 mod memory;
+#[cfg(feature = "internals")]
+pub(crate) mod opened;
 mod options;
 mod order;
 mod outcome;

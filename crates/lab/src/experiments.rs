@@ -17,7 +17,7 @@ use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::report::{self, Block, Draw, Failure, Page, Picture, Section};
+use crate::report::{self, Block, Draw, Failure, Lead, Page, Picture, Section};
 use ladder::Ladder;
 use sample::Effort;
 
@@ -110,8 +110,10 @@ pub fn run(settings: &Settings<'_>, out: &mut impl Write) -> Result<(), Failure>
     lab.progress.finish_and_clear();
     let page = page(sections, quick);
     report::write(&folder.join("index.html"), page.html())?;
-    for Section { title, verdict, measured, .. } in &page.sections {
-        writeln!(out, "{title}: {}. {measured}", verdict.text())?;
+    for Section { title, lead, measured, .. } in &page.sections {
+        if let Lead::Claim(_, verdict) = lead {
+            writeln!(out, "{title}: {}. {measured}", verdict.text())?;
+        }
     }
     Ok(())
 }

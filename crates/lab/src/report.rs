@@ -8,12 +8,13 @@ mod chart;
 mod frame;
 mod heat_map;
 mod page;
+mod palette;
 
 pub use axis::Axis;
 pub use chances::Chances;
 pub use chart::{Chart, Series, Shape};
 pub use heat_map::HeatMap;
-pub use page::{Block, Page, Section, Table, Verdict};
+pub use page::{Block, Lead, Page, Section, Table, Verdict};
 
 use std::error::Error;
 use std::fs;
@@ -22,7 +23,7 @@ use std::sync::Once;
 
 use plotters::coord::Shift;
 use plotters::prelude::{BitMapBackend, DrawingArea, DrawingBackend, IntoDrawingArea, SVGBackend};
-use plotters::style::{FontStyle, WHITE, register_font};
+use plotters::style::{FontStyle, register_font};
 
 /// Why something could not be read, drawn or written, in words that name the file.
 pub type Failure = Box<dyn Error>;
@@ -45,13 +46,13 @@ pub trait Draw {
 
 /// A drawing, rendered.
 pub struct Picture {
-    /// A whole `<svg>` element.
+    /// A whole `<svg>` element, light or dark as the reader prefers.
     pub svg: String,
     png: Vec<u8>,
 }
 
 impl Picture {
-    /// Draws it as SVG and as PNG.
+    /// Draws it as SVG, and as PNG, which is always light.
     ///
     /// # Errors
     /// If the plotting crate cannot draw it.
@@ -71,7 +72,7 @@ impl Picture {
         let canvas = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
         paint(drawing, &canvas)?;
         drop(canvas);
-        Ok(Self { svg, png: encode(&pixels, width, height)? })
+        Ok(Self { svg: palette::with_dark_mode(&svg), png: encode(&pixels, width, height)? })
     }
 
     /// Writes `NAME.svg` and `NAME.png`.
@@ -85,7 +86,7 @@ fn paint<DB: DrawingBackend<ErrorType: 'static>>(
     drawing: &impl Draw,
     canvas: &DrawingArea<DB, Shift>,
 ) -> Result<(), Failure> {
-    canvas.fill(&WHITE)?;
+    canvas.fill(&palette::PAPER.light)?;
     drawing.draw(canvas)?;
     Ok(canvas.present()?)
 }
@@ -171,6 +172,30 @@ mod tests {
     }
 
     #[test]
+    fn each_colour_of_a_chart_has_a_dark_counterpart() {
+        let (x, y) = (Axis::linear("x"), Axis::log("y"));
+        let svg = Picture::render(&Chart { title: "Dark".into(), x, y, series: shapes() }).unwrap().svg;
+        let (style, drawn) = svg.split_once("</style>").unwrap();
+        assert!(style.contains("prefers-color-scheme:dark"));
+        let mut colors: Vec<&str> = drawn.split('"').filter(|text| text.starts_with('#')).collect();
+        colors.sort_unstable();
+        colors.dedup();
+        assert!(colors.len() > 6);
+        for color in colors {
+            assert!(style.contains(&format!("[fill=\"{color}\"]")), "{color}");
+        }
+    }
+
+    #[test]
+    fn long_titles_are_wrapped() {
+        let chart =
+            |title: &str| Chart { title: title.into(), x: Axis::linear(""), y: Axis::linear(""), series: vec![] };
+        let [short, long] = [chart("Short"), chart(&"many words ".repeat(9))];
+        assert!(long.size().1 > short.size().1);
+        assert_eq!(Picture::render(&long).unwrap().svg.matches("many").count(), 9);
+    }
+
+    #[test]
     fn heat_maps_are_drawn() {
         let map = HeatMap {
             title: "Heat".into(),
@@ -189,21 +214,33 @@ mod tests {
         let section = Section {
             id: "one".into(),
             title: "One & only".into(),
-            claim: "a < b".into(),
+            lead: Lead::Claim("a < b".into(), Verdict::DoesNotHold),
             measured: "a > b".into(),
-            verdict: Verdict::DoesNotHold,
             blocks: vec![
+                Block::Details("More & more".into(), vec![Block::Text("inside".into())]),
                 Block::Picture("<?xml?><svg></svg>".into()),
                 Block::Table(Table::new(["n"], vec![vec!["<1>".into()]])),
                 Block::Text("words".into()),
             ],
         };
-        let html = Page { title: "T".into(), intro: vec!["hello".into()], sections: vec![section] }.html();
-        for part in
-            ["One &amp; only", "a &lt; b", "does not hold", "<svg></svg>", "&lt;1&gt;", "words", "href=\"#one\""]
-        {
+        let shown =
+            Section { id: "two".into(), lead: Lead::Shows("c over d".into()), blocks: vec![], ..section.clone() };
+        let html = Page { title: "T".into(), intro: vec!["hello".into()], sections: vec![section, shown] }.html();
+        for part in [
+            "One &amp; only",
+            "a &lt; b",
+            "<svg></svg>",
+            "&lt;1&gt;",
+            "words",
+            "href=\"#one\"",
+            "<summary>More &amp; more</summary>",
+            "inside",
+            "c over d",
+        ] {
             assert!(html.contains(part), "no {part}");
         }
+        // In the contents and at the claim; what is only shown has no verdict.
+        assert_eq!((html.matches("does not hold").count(), html.matches("<h3>Claim</h3>").count()), (2, 1));
         assert!(!html.contains("<?xml") && !html.contains("<script") && !html.contains("http"));
     }
 

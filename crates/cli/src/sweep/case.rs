@@ -46,14 +46,20 @@ impl Case {
         size(self.a.mesh()).min(size(self.b.mesh()))
     }
 
-    /// Whether the boxes of the meshes are apart, in A's axes.
-    pub fn boxes_apart(&self, pose: &Pose) -> bool {
+    /// The boxes of the meshes along A's axes, as lower and upper corner.
+    pub fn boxes(&self, pose: &Pose) -> [(DVec3, DVec3); 2] {
         let (a, b) = (self.a.mesh().aabb(), self.b.mesh().aabb());
         let center = pose.transform_point((b.min + b.max) * 0.5);
         let half = (b.max - b.min) * 0.5;
         let r = pose.rotation();
         let half = r.x_axis.abs() * half.x + r.y_axis.abs() * half.y + r.z_axis.abs() * half.z;
-        (center - half).cmpgt(a.max).any() || (center + half).cmplt(a.min).any()
+        [(a.min, a.max), (center - half, center + half)]
+    }
+
+    /// Whether these are apart.
+    pub fn boxes_apart(&self, pose: &Pose) -> bool {
+        let [(low_a, high_a), (low_b, high_b)] = self.boxes(pose);
+        low_b.cmpgt(high_a).any() || high_b.cmplt(low_a).any()
     }
 
     /// Differs between cases with different triangles or poses (FNV-1a).

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use punctual::Mode;
-use punctual_lab::report::{Block, Chances, Chart, Failure, Section, Table, Verdict};
+use punctual_lab::report::{Block, Chances, Chart, Failure, Lead, Section, Table};
 use punctual_lab::statistics::{mean, quantile, sorted};
 
 use super::contender::{DEFAULT, WARM};
 use super::measure::PERCENT;
-use super::summary::Measurement;
+use super::summary::{Measurement, Worst};
 
 /// What was told at one moment of one query.
 #[derive(Clone, Copy)]
@@ -111,6 +111,33 @@ fn table(cases: &[Measurement]) -> Table {
     Table { header: header.map(str::to_owned).to_vec(), rows }
 }
 
+/// Undecided stops from which on the probabilities of a single case are judged: with fewer, chance alone makes them look bad.
+const ENOUGH: usize = 30;
+
+/// Errors of the probabilities told in single cases.
+struct Errors<'m> {
+    /// Mean over the cases with enough stops.
+    mean: f64,
+    worst: Worst<'m>,
+    /// A row for each case.
+    rows: Vec<Vec<String>>,
+}
+
+impl<'m> Errors<'m> {
+    fn of(cases: &'m [Measurement]) -> Self {
+        let alone = |case| chances(std::slice::from_ref(case), DEFAULT, None);
+        let told: Vec<(&str, Chances)> = cases.iter().map(|case| (&*case.name, alone(case))).collect();
+        let judged = || told.iter().filter(|(_, chances)| chances.0.len() >= ENOUGH);
+        let errors = || judged().map(|(case, chances)| (*case, chances.calibration_error()));
+        let row = |(case, chances): &(&str, Chances)| {
+            let scores = [chances.brier(), chances.calibration_error()].map(|score| format!("{score:.3}"));
+            [case.to_string(), chances.0.len().to_string()].into_iter().chain(scores).collect()
+        };
+        let mean = mean(errors().map(|(_, error)| error)).unwrap_or(f64::NAN);
+        Self { mean, worst: Worst::largest(errors()), rows: judged().map(row).collect() }
+    }
+}
+
 pub fn section(
     cases: &[Measurement],
     mut plot: impl FnMut(&str, &Chart) -> Result<Block, Failure>,
@@ -118,7 +145,7 @@ pub fn section(
     let [cold, warm] = [DEFAULT, WARM].map(|order| chances(cases, order, None));
     let mut blocks = vec![];
     for (name, title, chances) in
-        [("reliability", "Probability of contact", &cold), ("reliability-warm", "The same, warm start", &warm)]
+        [("reliability", "Probability of contact", &cold), ("reliability-warm", "The same, with memory", &warm)]
     {
         if !chances.0.is_empty() {
             blocks.push(plot(name, &chances.diagram(title))?);
@@ -127,32 +154,30 @@ pub fn section(
     blocks.push(Block::Text(
         "Of queries that had found nothing when they were stopped. Brier: mean square of the probability told less what came (0 or 1). \
          ECE: how far off, on average over ten bins, what was told was from how often it came. Error of the recall: mean absolute \
-         difference from the true share. BV tests: |log2(told / true)| of the whole query."
+         difference from the true share. BV tests: |log2(told / true)| of the whole query. Warm: with a memory of the pose before."
             .into(),
     ));
     blocks.push(Block::Table(table(cases)));
-    let error = cold.calibration_error();
+    let Errors { mean, worst, rows } = Errors::of(cases);
+    blocks.push(Block::Table(Table::new(["case", "undecided stops", "Brier", "ECE"], rows)));
     Ok(Section {
         id: "confidence".into(),
         title: "How sure is a partial answer?".into(),
-        claim: "Of the stopped queries that say \"contact with probability p\", a share of p has contact, within .05."
-            .into(),
+        lead: Lead::Shows(
+            "A stopped query that has found no contact tells how likely there is one. Shown is how often there was one where \
+             it told which probability."
+                .into(),
+        ),
         measured: format!(
-            "{} undecided stops: Brier {:.3}, off by {error:.3} on average; warm start: {}, {:.3}, {:.3}. Share of the pairs \
-             found: told within {:.3} on average, warm {:.3}.",
+            "{} undecided stops: Brier {:.3}, off by {:.3} on average (ECE). Single cases with {ENOUGH} stops or more: off by \
+             {mean:.3} on average, worst case {:.3}, {}. Share of the pairs found: told within {:.3} on average.",
             cold.0.len(),
             cold.brier(),
-            warm.0.len(),
-            warm.brier(),
-            warm.calibration_error(),
+            cold.calibration_error(),
+            worst.value,
+            worst.case,
             recall_error(cases, DEFAULT, None),
-            recall_error(cases, WARM, None),
         ),
-        verdict: match error {
-            x if x <= 0.05 => Verdict::Holds,
-            x if x <= 0.1 => Verdict::HoldsInPart,
-            _ => Verdict::DoesNotHold,
-        },
         blocks,
     })
 }

@@ -1,4 +1,4 @@
-//! Who is compared: the orders of the engine, and two baselines that are derived.
+//! Who is compared: the orders of the engine, what is derived from them, and which of them the plots show.
 
 use punctual::{Order, Pose, Query, Tree};
 
@@ -28,11 +28,44 @@ pub const WARM: &str = "warm";
 /// A plain exact query of which nothing is known until it returns: depth-first, cut off by the budget.
 pub const CUT_OFF: &str = "cut-off";
 
-/// A traversal that knows the truth.
+/// The best order, which knows the truth.
 pub const ORACLE: &str = "oracle";
 
 impl Contender {
     pub fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t> {
         Query::new(a, b, pose).order(self.order)
     }
+}
+
+/// A line of the plots.
+#[derive(Clone, Copy)]
+pub struct Curve {
+    /// Its name in tables and figures.
+    pub order: &'static str,
+    /// What readers are told that it is.
+    pub label: &'static str,
+    pub dashed: bool,
+}
+
+/// What every plot compares; one line more is one more of these.
+pub const CURVES: [Curve; 4] = [
+    Curve { order: DEFAULT, label: "this library", dashed: false },
+    Curve { order: DEPTH_FIRST, label: "depth-first", dashed: false },
+    Curve { order: CUT_OFF, label: "plain query, cut off", dashed: true },
+    Curve { order: ORACLE, label: "best order (knows the truth)", dashed: true },
+];
+
+/// The name of an order in words.
+pub fn label(order: &'static str) -> &'static str {
+    match order {
+        WARM => "this library, with memory",
+        "low-alpha" => "low alpha first (the paper's)",
+        "overlap-volume" => "largest overlap first",
+        _ => CURVES.iter().find(|curve| curve.order == order).map_or(order, |curve| curve.label),
+    }
+}
+
+/// All that is compared under budgets of work.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    CONTENDERS.iter().map(|contender| contender.name).chain([ORACLE, CUT_OFF, WARM])
 }

@@ -9,7 +9,8 @@ use punctual::{
 use super::case::Case;
 use super::confidence::Guess;
 use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
-use super::oracle::{Oracle, Places};
+use super::open::{self, Overlap};
+use super::oracle::Oracle;
 use super::truth::Truth;
 
 /// Budgets of work, in percent of what a finished `all` run costs at the same pose.
@@ -30,6 +31,8 @@ pub struct Row {
     /// Longest edge of a box in which pairs may be missing, in the box diagonal of the smaller mesh. Not a number for
     /// baselines that are derived.
     pub unresolved: f64,
+    /// Volume of these boxes over that of the overlap of the meshes' boxes. Measured for some, else not a number.
+    pub volume_left: f64,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,6 +72,9 @@ pub struct Measured {
     pub overrun: u64,
     /// What differs from the truth, in words.
     pub wrong: Vec<String>,
+    /// Certificates, and what is false in them, in words.
+    pub certificates: usize,
+    pub loose: Vec<String>,
 }
 
 /// Progress of a query against the truth.
@@ -109,6 +115,13 @@ impl<'t> Judge<'t> {
         share(self.found, self.truth.pairs.len())
     }
 
+    /// An intersecting pair that was not reported: the first after `start`, cyclically.
+    fn missing(&self, start: usize) -> Option<[u32; 2]> {
+        let count = self.seen.len();
+        let indices = (0..count).map(|i| (start + i) % count);
+        indices.into_iter().find(|&i| !self.seen[i]).map(|i| self.truth.pairs[i])
+    }
+
     pub fn coverage(&self) -> f64 {
         share(self.seen_regions.iter().filter(|seen| **seen).count(), self.truth.regions)
     }
@@ -137,11 +150,10 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
     let mut measured = Measured::default();
     let mut workspace = Workspace::with_capacity(4096, 1 << 16);
     let mut memories = [PairMemory::new(), PairMemory::new()];
-    let places = (Places::new(&case.a), Places::new(&case.b));
     for (pose, truth) in truth.iter().enumerate() {
         let full = Query::new(&case.a, &case.b, case.poses[pose]).mode(Mode::All);
         let full = finish(&full, &mut workspace);
-        let run = Run { case, truth, pose, full };
+        let run = Run { case, truth, pose, full, overlap: Overlap::new(case, &case.poses[pose]) };
         for contender in &CONTENDERS {
             let query = contender.query(&case.a, &case.b, case.poses[pose]);
             for mode in [Mode::Any, Mode::All] {
@@ -152,7 +164,7 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
         for (mode, memory) in [Mode::Any, Mode::All].into_iter().zip(&mut memories) {
             run.stops(&query.mode(mode), WARM, mode, Some(memory), &mut workspace, &mut measured);
         }
-        run.oracle(&Oracle::new(&places.0, &places.1, &truth.pairs), &mut measured);
+        run.oracle(&Oracle::new(&case.a, &case.b, &case.poses[pose], &truth.pairs), &mut measured);
         if let Some(&known) = case.known.get(pose)
             && known != truth.pairs.len() as u64
         {
@@ -200,6 +212,7 @@ struct Run<'c> {
     truth: &'c Truth,
     pose: usize,
     full: u64,
+    overlap: Overlap,
 }
 
 impl Run<'_> {
@@ -235,8 +248,8 @@ impl Run<'_> {
             if outcome.stop == StopReason::WorkLimit {
                 measured.overrun = measured.overrun.max(outcome.stats.work.saturating_sub(limit));
             }
-            let extent = query.certificate(workspace).map_or(f64::NAN, |certificate| certificate.largest_extent());
             let stopped = outcome.stop != StopReason::Finished && outcome.stop != StopReason::FirstHit;
+            let (extent, volume_left) = self.check(query, workspace, &judge, order, mode, measured);
             if tells
                 && stopped
                 && let Ok(told) = query.estimate(workspace, memory.as_deref())
@@ -252,6 +265,7 @@ impl Run<'_> {
                 recall: judge.recall(),
                 coverage: judge.coverage(),
                 unresolved: if stopped { extent / self.case.size() } else { 0.0 },
+                volume_left,
             };
             measured.rows.push(row);
             if order == DEPTH_FIRST {
@@ -264,6 +278,29 @@ impl Run<'_> {
         measured.finished.push(Finished { pose: self.pose, order, mode, work, bv_tests });
     }
 
+    /// Compares what the certificate promises with the truth. Returns the longest edge of its boxes, and for some queries
+    /// the volume left.
+    fn check(
+        &self,
+        query: &Query,
+        workspace: &Workspace,
+        judge: &Judge,
+        order: &'static str,
+        mode: Mode,
+        measured: &mut Measured,
+    ) -> (f64, f64) {
+        let Ok(certificate) = query.certificate(workspace) else { return (f64::NAN, f64::NAN) };
+        measured.certificates += 1;
+        // Another one at each stop.
+        let missing = judge.missing(measured.certificates);
+        if let Some(what) = open::fault(&certificate, self.case, self.pose, self.truth, missing) {
+            measured.loose.push(format!("{} pose {} {order} {mode:?}: {what}", self.case.name, self.pose));
+        }
+        let shown = mode == Mode::All && [DEFAULT, DEPTH_FIRST].contains(&order);
+        let volume_left = if shown { self.overlap.volume_left(&certificate) } else { f64::NAN };
+        (certificate.largest_extent(), volume_left)
+    }
+
     fn oracle(&self, oracle: &Oracle, measured: &mut Measured) {
         let mut judge = Judge::new(self.truth);
         let mut found = oracle.found.iter().peekable();
@@ -274,7 +311,7 @@ impl Run<'_> {
                 judge.see(*at as usize);
             }
             for mode in [Mode::Any, Mode::All] {
-                let detected = hit && oracle.first_hit[0] <= limit;
+                let detected = hit && oracle.last_step < limit;
                 let verdict = if detected {
                     Answer::Detected
                 } else if percent == 100 {
@@ -291,11 +328,12 @@ impl Run<'_> {
                     recall: judge.recall(),
                     coverage: judge.coverage(),
                     unresolved: f64::NAN,
+                    volume_left: f64::NAN,
                 });
             }
         }
-        let [work, bv_tests] = oracle.first_hit;
         if hit {
+            let [work, bv_tests] = oracle.first_hit;
             measured.finished.push(Finished { pose: self.pose, order: ORACLE, mode: Mode::Any, work, bv_tests });
         }
     }
@@ -312,9 +350,9 @@ fn guessed(guess: Guess, told: &Estimate, outcome: &Outcome, recall: f64) -> Gue
 }
 
 /// What is left of a row if nothing is told before the end.
-fn cut_off(row: Row, stopped: bool) -> Row {
+pub fn cut_off(row: Row, stopped: bool) -> Row {
     let known = |share: f64| if stopped { 0.0 } else { share };
     let (recall, coverage) = (known(row.recall), known(row.coverage));
     let verdict = if stopped { Answer::Undecided } else { row.verdict };
-    Row { order: CUT_OFF, recall, coverage, verdict, unresolved: f64::NAN, ..row }
+    Row { order: CUT_OFF, recall, coverage, verdict, unresolved: f64::NAN, volume_left: f64::NAN, ..row }
 }

@@ -7,12 +7,12 @@ use cpu_time::ThreadTime;
 use punctual::{Budget, Mode, StopReason, Workspace};
 
 use super::case::Case;
-use super::contender::{CONTENDERS, DEFAULT};
-use super::measure::{Judge, Limit, Row};
+use super::contender::{CONTENDERS, DEFAULT, DEPTH_FIRST};
+use super::measure::{Answer, Judge, Limit, Row, cut_off};
 use super::truth::Truth;
 
 /// Budgets of time in microseconds.
-pub const MICROSECONDS: [u64; 9] = [2, 5, 10, 20, 50, 100, 200, 500, 1000];
+pub const MICROSECONDS: [u64; 15] = [1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 70, 100, 200, 500, 1000];
 
 /// How far beyond its budget a query ended, in seconds.
 #[derive(Clone, Copy)]
@@ -73,8 +73,8 @@ pub fn round(case: &Case, truth: &[Truth], poses: &[usize], mut progress: impl F
                     let mut judge = Judge::new(&truth[pose]);
                     workspace.pairs().iter().for_each(|pair| judge.report(*pair));
                     let verdict = judge.answer(&outcome, mode);
-                    round.wrong += usize::from(verdict == super::measure::Answer::Wrong);
-                    round.rows.push(Row {
+                    round.wrong += usize::from(verdict == Answer::Wrong);
+                    let row = Row {
                         pose,
                         order: contender.name,
                         mode,
@@ -83,7 +83,12 @@ pub fn round(case: &Case, truth: &[Truth], poses: &[usize], mut progress: impl F
                         recall: judge.recall(),
                         coverage: judge.coverage(),
                         unresolved: f64::NAN,
-                    });
+                        volume_left: f64::NAN,
+                    };
+                    round.rows.push(row);
+                    if contender.name == DEPTH_FIRST {
+                        round.rows.push(cut_off(row, outcome.stop == StopReason::Deadline));
+                    }
                     if contender.name == DEFAULT && outcome.stop == StopReason::Deadline {
                         let beyond = |time: Duration| time.as_secs_f64() - limit.as_secs_f64();
                         let cpu = beyond(cpu) - readings;

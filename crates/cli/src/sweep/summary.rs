@@ -6,8 +6,8 @@ use punctual::{Mode, Pose};
 use punctual_lab::statistics::{mean, quantile, sorted};
 
 use super::case::Case;
-use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
-use super::measure::{Answer, Limit, Measured, PERCENT, Row};
+use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, names};
+use super::measure::{Answer, Finished, Limit, Measured, PERCENT, Row};
 use super::punctuality::{MICROSECONDS, Round, UNLIMITED};
 use super::truth::Truth;
 
@@ -109,13 +109,57 @@ pub fn of_case<'r>(
     mean(rows.filter(|row| which.picks(row) && case.collides(row)).map(feature))
 }
 
-/// Mean over cases, which count alike, of the means over their colliding poses.
-pub fn over_cases(cases: &[Measurement], which: Which, feature: Feature) -> f64 {
-    let value = |case: &Measurement| match which.budget {
+/// The same for each case that has colliding poses, with the case's name.
+fn by_case(cases: &[Measurement], which: Which, feature: Feature) -> impl Iterator<Item = (&str, f64)> {
+    let value = move |case: &Measurement| match which.budget {
         Limit::Work(_) => of_case(case, case.work.rows.iter(), which, feature),
         Limit::Time(_) => of_case(case, case.rounds.iter().flat_map(|round| &round.rows), which, feature),
     };
-    mean(cases.iter().filter_map(value)).unwrap_or(f64::NAN)
+    cases.iter().filter_map(move |case| Some((case.name.as_str(), value(case)?)))
+}
+
+/// Mean over cases, which count alike, of the means over their colliding poses.
+pub fn over_cases(cases: &[Measurement], which: Which, feature: Feature) -> f64 {
+    mean(by_case(cases, which, feature).map(|(_, value)| value)).unwrap_or(f64::NAN)
+}
+
+/// The case with the least mean, and that.
+pub fn worst_case(cases: &[Measurement], which: Which, feature: Feature) -> Worst<'_> {
+    Worst::least(by_case(cases, which, feature))
+}
+
+/// A case, and how bad it is.
+#[derive(Clone, Copy)]
+pub struct Worst<'m> {
+    pub case: &'m str,
+    pub value: f64,
+}
+
+impl<'m> Worst<'m> {
+    pub fn least(values: impl Iterator<Item = (&'m str, f64)>) -> Self {
+        let none = Self { case: "none", value: f64::NAN };
+        values.min_by(|x, y| x.1.total_cmp(&y.1)).map_or(none, |(case, value)| Self { case, value })
+    }
+
+    pub fn largest(values: impl Iterator<Item = (&'m str, f64)>) -> Self {
+        let least = Self::least(values.map(|(case, value)| (case, -value)));
+        Self { value: -least.value, ..least }
+    }
+}
+
+/// Median, over the poses of each case at which the boxes of the meshes overlap, of the volume left by a query that looks
+/// for all pairs; with the case's name.
+pub fn volume_left<'m>(
+    cases: &'m [Measurement],
+    order: &'static str,
+    percent: u32,
+) -> impl Iterator<Item = (&'m str, f64)> {
+    let which = Which { order, mode: Mode::All, budget: Limit::Work(percent) };
+    cases.iter().filter_map(move |case| {
+        let rows = case.work.rows.iter().filter(|row| which.picks(row) && !row.volume_left.is_nan());
+        let values = sorted(rows.map(|row| row.volume_left));
+        (!values.is_empty()).then(|| (case.name.as_str(), quantile(&values, 0.5)))
+    })
 }
 
 /// Share of the recall that is known on average while the work of a finished run is done: the area under the curve.
@@ -126,18 +170,24 @@ pub fn area(cases: &[Measurement], order: &'static str) -> f64 {
     points.windows(2).map(|ends| (ends[1][0] - ends[0][0]) * (ends[0][1] + ends[1][1]) * 0.5).sum()
 }
 
-/// Geometric mean, over cases and in them over colliding poses, of how much less it takes to the first hit than
-/// depth-first: in work, and in BV tests.
-pub fn first_hit(cases: &[Measurement], order: &str) -> [f64; 2] {
-    let log = |case: &Measurement, order: &str, tests: bool| {
+/// How much less a case takes to the first hit than depth-first, in work or in BV tests: geometric mean over its colliding
+/// poses.
+pub fn first_hit_of_case(case: &Measurement, order: &str, cost: fn(&Finished) -> u64) -> Option<f64> {
+    let log = |order: &str| {
         let runs = case.work.finished.iter().filter(|run| run.order == order && run.mode == Mode::Any);
         let runs = runs.filter(|run| case.strata[run.pose].collides());
-        mean(runs.map(|run| (if tests { run.bv_tests } else { run.work }.max(1) as f64).ln()))
+        mean(runs.map(|run| (cost(run).max(1) as f64).ln()))
     };
-    [false, true].map(|tests| {
-        let gains = cases.iter().filter_map(|case| Some(log(case, DEPTH_FIRST, tests)? - log(case, order, tests)?));
-        mean(gains).map_or(f64::NAN, f64::exp)
-    })
+    Some((log(DEPTH_FIRST)? - log(order)?).exp())
+}
+
+pub const WORK: fn(&Finished) -> u64 = |run| run.work;
+pub const BV_TESTS: fn(&Finished) -> u64 = |run| run.bv_tests;
+
+/// Geometric mean of it over cases.
+pub fn first_hit(cases: &[Measurement], order: &str, cost: fn(&Finished) -> u64) -> f64 {
+    let gains = cases.iter().filter_map(|case| first_hit_of_case(case, order, cost));
+    mean(gains.map(f64::ln)).map_or(f64::NAN, f64::exp)
 }
 
 /// Geometric mean over cases of the mean time of a finished query, in microseconds.
@@ -170,8 +220,7 @@ impl Figure {
 pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
     let mut figures = BTreeMap::new();
     let mut put = |name: String, value: f64| figures.insert(name, value);
-    let names = CONTENDERS.iter().map(|contender| contender.name).chain([CUT_OFF, ORACLE, WARM]);
-    for order in names {
+    for order in names() {
         for percent in PERCENT {
             let budget = Limit::Work(percent);
             let any = Which { order, mode: Mode::Any, budget };
@@ -184,9 +233,14 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
         put(format!("area under recall {order}"), area(cases, order));
         put(format!("regret to oracle {order}"), area(cases, ORACLE) - area(cases, order));
         if order != CUT_OFF {
-            let [work, bv_tests] = first_hit(cases, order);
-            put(format!("first hit over depth-first {order} work"), work);
-            put(format!("first hit over depth-first {order} bv tests"), bv_tests);
+            put(format!("first hit over depth-first {order} work"), first_hit(cases, order, WORK));
+            put(format!("first hit over depth-first {order} bv tests"), first_hit(cases, order, BV_TESTS));
+        }
+    }
+    for order in [DEFAULT, DEPTH_FIRST] {
+        for percent in PERCENT {
+            let left = mean(volume_left(cases, order, percent).map(|(_, left)| left));
+            put(format!("volume left@{percent}% {order}"), left.unwrap_or(f64::NAN));
         }
     }
     for case in cases {
@@ -205,6 +259,8 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
     let mut put = |name: String, value: f64| figures.insert(name, value);
     let wrong: usize = cases.iter().map(|case| case.work.wrong.len()).sum();
     put("wrong".to_owned(), wrong as f64);
+    let loose: usize = cases.iter().map(|case| case.work.loose.len()).sum();
+    put("false certificates".to_owned(), loose as f64);
     let overrun = cases.iter().map(|case| case.work.overrun).max().unwrap_or(0);
     put("overrun max work".to_owned(), overrun as f64);
     figures
@@ -222,8 +278,7 @@ pub fn time_figures(cases: &[Measurement]) -> BTreeMap<String, Figure> {
         let of_round = |case: &Measurement| of_case(case, case.rounds[round].rows.iter(), which, feature);
         mean(cases.iter().filter_map(of_round)).unwrap_or(f64::NAN)
     };
-    for contender in &CONTENDERS {
-        let order = contender.name;
+    for order in CONTENDERS.iter().map(|contender| contender.name).chain([CUT_OFF]) {
         for us in MICROSECONDS {
             let budget = Limit::Time(std::time::Duration::from_micros(us));
             put(format!("any@{us}us {order}"), &|r| share(Which { order, mode: Mode::Any, budget }, DETECTED, r));

@@ -4,8 +4,7 @@ use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;
 
-use punctual::glam::DVec3;
-use punctual::{Budget, Mode, Pose, Query, StopReason, Tree, Workspace};
+use punctual::{Budget, Mode, Pose, Query, StopReason, Workspace};
 use punctual_lab::report::{Failure, write};
 
 use super::case::Case;
@@ -71,15 +70,11 @@ fn compute(case: &Case, pose: Pose, workspace: &mut Workspace) -> Vec<[u32; 2]> 
 
 /// Each pair lies where the boxes of its triangles overlap.
 fn locate(case: &Case, pose: &Pose, pairs: Vec<[u32; 2]>) -> Truth {
-    let bounds = |tree: &Tree, triangle: u32, place: &dyn Fn(DVec3) -> DVec3| {
-        let [p, q, r] = tree.mesh().triangle(triangle as usize).map(place);
-        (p.min(q).min(r), p.max(q).max(r))
-    };
     let edge = (REGION * case.size()).max(f64::MIN_POSITIVE);
     let mut numbers = HashMap::new();
-    let region = pairs.iter().map(|&[a, b]| {
-        let (a, b) = (bounds(&case.a, a, &|v| v), bounds(&case.b, b, &|v| pose.transform_point(v)));
-        let middle = (a.0.max(b.0) + a.1.min(b.1)) * 0.5;
+    let region = pairs.iter().map(|&pair| {
+        let (low, high) = super::open::meeting(case, pose, pair);
+        let middle = (low + high) * 0.5;
         let next = numbers.len() as u32;
         *numbers.entry((middle / edge).floor().to_array().map(|x| x as i64)).or_insert(next)
     });

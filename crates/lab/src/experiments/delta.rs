@@ -11,7 +11,7 @@ use super::Lab;
 use super::figure4::{Placements, Turned};
 use super::ladder::Ladder;
 use super::sample::{Rule, Setting};
-use crate::report::{Axis, Block, Chart, Failure, Section, Series, Shape, Table, Verdict, short};
+use crate::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, Verdict, short};
 use crate::statistics::{quantile, sorted};
 
 /// The models, as the report names them.
@@ -154,9 +154,9 @@ pub fn on_artificial_trees(lab: &Lab) -> Result<Section, Failure> {
     Ok(Section {
         id: "delta".to_owned(),
         title: "A delta-alpha table, on artificial trees".to_owned(),
-        claim: "A table (or fit) over delta and alpha estimates N_v better at run time than Eq 11 (the paper's section 5 \
+        lead: Lead::Claim("A table (or fit) over delta and alpha estimates N_v better at run time than Eq 11 (the paper's section 5 \
                 proposes it; it does not measure it)."
-            .to_owned(),
+            .to_owned(), if table_wins(&of_means) && of_singles[TABLE][0] < of_singles[0][0] { Verdict::Holds } else { Verdict::DoesNotHold }),
         measured: format!(
             "{} settings of alpha, delta and depth off the table's grid. Off by (median / 90 %), means over lateral \
              offsets: {}. Single queries at a known offset: {}.",
@@ -164,7 +164,6 @@ pub fn on_artificial_trees(lab: &Lab) -> Result<Section, Failure> {
             words(&of_means),
             words(&of_singles),
         ),
-        verdict: if table_wins(&of_means) && of_singles[TABLE][0] < of_singles[0][0] { Verdict::Holds } else { Verdict::DoesNotHold },
         blocks: vec![
             lab.plot("delta_means", &chart("Mean over lateral offsets at a given delta", &means))?,
             lab.plot("delta_queries", &chart("Single queries of artificial trees", &singles))?,
@@ -195,18 +194,17 @@ pub fn on_meshes(lab: &Lab, ladders: &[Ladder]) -> Result<Section, Failure> {
     Ok(Section {
         id: "meshes".to_owned(),
         title: "A delta-alpha table, on meshes".to_owned(),
-        claim: "The same, for real trees, with alpha measured end to end.".to_owned(),
+        lead: Lead::Claim("The same, for real trees, with alpha measured end to end.".to_owned(), match (all[TABLE][0] < all[0][0], table_wins(&all)) {
+            (true, true) => Verdict::Holds,
+            (true, false) => Verdict::HoldsInPart,
+            _ => Verdict::DoesNotHold,
+        }),
         measured: format!(
             "{} queries at random delta and lateral offset. Off by (median / 90 %): {}. To be of \
              use at run time, the table would have to beat the offset models, which know a profile of each level.",
             cases.len(),
             words(&all),
         ),
-        verdict: match (all[TABLE][0] < all[0][0], table_wins(&all)) {
-            (true, true) => Verdict::Holds,
-            (true, false) => Verdict::HoldsInPart,
-            _ => Verdict::DoesNotHold,
-        },
         blocks: vec![
             lab.plot("delta_meshes", &chart("Single queries of meshes", &cases))?,
             table_of(rows),

@@ -4,7 +4,7 @@ use crate::paper;
 
 use super::Lab;
 use super::sample::{Rule, Setting};
-use crate::report::{Axis, Chart, Failure, Section, Series, Shape, Verdict};
+use crate::report::{Axis, Chart, Failure, Lead, Section, Series, Shape, Verdict};
 
 const ALPHAS: [f64; 4] = [0.6, 0.7, 0.8, 0.9];
 
@@ -58,14 +58,16 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
     Ok(Section {
         id: "equation11".to_owned(),
         title: "Eq 11: the mean over all placements".to_owned(),
-        claim: "N_v is at most the sum of (4 alpha_x alpha_y alpha_z)^l over the levels l.".to_owned(),
+        lead: Lead::Claim(
+            "N_v is at most the sum of (4 alpha_x alpha_y alpha_z)^l over the levels l.".to_owned(),
+            if misses * 20 <= all { Verdict::Holds } else { Verdict::DoesNotHold },
+        ),
         measured: format!(
             "For the mean over all placements at which the roots meet it is an equality, whatever the corners. Measured over \
              predicted: {:.2} to {:.2} with random corners ({} of {all} means are more than 3 standard errors off), {:.2} \
              to {:.2} with fixed corners, where few deep overlaps of two diagonals make up the mean.",
             random.0, random.1, misses, fixed.0, fixed.1
         ),
-        verdict: if misses * 20 <= all { Verdict::Holds } else { Verdict::DoesNotHold },
         blocks: vec![lab.plot("equation11", &chart)?],
     })
 }

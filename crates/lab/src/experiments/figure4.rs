@@ -11,7 +11,7 @@ use super::Lab;
 use super::ladder::Ladder;
 use super::mesh_tree::MeshTree;
 use super::sample::Spread;
-use crate::report::{Axis, Block, Chart, Failure, Section, Series, Shape, Table, Verdict, short};
+use crate::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, Verdict, short};
 
 const DELTA: f64 = 0.4;
 
@@ -223,9 +223,8 @@ pub fn run(lab: &Lab, ladders: &[Ladder]) -> Result<Section, Failure> {
     Ok(Section {
         id: "figure4".to_owned(),
         title: "Figure 4: real shapes".to_owned(),
-        claim: "For real objects at delta = 0.4, N_v grows with the logarithm of the polygon count.".to_owned(),
+        lead: Lead::Claim("For real objects at delta = 0.4, N_v grows with the logarithm of the polygon count.".to_owned(), verdict),
         measured,
-        verdict,
         blocks: vec![
             lab.plot("figure4", &chart)?,
             Block::Table(Table::new(HEADER, table)),

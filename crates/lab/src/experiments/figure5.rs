@@ -6,7 +6,7 @@ use crate::paper;
 
 use super::Lab;
 use super::sample::{Mean, Rule, Setting};
-use crate::report::{Axis, Block, Chart, Failure, Section, Series, Shape, Table, Verdict, short};
+use crate::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, Verdict, short};
 
 const ALPHAS: [f64; 2] = [0.7, 0.9];
 const LAST: usize = 5;
@@ -136,14 +136,16 @@ fn section(
     Ok(Section {
         id: "figure5".to_owned(),
         title: "Figure 5: mean over delta".to_owned(),
-        claim: "Averaged over delta = 0 ... 0.9, Eq 11 is an upper bound and has the right growth.".to_owned(),
+        lead: Lead::Claim(
+            "Averaged over delta = 0 ... 0.9, Eq 11 is an upper bound and has the right growth.".to_owned(),
+            if bounded { Verdict::Holds } else { Verdict::DoesNotHold },
+        ),
         measured: format!(
             "{}. Measured over the exact mean of our delta model: {:.2} to {:.2}.",
             table.iter().map(words).collect::<Vec<_>>().join("; "),
             ratios.iter().copied().fold(f64::MAX, f64::min),
             ratios.iter().copied().fold(f64::MIN, f64::max),
         ),
-        verdict: if bounded { Verdict::Holds } else { Verdict::DoesNotHold },
         blocks: vec![lab.plot("figure5", chart)?, Block::Table(Table::new(header, table))],
     })
 }

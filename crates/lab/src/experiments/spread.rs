@@ -6,7 +6,7 @@ use crate::paper;
 use super::Lab;
 use super::figure5::exact_visits;
 use super::sample::{Rule, Setting, Spread};
-use crate::report::{Axis, Chart, Failure, Section, Series, Shape, Verdict, short};
+use crate::report::{Axis, Chart, Failure, Lead, Section, Series, Shape, Verdict, short};
 use crate::statistics::{quantile, sorted};
 
 const ALPHA: [f64; 3] = [0.8; 3];
@@ -74,7 +74,10 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
     Ok(Section {
         id: "spread".to_owned(),
         title: "What a mean hides".to_owned(),
-        claim: "The paper gives a mean and calls it the expected running time.".to_owned(),
+        lead: Lead::Claim(
+            "The paper gives a mean and calls it the expected running time.".to_owned(),
+            Verdict::HoldsInPart,
+        ),
         measured: format!(
             "It is one, but no query is like it: at alpha = 0.8, n = {n}, over delta = 0.05 ... 1, the median N_v is {}, the \
              mean {}, the 90 % quantile {}, the largest {}.",
@@ -83,7 +86,6 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
             short(p90),
             short(most)
         ),
-        verdict: Verdict::HoldsInPart,
         blocks: vec![lab.plot("spread", &over_delta)?, lab.plot("spread_histogram", &columns)?],
     })
 }

@@ -32,8 +32,8 @@ impl Chances {
         });
         Chart {
             title: format!("{title}: Brier {:.3}, ECE {:.3}", self.brier(), self.calibration_error()),
-            x: Axis::linear("told").range(0.0..1.0),
-            y: Axis::linear("came true").range(0.0..1.0),
+            x: Axis::linear("probability told").range(0.0..1.0),
+            y: Axis::linear("share that came true").range(0.0..1.0),
             series: vec![
                 Series::new("share of the queries", 7, Shape::Columns(shares.collect())),
                 Series::new("as it should be", 6, Shape::Dashed(vec![[0.0, 0.0], [1.0, 1.0]])),

@@ -2,7 +2,8 @@
 
 use plotters::prelude::*;
 
-use super::frame::{self, Canvas, Frame, pixels, point};
+use super::frame::{self, Canvas, Frame, ROW, WIDTH, pixels, point};
+use super::palette::SERIES;
 use super::{Axis, Draw, Failure, PIXELS};
 
 /// A chart with a legend above it.
@@ -43,7 +44,7 @@ pub enum Shape {
 impl Series {
     /// Series with the same `color` number look alike; there are eight.
     pub fn new(name: impl Into<String>, color: usize, shape: Shape) -> Self {
-        Self { name: name.into(), color: COLORS[color % COLORS.len()], shape }
+        Self { name: name.into(), color: SERIES[color % SERIES.len()].light, shape }
     }
 
     fn corners(&self) -> Vec<[f64; 2]> {
@@ -132,18 +133,6 @@ impl Series {
     }
 }
 
-/// Distinguishable with any kind of colour vision (after Okabe and Ito), dark enough for thin lines.
-const COLORS: [RGBColor; 8] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 145, 105),
-    RGBColor(190, 100, 155),
-    RGBColor(210, 145, 0),
-    RGBColor(70, 160, 215),
-    RGBColor(60, 60, 60),
-    RGBColor(150, 150, 150),
-];
-
 /// The parts of a line that are within the frame.
 fn pieces(points: &[[f64; 2]], frame: &Frame) -> Vec<Vec<(i32, i32)>> {
     let pixels: Vec<_> = points.iter().map(|&[x, y]| frame.pixel(x, y)).collect();
@@ -175,8 +164,8 @@ fn dashes(line: &[(i32, i32)]) -> Vec<Vec<(i32, i32)>> {
     dashes
 }
 
-const WIDTH: f64 = 640.0;
-const ROW: f64 = 22.0;
+/// Height of the plot itself, units.
+const HEIGHT: f64 = 260.0;
 
 impl Chart {
     /// The named series with their places in the legend: left end and row.
@@ -196,19 +185,19 @@ impl Chart {
 
     fn top(&self) -> f64 {
         let rows = self.legend().last().map_or(0, |(.., row)| row + 1);
-        44.0 + ROW * rows as f64
+        frame::below_title(&self.title) + ROW * rows as f64
     }
 }
 
 impl Draw for Chart {
     fn size(&self) -> (u32, u32) {
-        (WIDTH as u32, (self.top() + 300.0 + frame::BELOW) as u32)
+        (WIDTH as u32, (self.top() + HEIGHT + frame::BELOW) as u32)
     }
 
     fn draw<DB: DrawingBackend<ErrorType: 'static>>(&self, canvas: &Canvas<DB>) -> Result<(), Failure> {
         frame::title(canvas, &self.title)?;
         for (series, x, row) in self.legend() {
-            let y = 48.0 + ROW * row as f64;
+            let y = frame::below_title(&self.title) + 4.0 + ROW * row as f64;
             series.draw_key(canvas, x, y - 1.5)?;
             frame::text(canvas, &series.name, x + 30.0, y)?;
         }
@@ -221,7 +210,7 @@ impl Draw for Chart {
             left: frame::LEFT,
             right: WIDTH - 20.0,
             top: self.top(),
-            bottom: self.top() + 300.0,
+            bottom: self.top() + HEIGHT,
         };
         frame.draw(canvas)?;
         self.series.iter().try_for_each(|series| series.draw(canvas, &frame))

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use plotters::prelude::*;
 
-use super::frame::{self, Canvas, Frame, point};
+use super::frame::{self, Canvas, Frame, WIDTH, point};
+use super::palette::INK;
 use super::{Axis, Draw, Failure};
 
 /// Cells between two axes. `values` goes row by row, from the least `y` up, `x_edges.len() - 1` in a row.
@@ -27,6 +28,10 @@ pub struct HeatMap {
 
 const STEPS: usize = 60;
 
+/// Height of the map itself, and the room beside it for the colours' scale, units.
+const HEIGHT: f64 = 260.0;
+const SCALE: f64 = 100.0;
+
 /// Dark blue over green to light yellow: even in lightness, so that it survives a grey print.
 fn shade(fraction: f64) -> RGBColor {
     const STOPS: [[f64; 3]; 5] =
@@ -46,11 +51,12 @@ impl HeatMap {
 
 impl Draw for HeatMap {
     fn size(&self) -> (u32, u32) {
-        (640, 400)
+        (WIDTH as u32, (frame::below_title(&self.title) + HEIGHT + frame::BELOW) as u32)
     }
 
     fn draw<DB: DrawingBackend<ErrorType: 'static>>(&self, canvas: &Canvas<DB>) -> Result<(), Failure> {
-        let (top, bottom, right) = (44.0, 344.0, 510.0);
+        let top = frame::below_title(&self.title);
+        let (bottom, right) = (top + HEIGHT, WIDTH - SCALE);
         let colors = self.color.span(self.values.iter().copied());
         let share = |value: f64| (self.color.place(value) - colors.start) / (colors.end - colors.start);
         let frame = Frame {
@@ -95,7 +101,8 @@ impl HeatMap {
         }
         for tick in self.color.ticks(colors) {
             let y = down((tick - colors.start) / (colors.end - colors.start));
-            canvas.draw(&PathElement::new([point(left + 20.0, y), point(left + 25.0, y)], BLACK.stroke_width(2)))?;
+            canvas
+                .draw(&PathElement::new([point(left + 20.0, y), point(left + 25.0, y)], INK.light.stroke_width(2)))?;
             frame::text(canvas, &self.color.tick_label(tick), left + 29.0, y)?;
         }
         frame::text(canvas, &self.color.label, left - 8.0, bottom + 22.0)

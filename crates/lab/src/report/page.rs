@@ -13,23 +13,32 @@ pub struct Page {
     pub sections: Vec<Section>,
 }
 
-/// A claim, what was measured, and whether they agree.
+/// What was measured, and what for.
+#[derive(Clone)]
 pub struct Section {
     /// Short and without blanks: the name of the place on the page.
     pub id: String,
     /// Its heading.
     pub title: String,
-    /// What is claimed.
-    pub claim: String,
+    /// What the section is about.
+    pub lead: Lead,
     /// What was measured.
     pub measured: String,
-    /// Whether they agree.
-    pub verdict: Verdict,
     /// Pictures, tables and words below.
     pub blocks: Vec<Block>,
 }
 
+/// What a section begins with.
+#[derive(Clone)]
+pub enum Lead {
+    /// A claim, and whether it agrees with what was measured.
+    Claim(String, Verdict),
+    /// What is shown, where nothing is claimed.
+    Shows(String),
+}
+
 /// What stands below a section's words.
+#[derive(Clone)]
 pub enum Block {
     /// A picture's `<svg>` element.
     Picture(String),
@@ -37,9 +46,12 @@ pub enum Block {
     Table(Table),
     /// A paragraph.
     Text(String),
+    /// A line that unfolds into more.
+    Details(String, Vec<Block>),
 }
 
 /// A table of texts, the first column to the left and the others to the right.
+#[derive(Clone)]
 pub struct Table {
     /// A cell for each column.
     pub header: Vec<String>,
@@ -84,19 +96,20 @@ impl From<&Picture> for Block {
 }
 
 const STYLE: &str = "
-:root { color-scheme: light; }
-body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff; max-width: 60rem; margin: 0 auto; padding: 1rem; }
-h1 { font-size: 1.6rem; line-height: 1.2; } h2 { font-size: 1.25rem; margin-top: 2.5rem; border-top: 1px solid #ddd; padding-top: 1rem; }
-a { color: #00629b; }
+:root { color-scheme: light dark; --ink: #222; --paper: #fff; --soft: #555; --line: #ddd; --link: #00629b; --yes: #006b4b; --part: #8a5a00; --no: #b02a00; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e1e4e8; --paper: #161b22; --soft: #a8b0ba; --line: #383e47; --link: #79b8ff; --yes: #3ccda0; --part: #f0be46; --no: #ff8c3c; } }
+body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 60rem; margin: 0 auto; padding: 1rem; }
+h1 { font-size: 1.6rem; line-height: 1.2; } h2 { font-size: 1.25rem; margin-top: 2.5rem; border-top: 1px solid var(--line); padding-top: 1rem; }
+a { color: var(--link); } summary { cursor: pointer; padding: .3rem 0; }
 .sides { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: .75rem; margin: 1rem 0; }
-.sides > div { border: 1px solid #ddd; border-radius: .4rem; padding: .6rem .8rem; }
-.sides h3 { font-size: .8rem; text-transform: uppercase; letter-spacing: .05em; color: #555; margin: 0 0 .3rem; }
+.sides > div { border: 1px solid var(--line); border-radius: .4rem; padding: .6rem .8rem; }
+.sides h3 { font-size: .8rem; text-transform: uppercase; letter-spacing: .05em; color: var(--soft); margin: 0 0 .3rem; }
 .sides p { margin: 0; }
-.verdict { font-weight: 600; } .yes { color: #006b4b; } .part { color: #8a5a00; } .no { color: #b02a00; }
-.scroll { overflow-x: auto; } table { border-collapse: collapse; font-size: .9rem; }
-th, td { text-align: right; padding: .2rem .6rem; border-bottom: 1px solid #e5e5e5; white-space: nowrap; font-variant-numeric: tabular-nums; }
-th:first-child, td:first-child { text-align: left; }
-figure { margin: 1rem 0; overflow-x: auto; } svg { display: block; width: 100%; min-width: 28rem; max-width: 42rem; height: auto; } rect { shape-rendering: crispEdges; }
+.verdict { font-weight: 600; } .yes { color: var(--yes); } .part { color: var(--part); } .no { color: var(--no); }
+.scroll { overflow-x: auto; margin: .75rem 0; } table { border-collapse: collapse; font-size: .9rem; }
+th, td { text-align: right; padding: .2rem .6rem; border-bottom: 1px solid var(--line); white-space: nowrap; font-variant-numeric: tabular-nums; }
+th { white-space: normal; min-width: 3rem; vertical-align: bottom; } th:first-child, td:first-child { text-align: left; }
+figure { display: inline-block; width: 100%; max-width: 29rem; margin: .5rem 0; vertical-align: top; } svg { display: block; width: 100%; height: auto; } rect { shape-rendering: crispEdges; }
 .contents td { white-space: normal; }
 ";
 
@@ -119,11 +132,15 @@ impl Page {
         html + "</body>\n</html>\n"
     }
 
-    /// All verdicts at a glance.
+    /// The sections, with the verdicts on what is claimed.
     fn contents(&self) -> String {
         let mut html = String::from("<table class=\"contents\">\n");
-        for Section { id, title, verdict, .. } in &self.sections {
-            let (title, class, text) = (escape(title), verdict.class(), verdict.text());
+        for Section { id, title, lead, .. } in &self.sections {
+            let (class, text) = match lead {
+                Lead::Claim(_, verdict) => (verdict.class(), verdict.text()),
+                Lead::Shows(_) => ("", ""),
+            };
+            let title = escape(title);
             let row = format_args!(
                 "<tr><td><a href=\"#{id}\">{title}</a></td><td class=\"verdict {class}\">{text}</td></tr>\n"
             );
@@ -135,25 +152,35 @@ impl Page {
 
 impl Section {
     fn html(&self) -> String {
-        let Self { id, title, claim, measured, verdict, blocks } = self;
-        let mut html = format!(
-            "<section>\n<h2 id=\"{id}\">{}</h2>\n<div class=\"sides\">\n<div><h3>Claim</h3><p>{}</p></div>\n\
-             <div><h3>Measured</h3><p>{}</p></div>\n\
-             <div><h3>Verdict</h3><p class=\"verdict {}\">{}</p></div>\n</div>\n",
-            escape(title),
-            escape(claim),
-            escape(measured),
-            verdict.class(),
-            verdict.text()
-        );
-        for block in blocks {
-            match block {
-                Block::Picture(svg) => html += &inline(svg),
-                Block::Table(table) => html += &table.html(),
-                Block::Text(text) => push(&mut html, format_args!("<p>{}</p>\n", escape(text))),
+        let Self { id, title, lead, measured, blocks } = self;
+        let side = |name: &str, class: &str, text: &str| {
+            format!("<div><h3>{name}</h3><p class=\"{class}\">{}</p></div>\n", escape(text))
+        };
+        let measured = side("Measured", "", measured);
+        let sides = match lead {
+            Lead::Claim(claim, verdict) => {
+                let verdict = side("Verdict", &format!("verdict {}", verdict.class()), verdict.text());
+                side("Claim", "", claim) + &measured + &verdict
+            }
+            Lead::Shows(what) => side("Shown", "", what) + &measured,
+        };
+        let title = escape(title);
+        let blocks: String = blocks.iter().map(Block::html).collect();
+        format!("<section>\n<h2 id=\"{id}\">{title}</h2>\n<div class=\"sides\">\n{sides}</div>\n{blocks}</section>\n")
+    }
+}
+
+impl Block {
+    fn html(&self) -> String {
+        match self {
+            Self::Picture(svg) => inline(svg),
+            Self::Table(table) => table.html(),
+            Self::Text(text) => format!("<p>{}</p>\n", escape(text)),
+            Self::Details(summary, blocks) => {
+                let blocks: String = blocks.iter().map(Self::html).collect();
+                format!("<details><summary>{}</summary>\n{blocks}</details>\n", escape(summary))
             }
         }
-        html + "</section>\n"
     }
 }
 

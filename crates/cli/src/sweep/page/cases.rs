@@ -1,0 +1,126 @@
+//! Case by case, and easy poses apart from hard ones.
+
+use punctual::Mode;
+use punctual_lab::report::{Block, Failure, Lead, Section, Table};
+use punctual_lab::statistics::mean;
+
+use super::super::contender::{CONTENDERS, DEFAULT, DEPTH_FIRST, label};
+use super::super::measure::Limit;
+use super::super::summary::{
+    COVERAGE, DETECTED, Feature, Measurement, RECALL, Stratum, UNDECIDED, Which, first_hit_of_case, volume_left,
+};
+use super::{Report, at_work, best, over_time, over_work};
+
+/// Orders that are shown for kinds of poses.
+const SHOWN: [&str; 3] = [DEFAULT, DEPTH_FIRST, "low-alpha"];
+
+impl Report<'_> {
+    pub(super) fn strata(&self) -> Section {
+        let header = ["poses", "number", "undecided at 20 %"].map(str::to_owned).into_iter();
+        let header = header.chain(
+            ["detected at 5 %: ", "pairs at 20 %: "]
+                .into_iter()
+                .flat_map(|what| SHOWN.map(|order| format!("{what}{}", label(order)))),
+        );
+        Section {
+            id: "strata".into(),
+            title: "Easy and hard poses".into(),
+            lead: Lead::Shows(
+                "The poses by how deep the meshes are in each other, so that no mean hides hard poses behind easy ones.".into(),
+            ),
+            measured: "Each pose counts once.".into(),
+            blocks: vec![Block::Table(Table {
+                header: header.collect(),
+                rows: Stratum::ALL.map(|stratum| self.stratum(stratum)).to_vec(),
+            })],
+        }
+    }
+
+    fn stratum(&self, stratum: Stratum) -> Vec<String> {
+        let number: usize = self.cases.iter().map(|case| case.strata.iter().filter(|s| **s == stratum).count()).sum();
+        let at = |order, mode, percent, feature: Feature| {
+            let which = Which { order, mode, budget: Limit::Work(percent) };
+            let rows = self.cases.iter().flat_map(|case| {
+                case.work.rows.iter().filter(move |row| which.picks(row) && case.strata[row.pose] == stratum)
+            });
+            mean(rows.map(feature)).map_or("-".to_owned(), |value| format!("{value:.2}"))
+        };
+        let mut row = vec![stratum.name().to_owned(), number.to_string(), at(DEFAULT, Mode::Any, 20, UNDECIDED)];
+        for (mode, percent, feature) in [(Mode::Any, 5, DETECTED), (Mode::All, 20, RECALL)] {
+            let cell = |order| if stratum.collides() { at(order, mode, percent, feature) } else { "-".to_owned() };
+            row.extend(SHOWN.map(cell));
+        }
+        row
+    }
+
+    pub(super) fn each_case(&self) -> Result<Section, Failure> {
+        let header = [
+            "case",
+            "triangles",
+            "poses",
+            "in contact",
+            "detected at 5 %",
+            "depth-first",
+            "best order of ours",
+            "pairs at 20 %",
+            "depth-first",
+            "best order of ours",
+            "regions at 20 %",
+            "first hit, times less",
+            "volume left at 50 %",
+        ];
+        let mut blocks = vec![Block::Table(Table::new(header, self.cases.iter().map(row).collect()))];
+        for case in self.cases.iter().filter(|case| case.hits() > 0) {
+            blocks.push(self.plots_of(case)?);
+        }
+        Ok(Section {
+            id: "cases".into(),
+            title: "Case by case".into(),
+            lead: Lead::Shows("The figures of each case, and, to be unfolded, its plots.".into()),
+            measured: format!(
+                "{} cases, {} of them with poses in contact.",
+                self.cases.len(),
+                self.cases.iter().filter(|case| case.hits() > 0).count()
+            ),
+            blocks,
+        })
+    }
+
+    /// The plots of one case.
+    fn plots_of(&self, case: &Measurement) -> Result<Block, Failure> {
+        let (name, alone) = (&case.name, std::slice::from_ref(case));
+        let charts = [
+            ("work", over_work(alone, &format!("{name}: pairs found, over work"), Mode::All, RECALL)),
+            ("any-time", over_time(alone, &format!("{name}: contact detected within a time"), Mode::Any, DETECTED)),
+            ("all-time", over_time(alone, &format!("{name}: pairs found within a time"), Mode::All, RECALL)),
+        ];
+        let plots = charts.iter().map(|(what, chart)| self.plot(&format!("cases/{name}-{what}"), chart));
+        Ok(Block::Details(name.clone(), plots.collect::<Result<_, _>>()?))
+    }
+}
+
+fn row(case: &Measurement) -> Vec<String> {
+    let alone = std::slice::from_ref(case);
+    let any = |order| at_work(alone, order, Mode::Any, 5, DETECTED);
+    let all = |order| at_work(alone, order, Mode::All, 20, RECALL);
+    let orders = || CONTENDERS.iter().map(|contender| contender.name);
+    let number = |value: f64| if value.is_nan() { "-".to_owned() } else { format!("{value:.2}") };
+    let name = |order: &str, value: f64| if value.is_nan() { "-".to_owned() } else { order.to_owned() };
+    let [best_any, best_all] = [best(orders(), any), best(orders(), all)];
+    let left = volume_left(alone, DEFAULT, 50).next().map_or(f64::NAN, |(_, left)| left);
+    vec![
+        case.name.clone(),
+        format!("{} x {}", case.triangles[0], case.triangles[1]),
+        case.strata.len().to_string(),
+        case.hits().to_string(),
+        number(any(DEFAULT)),
+        number(any(DEPTH_FIRST)),
+        name(best_any, any(best_any)),
+        number(all(DEFAULT)),
+        number(all(DEPTH_FIRST)),
+        name(best_all, all(best_all)),
+        number(at_work(alone, DEFAULT, Mode::All, 20, COVERAGE)),
+        number(first_hit_of_case(case, DEFAULT, super::super::summary::WORK).unwrap_or(f64::NAN)),
+        number(left),
+    ]
+}

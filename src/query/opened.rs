@@ -1,0 +1,112 @@
+//! The node pairs that a complete run opens, for those who study the order of visits: whatever the order, they are the same.
+
+use super::boxes::Depths;
+use super::expand::{Sink, expand};
+use super::queue::Pair;
+use super::views::Relation;
+use crate::math::Pose;
+use crate::math::lanes::{Instructions, Kernel, Lanes};
+use crate::tree::{Tree, WIDTH};
+use alloc::vec::Vec;
+
+/// A node pair that is opened.
+#[derive(Clone, Debug, Default)]
+pub struct OpenedPair {
+    /// Index of the pair that it is a child of; the first pair, that of the roots, is its own parent.
+    pub parent: usize,
+    /// BV tests made.
+    pub bv_tests: u32,
+    /// The triangle pairs that are left to be tested, ids of the input meshes.
+    pub triangle_pairs: Vec<[u32; 2]>,
+}
+
+/// Every node pair opened by a run that finds all intersections, parents before their children; none if a mesh is empty.
+pub fn opened_pairs(a: &Tree, b: &Tree, b_in_a: &Pose) -> Vec<OpenedPair> {
+    let (relation, opened) = (Relation::new(a, b, b_in_a), Vec::new());
+    let mut recorder =
+        Recorder { trees: [a, b], relation: &relation, depths: [[0.0; WIDTH]; WIDTH], front: Vec::new(), opened };
+    if !a.nodes().is_empty() && !b.nodes().is_empty() {
+        recorder.front.push((Pair::new(0, 0), 0));
+    }
+    Instructions::detect().run(&mut recorder);
+    recorder.opened
+}
+
+struct Recorder<'r> {
+    trees: [&'r Tree; 2],
+    relation: &'r Relation,
+    depths: Depths,
+    /// Pairs to be opened, with the index of their parent.
+    front: Vec<(Pair, usize)>,
+    /// The last one is being opened.
+    opened: Vec<OpenedPair>,
+}
+
+impl Kernel for &mut Recorder<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        while let Some((pair, parent)) = self.front.pop() {
+            self.opened.push(OpenedPair { parent, ..OpenedPair::default() });
+            expand(lanes, pair, self.trees, self.relation, self);
+        }
+    }
+}
+
+impl Sink for Recorder<'_> {
+    fn count(&mut self, _level: usize, bv_tests: u32) {
+        if let Some(pair) = self.opened.last_mut() {
+            pair.bv_tests += bv_tests;
+        }
+    }
+
+    fn depths(&mut self) -> &mut Depths {
+        &mut self.depths
+    }
+
+    fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+        (0..64).filter(|bit| hits >> bit & 1 == 1).for_each(|bit| self.cluster(child(bit)));
+    }
+
+    fn cluster(&mut self, pair: Pair) {
+        self.front.push((pair, self.opened.len() - 1));
+    }
+
+    fn triangles(&mut self, hits: u64, first: [u32; 2]) {
+        let [a, b] = self.trees;
+        let pairs = (0..64)
+            .filter(|bit| hits >> bit & 1 == 1)
+            .map(|bit| [a.ids()[(first[0] + bit / 8) as usize], b.ids()[(first[1] + bit % 8) as usize]]);
+        if let Some(pair) = self.opened.last_mut() {
+            pair.triangle_pairs.extend(pairs);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::query::{Budget, Mode, Order, Query, Workspace};
+
+    #[test]
+    fn what_is_opened_is_what_every_order_opens() {
+        let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 32)), Tree::new(shapes::gear(9, 3)));
+        let mut workspace = Workspace::new();
+        for x in [0.0, 0.7, 1.3, 9.0] {
+            let pose = Pose::new(glam::DMat3::from_rotation_x(x), glam::DVec3::new(x, 0.1, 0.0)).unwrap();
+            let opened = opened_pairs(&a, &b, &pose);
+            for order in [Order::DepthFirst, Order::BreadthFirst] {
+                let query = Query::new(&a, &b, pose).mode(Mode::All).order(order);
+                let stats = query.run(&mut workspace, Budget::unlimited()).stats;
+                assert_eq!(opened.iter().map(|pair| u64::from(pair.bv_tests)).sum::<u64>(), stats.bv_tests);
+                let triangle_pairs: usize = opened.iter().map(|pair| pair.triangle_pairs.len()).sum();
+                assert_eq!(triangle_pairs as u64, stats.primitive_tests);
+            }
+            assert!(opened.iter().enumerate().all(|(i, pair)| pair.parent < i.max(1)));
+        }
+        let empty = Tree::new(crate::mesh::Mesh::new([[0.0f32; 3]], []).unwrap());
+        assert!(opened_pairs(&a, &empty, &Pose::IDENTITY).is_empty());
+    }
+}
