@@ -232,7 +232,7 @@ fn place(scene: &mut Scene, ids: &[BodyId], time: f64) {
 /// What the frames `from..to` of little work say, with the bodies moved in one of `rest` frames.
 fn play(scene: &mut Scene, ids: &[BodyId], frames: Range<usize>, rest: usize) -> Vec<Vec<PairReport>> {
     let detect = |frame: usize| {
-        if frame % rest == 0 {
+        if frame.is_multiple_of(rest) {
             place(scene, ids, (frame / rest) as f64);
         }
         scene.detect_with(Budget::work(3_000), &ManualClock::new()).pairs.clone()
