@@ -74,6 +74,7 @@ mod triangle;
 pub use glam;
 pub use math::{Aabb, Pose, PoseError};
 pub use mesh::{Mesh, MeshError, shapes};
+pub use model::calibration::Calibration;
 pub use model::confidence::{DEFAULT_PRIOR, History};
 pub use model::cost::{
     CostModel, Counts, MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,

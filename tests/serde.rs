@@ -13,8 +13,8 @@ use common::random::{Drift, Random, pose_about};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, Budget, BuildOptions, CostModel, Counts, Effort, Filter, ManualClock, Mode, PairMemory, Pose, Query, Reach,
-    Scene, Tree, TreeStats, Verdict, Workspace, shapes,
+    Body, Budget, BuildOptions, Calibration, CostModel, Counts, Effort, Filter, ManualClock, Mode, PairMemory, Pose,
+    Query, Reach, Scene, Tree, TreeStats, Verdict, Workspace, shapes,
 };
 use serde_json::{Value, from_str, json, to_string, to_value};
 
@@ -176,4 +176,45 @@ fn a_memory_with_an_impossible_rate_of_changes_is_refused() {
         let error = from_str::<PairMemory>(&with(bad)).unwrap_err().to_string();
         assert!(error.contains("change_rate"), "{error}");
     }
+}
+
+#[test]
+fn a_calibration_goes_on_where_it_was_and_an_impossible_one_is_refused() {
+    let mut random = Random::new(82);
+    let mut calibration = Calibration::default();
+    again(&calibration);
+    // What is told is at times always the same, so that its sums are as far apart as they can be.
+    for moment in 0..2000 {
+        let told = if moment < 1000 { 0.01 } else { random.unit() };
+        calibration.learn(told, random.below(3) == 0);
+        if moment % 7 == 0 {
+            again(&calibration);
+        }
+    }
+    let value = to_value(calibration).unwrap();
+    let set = |field: &str, place: Option<usize>, x: Value| {
+        let mut changed = value.clone();
+        match place {
+            Some(place) => changed[field][place] = x,
+            None => changed[field] = x,
+        }
+        error::<Calibration>(&changed)
+    };
+    for (field, place, x) in [
+        ("offset", None, 8.1),
+        ("slope", None, 0.0),
+        ("slope", None, -1.0),
+        ("evidence", Some(0), -1e-9),
+        ("evidence", Some(0), 41.0),
+        ("evidence", Some(1), 1e300),
+        ("evidence", Some(2), -1.0),
+    ] {
+        let name = place.map_or(field.to_owned(), |place| format!("{field}[{place}]"));
+        let refused = set(field, place, json!(x));
+        assert!(refused.contains(&format!("{name} {x:?} is out of range")), "{refused}");
+    }
+    assert!(set("offset", None, Value::Null).contains("invalid type: null"));
+    assert!(error::<Calibration>(&json!({ "offset": 0.0, "slope": 1.0 })).contains("missing field `evidence`"));
+    let apart = json!({ "offset": 0.0, "slope": 1.0, "evidence": [1.0, 1.1, 1.0] });
+    assert!(error::<Calibration>(&apart).contains("evidence[1] 1.1"));
 }

@@ -9,9 +9,11 @@
 //! | its front after a probe ([`front`]) | BV tests left ([`prediction`]), probability of a hit and recall ([`confidence`]) |
 //! | what the last frame cost | the same, blended with it ([`history`]) |
 //! | counts | time ([`cost`]) |
+//! | what it told before, and what came of it | a corrected probability ([`calibration`]) |
 //!
 //! The constants are made by `punctual fit`. [`least_squares`] serves [`cost::CostModel::measure`].
 
+pub mod calibration;
 pub mod confidence;
 mod constants;
 pub mod cost;

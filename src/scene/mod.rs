@@ -25,6 +25,7 @@ pub use id::BodyId;
 pub use report::{PairCertificate, PairReport, Report};
 
 use crate::math::{Aabb, Pose};
+use crate::model::calibration::Calibration;
 use crate::names::named;
 #[cfg(feature = "std")]
 use crate::query::SystemClock;
@@ -279,6 +280,20 @@ impl Scene {
     /// What the last frame found.
     pub fn report(&self) -> &Report {
         &self.report
+    }
+
+    /// The correction of the probabilities that estimates tell: [`PairReport::probability`] of a pair whose query was stopped
+    /// includes it.
+    ///
+    /// It learns by itself when a pair is decided, from up to eight estimates while its bodies rested. What was told before one
+    /// of them moved teaches nothing: of pairs in motion, those that meet are decided sooner than the others.
+    pub fn calibration(&self) -> Calibration {
+        self.schedule.calibration
+    }
+
+    /// Goes on with a correction that was learned before, by another scene with parts of the same kind, say.
+    pub fn set_calibration(&mut self, calibration: Calibration) {
+        self.schedule.calibration = calibration;
     }
 
     /// What is not known about two bodies where they are now: what the last frame left open, or everything if they may not

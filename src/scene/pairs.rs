@@ -3,10 +3,12 @@
 use super::body::{Bodies, Change};
 use super::broad::{Broad, overlap};
 use super::id::{PairKey, bodies_of};
+use crate::model::calibration::Calibration;
 use crate::model::cost::WORK_PER_WITNESS;
 use crate::query::{PairMemory, StopReason, Verdict, Workspace};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use arrayvec::ArrayVec;
 
 /// Work and BV tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,6 +33,9 @@ impl Spent {
     }
 }
 
+/// Most estimates of a pair that are kept until their truth comes out.
+const TOLD: usize = 8;
+
 /// What is kept about two bodies as long as their boxes overlap.
 #[derive(Clone, Debug)]
 pub(super) struct PairState {
@@ -50,6 +55,8 @@ pub(super) struct PairState {
     pub search: u64,
     /// What the run that is not at its end has spent.
     pub pending: Spent,
+    /// Probabilities that estimates told of the bodies as they are, until their truth comes out.
+    pub told: ArrayVec<f64, TOLD>,
 }
 
 impl PairState {
@@ -65,6 +72,15 @@ impl PairState {
             cost: 0,
             search: 0,
             pending: Spent::default(),
+            told: ArrayVec::new(),
+        }
+    }
+
+    /// Teaches what was told, if `frame` has decided the pair.
+    pub fn teach(&mut self, calibration: &mut Calibration, frame: u64) {
+        if self.decided == frame {
+            let met = self.verdict != Verdict::Separated;
+            self.told.drain(..).for_each(|told| calibration.learn(told, met));
         }
     }
 

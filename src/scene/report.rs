@@ -22,7 +22,8 @@ pub struct PairReport {
     /// Whether nothing is left to find: decided, in [`crate::Mode::Any`]; in [`crate::Mode::All`], all have been found.
     pub complete: bool,
     /// Probability that the surfaces meet: 1 or 0 if that is decided. Otherwise by [`crate::Query::estimate`] for a pair whose
-    /// query was stopped, and by what is remembered for one that had no turn, or in frames of less than 1 ms.
+    /// query was stopped, corrected by [`crate::Scene::calibration`], and by what is remembered for one that had no turn, or in
+    /// frames of less than 1 ms.
     pub probability: f64,
     /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, and 0 if nothing was found;
     /// by [`crate::Query::estimate`] for a query that was stopped, likewise.

@@ -28,6 +28,7 @@ use super::job::{Job, Progress, rank};
 use super::pairs::{Pairs, Spent};
 use super::report::{PairCertificate, Report};
 use crate::math::Pose;
+use crate::model::calibration::Calibration;
 use crate::model::cost::{LEAST_WORK, TYPICAL_UNIT, WORK_PER_PLANNED_PAIR};
 use crate::query::{Budget, Clock, Mode, Verdict};
 use crate::tree::Tree;
@@ -122,6 +123,8 @@ pub(super) struct Schedule {
     /// Time from the end of the last batch to that of the frame without estimates, and that of an estimate.
     rest: Kept,
     estimate: Kept,
+    /// Of what estimates tell.
+    pub calibration: Calibration,
 }
 
 impl Schedule {
@@ -135,6 +138,7 @@ impl Schedule {
             speed: Speed::GUESS,
             rest: Kept::default(),
             estimate: Kept::default(),
+            calibration: Calibration::default(),
         }
     }
 
@@ -234,8 +238,11 @@ impl Schedule {
             }
             let (place, slot) = (self.jobs[at].place, self.jobs[at].slot);
             let query = query([&a.body.tree, &b.body.tree], a.relative(b), frame.mode);
-            let memory = pairs.state(slot).map(|state| &state.memory);
-            if let Ok(estimate) = query.estimate(workspace, memory) {
+            let Some(state) = pairs.state(slot) else { continue };
+            if let Ok(mut estimate) = query.estimate(workspace, Some(&state.memory)) {
+                // More than there is room for are not needed.
+                let _ = state.told.try_push(estimate.probability);
+                estimate.probability = self.calibration.apply(estimate.probability);
                 report.estimate(place as usize, &estimate);
             }
             if let Some(began) = began {
@@ -275,6 +282,9 @@ impl Schedule {
                 self.overspent = false;
             }
             let [a, b] = bodies_of(key);
+            if changed == frame.number {
+                state.told.clear();
+            }
             let complete = state.completed >= changed;
             let mut probability = 0.0;
             if complete {
@@ -328,7 +338,8 @@ impl Schedule {
         }
         let before = report.work;
         for mut job in self.batches.iter_mut().flat_map(|batch| batch.jobs.drain(..)) {
-            let Some(state) = job.state.take() else { continue };
+            let Some(mut state) = job.state.take() else { continue };
+            state.teach(&mut self.calibration, round.frame);
             let complete = state.completed == round.frame;
             let dealt = &mut self.jobs[job.index as usize];
             dealt.progress = if complete { Progress::Done } else { Progress::Open };

@@ -1,5 +1,6 @@
 //! `punctual pair`: two meshes, a list of poses, an answer for each within a budget.
 
+mod calibration;
 mod sweep;
 
 use std::io::Write;
@@ -13,6 +14,7 @@ use punctual_lab::files::{self, ListedPose};
 use punctual_lab::report::Failure;
 
 use crate::{Completion, complain};
+use calibration::CalibrationFile;
 use sweep::{PairsFile, Row, Sweeper};
 
 /// Query two meshes at each pose of a list.
@@ -67,6 +69,13 @@ pub struct Args {
     /// the poses that the model was fitted to.
     #[arg(long, value_name = "P", value_parser = parse_share, allow_negative_numbers = true)]
     prior: Option<f64>,
+    /// Correct the probability by what earlier queries of these parts taught, and learn from this run: JSON, made if it does
+    /// not exist, written at the end.
+    ///
+    /// Each query of the first sweep that its budget left undecided is finished aside, which counts neither as work nor as
+    /// time, and the probability that was told is held against what came.
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
     /// Write the intersecting pairs of the first sweep, lines `pose,a,b` with triangles counted from 0, sorted.
     ///
     /// Only with --mode all.
@@ -105,6 +114,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if args.early && args.mode == ModeName::Any {
         return Err("--early needs --mode all".into());
     }
+    let mut calibration = args.calibration.as_deref().map(CalibrationFile::read).transpose()?;
     let meshes = (load(&args.a)?, load(&args.b)?);
     let poses = files::poses(&args.poses)?;
     let start = Instant::now();
@@ -114,7 +124,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 
     let completion = complain_of_bad_poses(&args.poses, &poses);
     let mut sweeper = Sweeper::new(args, &a, &b);
-    let mut rows = sweeper.first_sweep(&poses, pairs_out.as_mut())?;
+    let mut rows = sweeper.first_sweep(&poses, pairs_out.as_mut(), calibration.as_mut())?;
     for _ in 1..args.reps {
         sweeper.sweep_again(&poses, &mut rows)?;
     }
@@ -123,6 +133,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     }
     writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
     print_rows(out, &rows, args.mode)?;
+    if let Some(file) = calibration {
+        file.write()?;
+    }
     Ok(completion)
 }
 

@@ -5,12 +5,16 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use punctual::{Estimate, Outcome, PairMemory, Pose, Prediction, Query, StopReason, SystemClock, Tree, Workspace};
+use punctual::{
+    Budget, Estimate, Mode, Outcome, PairMemory, Pose, Prediction, Query, StopReason, SystemClock, Tree, Verdict,
+    Workspace,
+};
 use punctual_io::FileError;
 use punctual_lab::files::ListedPose;
 use punctual_lab::report::Failure;
 
 use super::Args;
+use super::calibration::CalibrationFile;
 
 /// Pairs a workspace holds before they are taken out and the query resumed; 8 MB.
 const FOUND_PAIRS: usize = 1 << 20;
@@ -33,6 +37,8 @@ pub struct Sweeper<'a> {
     a: &'a Tree,
     b: &'a Tree,
     workspace: Workspace,
+    /// For queries that are none of the program's own: their truth.
+    aside: Workspace,
     memory: Option<PairMemory>,
     /// Pairs of the query at hand, and those only.
     found: Vec<[u32; 2]>,
@@ -44,13 +50,14 @@ impl<'a> Sweeper<'a> {
         if args.portable {
             workspace.use_portable_kernels();
         }
-        Self { args, a, b, workspace, memory: None, found: Vec::new() }
+        Self { args, a, b, workspace, aside: Workspace::new(), memory: None, found: Vec::new() }
     }
 
     pub fn first_sweep(
         &mut self,
         poses: &[ListedPose],
         mut pairs_out: Option<&mut PairsFile>,
+        mut calibration: Option<&mut CalibrationFile>,
     ) -> Result<Vec<Option<Row>>, Failure> {
         self.memory = self.args.memory.then(PairMemory::new);
         let mut rows = Vec::with_capacity(poses.len());
@@ -63,13 +70,17 @@ impl<'a> Sweeper<'a> {
             let (outcome, least) = self.answer(pose)?;
             // Only now, so that no prediction brings into the cache what the query is about to read.
             let query = self.query(pose);
-            rows.push(Some(Row {
-                outcome,
-                least,
-                upper_bound: query.certificate(&self.workspace)?.upper_bound(),
-                predicted: query.predict(memory.as_ref()),
-                estimate: query.estimate(&self.workspace, self.memory.as_ref())?,
-            }));
+            let upper_bound = query.certificate(&self.workspace)?.upper_bound();
+            let predicted = query.predict(memory.as_ref());
+            let mut estimate = query.estimate(&self.workspace, self.memory.as_ref())?;
+            if let Some(file) = &mut calibration {
+                let told = estimate.probability;
+                estimate.probability = file.calibration.apply(told);
+                if outcome.verdict == Verdict::Undecided {
+                    file.calibration.learn(told, self.meets(pose));
+                }
+            }
+            rows.push(Some(Row { outcome, upper_bound, least, predicted, estimate }));
             if let Some(file) = &mut pairs_out {
                 self.found.extend_from_slice(self.workspace.pairs());
                 file.write(i, &mut self.found)?;
@@ -102,6 +113,12 @@ impl<'a> Sweeper<'a> {
             outcome = query.resume_with(&mut self.workspace, self.memory.as_mut(), left, &clock)?;
         }
         Ok((outcome, start.elapsed()))
+    }
+
+    /// Whether the surfaces meet at a pose, found out aside.
+    fn meets(&mut self, pose: Pose) -> bool {
+        let outcome = Query::new(self.a, self.b, pose).mode(Mode::Any).run(&mut self.aside, Budget::unlimited());
+        outcome.verdict != Verdict::Separated
     }
 
     fn query(&self, pose: Pose) -> Query<'a> {

@@ -1,5 +1,6 @@
 //! The program `punctual`, from outside: its output, its messages, its exit status.
 
+mod calibration;
 mod cases;
 mod damage;
 #[allow(dead_code, reason = "the library's tests use the rest")]
@@ -253,7 +254,7 @@ fn info_prints_a_table_for_each_mesh() {
 #[test]
 fn help_names_every_option_and_bad_options_are_refused() {
     let folder = Folder::new();
-    let options = "--mode --reps --budget-us --budget-work --order --seed --memory --prior --pairs-out";
+    let options = "--mode --reps --budget-us --budget-work --order --seed --memory --prior --calibration --pairs-out";
     let help = folder.run("pair --help");
     assert_eq!(help.status, 0);
     assert!(options.split(' ').all(|option| help.out.contains(option)));
