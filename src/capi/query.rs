@@ -88,6 +88,9 @@ pub enum punctual_stop_reason {
     WorkLimit = 3,
     /// The pair buffer was full. Drain it and resume.
     PairsFull = 4,
+    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small, below
+    /// about 2^-960, that this could make an answer false. Clear the setting and resume.
+    FlushedToZero = 5,
 }
 
 /// What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and `punctual_budget_work`.
@@ -398,6 +401,7 @@ impl From<Outcome> for punctual_outcome {
             StopReason::Deadline => punctual_stop_reason::Deadline,
             StopReason::WorkLimit => punctual_stop_reason::WorkLimit,
             StopReason::PairsFull => punctual_stop_reason::PairsFull,
+            StopReason::FlushedToZero => punctual_stop_reason::FlushedToZero,
         };
         Self { verdict, stop, witness, found: outcome.found, stats: outcome.stats.into() }
     }

@@ -30,6 +30,7 @@ pub struct Mesh {
     triangles: Box<[[u32; 3]]>,
     aabb: Aabb,
     all_in_use: bool,
+    least_exponent: i32,
 }
 
 /// Why vertices and triangles are no [`Mesh`].
@@ -139,6 +140,7 @@ impl Mesh {
             if in_use.all(|vertex| vertex.into_iter().all(is_f32_exact)) {
                 let narrow = wide.iter().map(|vertex| vertex.map(|c| c as f32));
                 mesh.vertices = Vertices::F32(narrow.collect());
+                mesh.measure();
             }
         }
         Ok(mesh)
@@ -161,8 +163,8 @@ impl Mesh {
     /// For triangles that are valid by construction.
     fn trusted(vertices: Vertices, triangles: Box<[[u32; 3]]>) -> Self {
         let all_in_use = all_in_use(vertices.len(), &triangles);
-        let mut mesh = Self { vertices, triangles, aabb: Aabb::EMPTY, all_in_use };
-        mesh.aabb = mesh.bounds();
+        let mut mesh = Self { vertices, triangles, aabb: Aabb::EMPTY, all_in_use, least_exponent: 0 };
+        mesh.measure();
         mesh
     }
 
@@ -228,6 +230,12 @@ impl Mesh {
     #[inline]
     pub fn aabb(&self) -> Aabb {
         self.aabb
+    }
+
+    /// log2 of the least magnitude of a coordinate other than zero, rounded down; far lower if it is denormal as stored.
+    #[inline]
+    pub(crate) fn least_exponent(&self) -> i32 {
+        self.least_exponent
     }
 
     /// Whether the vertices are stored as f32, which is then exact.
