@@ -10,7 +10,8 @@
 //! To read the code, begin with `query/traversal.rs`: it has the one loop, the stop rule and the guarantee.
 
 #![cfg_attr(not(feature = "std"), no_std)]
-#![deny(missing_docs, unsafe_code)]
+#![deny(missing_docs)]
+#![forbid(unsafe_code)]
 #![cfg_attr(doctest, doc = include_str!("../README.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/games.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/controllers.md"))]
@@ -18,8 +19,6 @@
 
 extern crate alloc;
 
-#[cfg(feature = "capi")]
-pub mod capi;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals;

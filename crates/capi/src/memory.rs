@@ -1,15 +1,15 @@
 //! What one frame tells the next about a pair.
 
-use super::handle::Handle;
-use super::mesh::put;
-use super::status::{door, free, given, punctual_status};
-use crate::query::PairMemory;
+use crate::handle::Handle;
+use crate::mesh::put;
+use crate::status::{door, free, given, punctual_status};
 use core::mem::MaybeUninit;
+use punctual::PairMemory;
 
 /// Memory of one pair of trees between frames. It changes the speed of an answer, never the answer; handed to another pair of
 /// trees, it forgets everything; refitted trees it takes for the same. One thread at a time may use it.
 #[derive(Debug)]
-pub struct punctual_memory(pub(super) Handle<PairMemory>);
+pub struct punctual_memory(pub(crate) Handle<PairMemory>);
 
 /// What is remembered.
 #[repr(C)]

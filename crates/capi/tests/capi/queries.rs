@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use super::call::*;
 use super::common::{MODES, ORDERS};
-use punctual::capi::{punctual_status as Status, *};
 use punctual::{
     Budget, CostModel, ManualClock, Mode, Order, PairMemory, Query, StopReason, Tree, Verdict, Workspace, shapes,
 };
+use punctual_capi::{punctual_status as Status, *};
 
 fn same(ours: &punctual_outcome, theirs: &punctual::Outcome) {
     let (verdict, witness) = told(theirs.verdict);

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use super::call::*;
 use super::queries::told;
 use super::surfaces::vertex_of;
-use punctual::capi::{punctual_status as Status, *};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Body, BodyId, Budget, Filter, ManualClock, Mode, PairReport, Pose, Reach, Scene, Tree, shapes};
+use punctual_capi::{punctual_status as Status, *};
 
 /// A scene in C and the same in Rust, of twelve knots; two are fixed.
 struct Both {

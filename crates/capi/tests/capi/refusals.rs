@@ -4,7 +4,7 @@ use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};
 
 use super::call::*;
-use punctual::capi::{punctual_status as Status, *};
+use punctual_capi::{punctual_status as Status, *};
 
 const HANDLE: &str = "the place for the new handle";
 
@@ -54,6 +54,10 @@ fn null_is_refused_by_trees() {
         null_is_seen(punctual_tree_to_bytes(None, null_mut(), 0, None), "tree");
         null_is_seen(punctual_tree_to_bytes(Some(&tree), null_mut(), 0, None), "count");
         null_is_seen(punctual_tree_to_bytes(Some(&tree), null_mut(), 1, Some(&mut MaybeUninit::uninit())), "bytes");
+        null_is_seen(punctual_mesh_read(null(), None), "path");
+        null_is_seen(punctual_mesh_read(c"a.obj".as_ptr(), None), HANDLE);
+        null_is_seen(punctual_mesh_read_bytes(null(), 1, 0, None), "bytes");
+        null_is_seen(punctual_mesh_read_bytes(null(), 0, 0, None), HANDLE);
         null_is_seen(punctual_tree_from_bytes(null(), 1, None), "bytes");
         null_is_seen(punctual_tree_from_bytes(null(), 0, None), HANDLE);
         null_is_seen(punctual_tree_levels(None, null_mut(), 0, None), "tree");

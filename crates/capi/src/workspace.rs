@@ -1,15 +1,15 @@
 //! The buffers of a query.
 
-use super::handle::Handle;
-use super::mesh::put;
-use super::status::{Fault, door, free, given, punctual_status};
-use crate::query::Workspace;
+use crate::handle::Handle;
+use crate::mesh::put;
+use crate::status::{Fault, door, free, given, punctual_status};
 use core::mem::MaybeUninit;
+use punctual::Workspace;
 
 /// Every buffer that a query needs, and what the last query found and left open. Allocated once: queries do not allocate. One
 /// thread at a time may use it.
 #[derive(Debug)]
-pub struct punctual_workspace(pub(super) Handle<Workspace>);
+pub struct punctual_workspace(pub(crate) Handle<Workspace>);
 
 /// Two triangles that intersect: ids of the input meshes, from 0.
 #[repr(C)]

@@ -1,13 +1,10 @@
 //! How a call ends: a status, and a text for people.
 
-use crate::math::PoseError;
-use crate::mesh::MeshError;
-use crate::query::ResumeError;
-use crate::scene::SceneError;
-use crate::tree::{TreeFault, TreeFileError};
 use core::cell::RefCell;
 use core::ffi::c_char;
 use core::fmt::{self, Write};
+use punctual::{MeshError, PoseError, ResumeError, SceneError, TreeFault, TreeFileError};
+use punctual_io::{FileError, ReadError};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -42,13 +39,13 @@ pub enum punctual_status {
     Poisoned = 11,
     /// A fault of the library was caught. The handles that the call was to change are poisoned.
     Panic = 12,
-    /// Bytes are no tree, or were damaged.
+    /// A file cannot be read, or it, or its bytes, hold no mesh or no tree, or are damaged.
     BadFile = 13,
 }
 
 /// What keeps a call from its work.
 #[derive(Debug)]
-pub(super) enum Fault {
+pub(crate) enum Fault {
     Null(&'static str),
     /// An array that would not fit into memory, or starts at an odd address.
     Array(&'static str),
@@ -60,6 +57,7 @@ pub(super) enum Fault {
     TooMany(&'static str, usize, usize),
     /// Not finite, or larger than allowed.
     Number(&'static str, f64),
+    NotUtf8(&'static str),
     OutOfMemory,
     Poisoned(&'static str),
     Mesh(MeshError),
@@ -67,7 +65,9 @@ pub(super) enum Fault {
     Scene(SceneError),
     Resume(ResumeError),
     Tree(TreeFault),
-    File(TreeFileError),
+    TreeFile(TreeFileError),
+    MeshFile(FileError),
+    MeshBytes(ReadError),
     Thread(io::Error),
 }
 
@@ -75,20 +75,24 @@ impl Fault {
     fn status(&self) -> punctual_status {
         match self {
             Self::Null(_) => punctual_status::Null,
-            Self::Array(_) | Self::Value(..) | Self::Index(..) | Self::TooMany(..) | Self::Number(..) => {
-                punctual_status::BadArgument
-            }
+            Self::Array(_)
+            | Self::Value(..)
+            | Self::Index(..)
+            | Self::TooMany(..)
+            | Self::Number(..)
+            | Self::NotUtf8(_) => punctual_status::BadArgument,
             Self::OutOfMemory => punctual_status::OutOfMemory,
             Self::Poisoned(_) => punctual_status::Poisoned,
             Self::Mesh(_) => punctual_status::BadMesh,
             Self::Pose(_) => punctual_status::BadPose,
             Self::Scene(SceneError::NoSuchBody { .. }) => punctual_status::NoSuchBody,
             Self::Scene(SceneError::NotARotation { .. } | SceneError::TooFar { .. }) => punctual_status::BadPose,
-            Self::Scene(SceneError::ImportanceNotANumber { .. }) => punctual_status::BadArgument,
             Self::Scene(SceneError::Full) => punctual_status::SceneFull,
+            // What may be added to them is an argument that the scene refuses.
+            Self::Scene(_) => punctual_status::BadArgument,
             Self::Resume(_) => punctual_status::NotResumable,
             Self::Tree(_) => punctual_status::BadTree,
-            Self::File(_) => punctual_status::BadFile,
+            Self::TreeFile(_) | Self::MeshFile(_) | Self::MeshBytes(_) => punctual_status::BadFile,
             Self::Thread(_) => punctual_status::NoThread,
         }
     }
@@ -103,6 +107,7 @@ impl fmt::Display for Fault {
             Self::Index(what, index, count) => write!(f, "{what} is {index}, but there are {count}"),
             Self::TooMany(what, value, most) => write!(f, "{what} is {value}, possible are {most}"),
             Self::Number(what, value) => write!(f, "{what} is {value}, which is not finite or too large"),
+            Self::NotUtf8(what) => write!(f, "{what} is not UTF-8"),
             Self::OutOfMemory => f.write_str("there is not that much memory"),
             Self::Poisoned(what) => write!(f, "{what} was being changed when a fault was caught; it can only be freed"),
             Self::Mesh(error) => error.fmt(f),
@@ -110,7 +115,9 @@ impl fmt::Display for Fault {
             Self::Scene(error) => error.fmt(f),
             Self::Resume(error) => error.fmt(f),
             Self::Tree(error) => error.fmt(f),
-            Self::File(error) => error.fmt(f),
+            Self::TreeFile(error) => error.fmt(f),
+            Self::MeshFile(error) => error.fmt(f),
+            Self::MeshBytes(error) => error.fmt(f),
             Self::Thread(error) => error.fmt(f),
         }
     }
@@ -132,12 +139,14 @@ fault_from!(
     Scene(SceneError),
     Resume(ResumeError),
     Tree(TreeFault),
-    File(TreeFileError),
+    TreeFile(TreeFileError),
+    MeshFile(FileError),
+    MeshBytes(ReadError),
     Thread(io::Error)
 );
 
 /// Runs the work of the call `name`. No panic leaves it.
-pub(super) fn door(name: &'static str, work: impl FnOnce() -> Result<(), Fault>) -> punctual_status {
+pub(crate) fn door(name: &'static str, work: impl FnOnce() -> Result<(), Fault>) -> punctual_status {
     // What a panic leaves half done is poisoned: `Handle::change`.
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(())) => punctual_status::Ok,
@@ -155,12 +164,12 @@ pub(super) fn door(name: &'static str, work: impl FnOnce() -> Result<(), Fault>)
 }
 
 /// The pointer, unless it is null.
-pub(super) fn given<P>(pointer: Option<P>, what: &'static str) -> Result<P, Fault> {
+pub(crate) fn given<P>(pointer: Option<P>, what: &'static str) -> Result<P, Fault> {
     pointer.ok_or(Fault::Null(what))
 }
 
 /// Frees a handle.
-pub(super) fn free<T>(handle: Option<Box<T>>) {
+pub(crate) fn free<T>(handle: Option<Box<T>>) {
     let _ = catch_unwind(AssertUnwindSafe(|| drop(handle)));
 }
 
@@ -218,8 +227,8 @@ pub extern "C" fn punctual_version() -> *const c_char {
 
 #[cfg(test)]
 mod tests {
-    use super::super::handle::Handle;
     use super::*;
+    use crate::handle::Handle;
     use core::ffi::CStr;
 
     fn last_error() -> String {

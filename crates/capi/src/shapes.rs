@@ -1,10 +1,10 @@
 //! Generated meshes.
 
-use super::mesh::{punctual_mesh, put};
-use super::status::{door, punctual_status};
-use crate::mesh::shapes;
+use crate::mesh::{punctual_mesh, put};
+use crate::status::{door, punctual_status};
 use core::mem::MaybeUninit;
-use glam::Vec3;
+use punctual::glam::Vec3;
+use punctual::shapes;
 
 /// A sphere of radius 1 around the origin, `20 * 4^subdivisions` triangles; at most 12 subdivisions. As for all shapes,
 /// arguments that are out of range are moved into it, and the same arguments give the same mesh.

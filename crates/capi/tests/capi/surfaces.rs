@@ -1,11 +1,13 @@
 //! Meshes, trees, poses and triangles.
 
+use std::ffi::CString;
 use std::mem::MaybeUninit;
 
 use super::call::*;
-use punctual::capi::{punctual_status as Status, *};
 use punctual::glam::{DVec3, Vec3};
 use punctual::{BuildOptions, Mesh, Tree, shapes};
+use punctual_capi::{punctual_status as Status, *};
+use punctual_io::Format;
 
 /// Every built-in shape, in C and in Rust.
 fn all_shapes() -> [(Box<punctual_mesh>, Mesh); 6] {
@@ -44,6 +46,45 @@ fn meshes_are_those_of_rust() {
         // SAFETY: three for each triangle of a mesh that is still there.
         let indices = unsafe { std::slice::from_raw_parts(indices, 3 * native.len()) };
         assert_eq!(indices, native.triangles().as_flattened());
+    }
+}
+
+#[test]
+fn files_are_read_as_in_rust() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/meshes/parallel_plates/");
+    let file = CString::new(folder.to_owned() + "a.obj").unwrap();
+    // SAFETY: a text that is still there.
+    let mesh = owned(|mesh| unsafe { punctual_mesh_read(file.as_ptr(), mesh) });
+    let native = punctual_io::load(file.to_str().unwrap().as_ref()).unwrap();
+    let bytes = std::fs::read(file.to_str().unwrap()).unwrap();
+    let read = |bytes: &[u8], format: u32, mesh: Option<&mut MaybeUninit<_>>| {
+        // SAFETY: as long as said.
+        unsafe { punctual_mesh_read_bytes(bytes.as_ptr(), bytes.len(), format, mesh) }
+    };
+    let same = owned(|mesh| read(&bytes, punctual_format::Obj as u32, mesh));
+    for mesh in [mesh, same] {
+        let facts = made(|facts| punctual_mesh_describe(Some(&mesh), facts));
+        assert_eq!((facts.triangles, facts.vertices), (native.len(), native.vertex_count()));
+        let last = made(|vertex| punctual_mesh_vertex(Some(&mesh), native.vertex_count() - 1, vertex));
+        assert_eq!(DVec3::new(last.x, last.y, last.z), native.vertex(native.vertex_count() - 1));
+    }
+    let mut place = MaybeUninit::uninit();
+    let text = "punctual_mesh_read_bytes: format has no value 4";
+    fails(read(&bytes, 4, Some(&mut place)), Status::BadArgument, text);
+    for (format, bytes) in [(0, &b"v 0 0 0\nf 1 2 3\n"[..]), (1, b"solid"), (2, b"ply\n"), (3, b"glTF")] {
+        let formats = [Format::Obj, Format::Stl, Format::Ply, Format::Glb];
+        let error = punctual_io::read(bytes, formats[format as usize]).unwrap_err();
+        fails(read(bytes, format, Some(&mut place)), Status::BadFile, &format!("punctual_mesh_read_bytes: {error}"));
+    }
+    for (path, status, text) in [
+        (c"nowhere.obj", Status::BadFile, "nowhere.obj: "),
+        (c"mesh.step", Status::BadFile, "mesh.step: no mesh format by its extension"),
+        (c"\xff.obj", Status::BadArgument, "path is not UTF-8"),
+    ] {
+        // SAFETY: a text.
+        assert_eq!(unsafe { punctual_mesh_read(path.as_ptr(), Some(&mut place)) }, status);
+        let said = last_error();
+        assert!(said.starts_with(&format!("punctual_mesh_read: {text}")), "{said}");
     }
 }
 

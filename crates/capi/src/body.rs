@@ -1,9 +1,9 @@
 //! Bodies of a scene.
 
-use super::pose::punctual_pose;
-use super::status::{Fault, given};
-use super::tree::punctual_tree;
-use crate::scene::{Body, BodyId, BodyKind, Filter};
+use crate::pose::punctual_pose;
+use crate::status::{Fault, given};
+use crate::tree::punctual_tree;
+use punctual::{Body, BodyId, BodyKind, Filter};
 use std::sync::Arc;
 
 /// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
@@ -59,7 +59,7 @@ pub struct punctual_body<'t> {
 }
 
 impl punctual_body<'_> {
-    pub(super) fn check(&self) -> Result<Body, Fault> {
+    pub(crate) fn check(&self) -> Result<Body, Fault> {
         let tree = Arc::clone(given(self.tree, "body->tree")?.0.get("body->tree")?);
         let pose = self.pose.check()?;
         let body = match self.kind {
@@ -78,7 +78,7 @@ impl From<&Body> for punctual_body<'_> {
             BodyKind::Moving => punctual_body_kind::Moving,
             BodyKind::Fixed => punctual_body_kind::Fixed,
         };
-        let Filter { groups, mask } = body.filter;
+        let Filter { groups, mask, .. } = body.filter;
         Self { tree: None, pose: (&body.pose).into(), kind: kind as u32, groups, mask, importance: body.importance }
     }
 }
@@ -86,6 +86,6 @@ impl From<&Body> for punctual_body<'_> {
 /// A moving body that may meet all others. Checked when it is inserted.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_body_new(tree: Option<&punctual_tree>, pose: punctual_pose) -> punctual_body<'_> {
-    let Filter { groups, mask } = Filter::default();
+    let Filter { groups, mask, .. } = Filter::default();
     punctual_body { tree, pose, kind: punctual_body_kind::Moving as u32, groups, mask, importance: 0.0 }
 }

@@ -1,11 +1,11 @@
 //! The C interface, called as C calls it: every null pointer, length and number that is refused, with status and text; and
 //! the answers of the Rust interface, field by field.
-#![cfg(feature = "capi")]
 
-#[path = "common/allocations.rs"]
+#[path = "../../../tests/common/allocations.rs"]
 mod allocations;
 #[path = "capi/call.rs"]
 mod call;
+#[path = "../../../tests/common/mod.rs"]
 mod common;
 #[path = "capi/queries.rs"]
 mod queries;
@@ -22,7 +22,7 @@ use std::ptr::null_mut;
 
 use allocations::allocator_calls;
 use call::*;
-use punctual::capi::{punctual_status as Status, *};
+use punctual_capi::{punctual_status as Status, *};
 
 #[test]
 fn a_cycle_does_not_allocate_even_if_it_fails() {

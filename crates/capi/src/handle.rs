@@ -1,11 +1,11 @@
 //! What an opaque pointer points to.
 
-use super::status::Fault;
+use crate::status::Fault;
 use core::mem::replace;
 
 /// A value that is poisoned when a panic interrupts a change.
 #[derive(Debug)]
-pub(super) struct Handle<T> {
+pub(crate) struct Handle<T> {
     value: T,
     poisoned: bool,
 }

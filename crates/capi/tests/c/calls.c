@@ -57,6 +57,33 @@ static void meshes(void) {
   CHECK(untouched == NULL);
 }
 
+static void files(const char *folder) {
+  static const char triangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", broken[] = "v 0 0 0\nv 1 0\n";
+  punctual_mesh *mesh = NULL, *untouched = NULL;
+  punctual_mesh_facts facts;
+  OK(punctual_mesh_read_bytes((const uint8_t *)triangle, sizeof triangle - 1, PUNCTUAL_FORMAT_OBJ, &mesh));
+  OK(punctual_mesh_describe(mesh, &facts));
+  CHECK(facts.triangles == 1 && facts.bounds.max.y == 1);
+  punctual_mesh_free(mesh);
+  FAILS(punctual_mesh_read_bytes((const uint8_t *)triangle, 1, 4, &untouched), BAD_ARGUMENT,
+        "punctual_mesh_read_bytes: format has no value 4");
+  CHECK(punctual_mesh_read_bytes((const uint8_t *)broken, sizeof broken - 1, PUNCTUAL_FORMAT_OBJ, &untouched) ==
+        PUNCTUAL_STATUS_BAD_FILE);
+  CHECK(strncmp(punctual_last_error(), "punctual_mesh_read_bytes: line 2: ", 34) == 0);
+
+  char path[512];
+  snprintf(path, sizeof path, "%s/parallel_plates/a.obj", folder);
+  OK(punctual_mesh_read(path, &mesh));
+  OK(punctual_mesh_describe(mesh, &facts));
+  CHECK(facts.triangles > 0);
+  punctual_mesh_free(mesh);
+  CHECK(punctual_mesh_read("no such file.obj", &untouched) == PUNCTUAL_STATUS_BAD_FILE);
+  CHECK(strncmp(punctual_last_error(), "punctual_mesh_read: no such file.obj: ", 38) == 0);
+  FAILS(punctual_mesh_read("\xff.obj", &untouched), BAD_ARGUMENT, "punctual_mesh_read: path is not UTF-8");
+  FAILS(punctual_mesh_read(NULL, &untouched), NULL, "punctual_mesh_read: path is null");
+  CHECK(untouched == NULL);
+}
+
 static void shapes(void) {
   struct {
     size_t triangles;
@@ -322,10 +349,12 @@ static void scenes(void) {
   punctual_scene_free(scene);
 }
 
-int main(void) {
+int main(int count, char **arguments) {
+  CHECK(count == 2); /* the folder of the meshes */
   CHECK(strcmp(punctual_version(), PUNCTUAL_VERSION) == 0);
   CHECK(strcmp(punctual_last_error(), "") == 0);
   meshes();
+  files(arguments[1]);
   shapes();
   poses();
   triangles();

@@ -1,9 +1,9 @@
 //! The clock that a budget of time is measured by.
 
-use super::status::{Fault, given};
-use crate::query::{Clock, SystemClock};
+use crate::status::{Fault, given};
 use core::ffi::c_void;
 use core::time::Duration;
+use punctual::{Clock, SystemClock};
 
 /// A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind (throw),
 /// and not use what that call is using.
@@ -17,7 +17,7 @@ pub struct punctual_clock {
 }
 
 /// The caller's clock or the system's.
-pub(super) enum AnyClock {
+pub(crate) enum AnyClock {
     System(SystemClock),
     Caller { now: unsafe extern "C" fn(context: *mut c_void) -> u64, context: *mut c_void },
 }

@@ -1,17 +1,17 @@
 //! Scenes: many bodies, one budget a frame.
 
-use super::arrays::{array, fill};
-use super::body::{punctual_body, punctual_body_id};
-use super::clock::{AnyClock, punctual_clock};
-use super::handle::Handle;
-use super::mesh::put;
-use super::pose::punctual_pose;
-use super::query::{check_mode, nanoseconds, punctual_budget, punctual_verdict, verdict};
-use super::status::{Fault, door, free, given, punctual_status};
-use super::tree::punctual_tree;
-use super::workspace::punctual_triangle_pair;
-use crate::scene::{Filter, PairReport, Reach, Report, Scene};
+use crate::arrays::{array, fill};
+use crate::body::{punctual_body, punctual_body_id};
+use crate::clock::{AnyClock, punctual_clock};
+use crate::handle::Handle;
+use crate::mesh::put;
+use crate::pose::punctual_pose;
+use crate::query::{check_mode, nanoseconds, punctual_budget, punctual_verdict, verdict};
+use crate::status::{Fault, door, free, given, punctual_status};
+use crate::tree::punctual_tree;
+use crate::workspace::punctual_triangle_pair;
 use core::mem::MaybeUninit;
+use punctual::{Filter, PairReport, Reach, Report, Scene};
 use std::sync::Arc;
 
 /// Bodies that move, and the question which of them meet. One thread at a time may use it; it may start threads of its own.
@@ -313,7 +313,7 @@ pub extern "C" fn punctual_scene_set_filter(
     mask: u32,
 ) -> punctual_status {
     door("punctual_scene_set_filter", || {
-        punctual_scene::change(scene, |scene| Ok(scene.set_filter(id.into(), Filter { groups, mask })?))
+        punctual_scene::change(scene, |scene| Ok(scene.set_filter(id.into(), Filter::new(groups, mask))?))
     })
 }
 
@@ -335,8 +335,8 @@ pub extern "C" fn punctual_scene_set_importance(
 /// the caller's, all is done on the calling thread. `report` may be null.
 ///
 /// Under a time budget it ends in time as long as the broad phase alone does; under a work budget, which does not count the
-/// broad phase, it gives the same report on any number of threads. It does not allocate once its buffers have grown to the
-/// size of the scene.
+/// broad phase, it gives the same report on any number of threads. It allocates only as the scene grows: in a frame with more bodies,
+/// or with more pairs of overlapping boxes, than any before it, and in the 64 frames after it had more bodies than ever.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_scene_detect(
     scene: Option<&mut punctual_scene>,

@@ -1,12 +1,12 @@
 //! The C header, its C++ wrapper and its test in C have every function of the interface. What the functions do is tested by
-//! `tests/capi.rs` and, through the C compiler, by `.ci/c`, which also makes the header anew.
+//! `capi.rs` and, through the C compiler, by `.ci/c`, which also makes the header anew.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
 fn read(file: &str) -> String {
-    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap()
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(file)).unwrap()
 }
 
 /// Names that begin with `punctual_` and are followed by `(`, outside comments.
@@ -26,13 +26,13 @@ fn calls(source: &str) -> BTreeSet<String> {
 
 /// All files of a folder, one after the other.
 fn read_all(folder: &str) -> String {
-    let files = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)).unwrap();
+    let files = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(folder)).unwrap();
     files.map(|file| fs::read_to_string(file.unwrap().path()).unwrap()).collect()
 }
 
 /// The functions that the library exports, from `pub` to the end of their arguments.
 fn signatures() -> Vec<String> {
-    let source = read_all("src/capi");
+    let source = read_all("crates/capi/src");
     source.split("#[unsafe(no_mangle)]").skip(1).map(|item| item.split(['{', ';']).next().unwrap().into()).collect()
 }
 
@@ -51,13 +51,13 @@ fn the_header_declares_every_function() {
 
 #[test]
 fn every_function_is_called_from_c() {
-    let called = calls(&read("tests/c/calls.c"));
+    let called = calls(&read("crates/capi/tests/c/calls.c"));
     assert_eq!(exported().difference(&called).collect::<Vec<_>>(), [""; 0]);
 }
 
 #[test]
 fn every_function_is_called_from_rust() {
-    let called = calls(&(read("tests/capi.rs") + &read_all("tests/capi")));
+    let called = calls(&(read("crates/capi/tests/capi.rs") + &read_all("crates/capi/tests/capi")));
     assert_eq!(exported().difference(&called).collect::<Vec<_>>(), [""; 0]);
 }
 

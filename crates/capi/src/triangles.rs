@@ -1,10 +1,11 @@
 //! Two triangles.
 
-use super::status::{Fault, door, given, punctual_status};
-use crate::math::tolerance::COORDINATE_LIMIT;
-use crate::triangle;
+use crate::status::{Fault, door, given, punctual_status};
 use core::mem::MaybeUninit;
-use glam::DVec3;
+use punctual::glam::DVec3;
+
+/// 2^1000, the largest coordinate of a mesh.
+const COORDINATE_LIMIT: f64 = f64::from_bits((1023 + 1000) << 52);
 
 /// Three corners, each x, y, z.
 #[repr(C)]
@@ -37,7 +38,7 @@ pub extern "C" fn punctual_triangles_intersect(
     door("punctual_triangles_intersect", || {
         let intersect = given(intersect, "intersect")?;
         let (a, b) = (a.check("a coordinate of a")?, b.check("a coordinate of b")?);
-        intersect.write(triangle::triangles_intersect(&a, &b));
+        intersect.write(punctual::triangles_intersect(&a, &b));
         Ok(())
     })
 }

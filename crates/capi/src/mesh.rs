@@ -1,13 +1,15 @@
 //! Meshes.
 
-use super::arrays::array;
-use super::status::{Fault, door, free, given, punctual_status};
-use crate::mesh::Mesh;
+use crate::arrays::{array, path};
+use crate::status::{Fault, door, free, given, punctual_status};
+use core::ffi::c_char;
 use core::mem::MaybeUninit;
+use punctual::Mesh;
+use punctual_io::Format;
 
 /// A triangle surface: checked once when it is made, never changed after. Any number of threads may read it.
 #[derive(Debug)]
-pub struct punctual_mesh(pub(super) Mesh);
+pub struct punctual_mesh(pub(crate) Mesh);
 
 /// A point or a vector, in the length unit of the mesh.
 #[repr(C)]
@@ -21,8 +23,8 @@ pub struct punctual_point {
     pub z: f64,
 }
 
-impl From<glam::DVec3> for punctual_point {
-    fn from(point: glam::DVec3) -> Self {
+impl From<punctual::glam::DVec3> for punctual_point {
+    fn from(point: punctual::glam::DVec3) -> Self {
         Self { x: point.x, y: point.y, z: point.z }
     }
 }
@@ -37,8 +39,8 @@ pub struct punctual_aabb {
     pub max: punctual_point,
 }
 
-impl From<crate::math::Aabb> for punctual_aabb {
-    fn from(aabb: crate::math::Aabb) -> Self {
+impl From<punctual::Aabb> for punctual_aabb {
+    fn from(aabb: punctual::Aabb) -> Self {
         Self { min: aabb.min.into(), max: aabb.max.into() }
     }
 }
@@ -103,6 +105,58 @@ pub unsafe extern "C" fn punctual_mesh_new_f64(
     })
 }
 
+/// A file format that can be read.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_format {
+    /// Wavefront OBJ: vertices and polygons.
+    Obj = 0,
+    /// STL, ASCII or binary.
+    Stl = 1,
+    /// PLY, ASCII or binary of both byte orders.
+    Ply = 2,
+    /// glTF binary: the triangles of the default scene, moved by their nodes.
+    Glb = 3,
+}
+
+/// Reads the mesh of a file, OBJ, STL, PLY or glTF binary by its extension. `path` is UTF-8 and ends with a zero byte.
+///
+/// Polygons are triangulated; coordinates have the precision of the file. Takes time and memory in proportion to the file, and
+/// a glTF file may use its meshes for up to 2^24 triangles.
+///
+/// Fails with BAD_FILE if the file cannot be read or holds no mesh, and with BAD_ARGUMENT if `path` is not UTF-8. The text of
+/// `punctual_last_error` names the file and the line or byte in it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_mesh_read(
+    path: *const c_char,
+    mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
+) -> punctual_status {
+    door("punctual_mesh_read", || {
+        // SAFETY: the contract of the header for texts.
+        let path = unsafe { self::path(path, "path") }?;
+        put(mesh, || Ok(punctual_io::load(path)?))
+    })
+}
+
+/// Like `punctual_mesh_read` for the content of a file, of `count` bytes in a `punctual_format`.
+///
+/// Fails with BAD_FILE if it holds no mesh, and with BAD_ARGUMENT for an unknown format.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_mesh_read_bytes(
+    bytes: *const u8,
+    count: usize,
+    format: u32,
+    mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
+) -> punctual_status {
+    door("punctual_mesh_read_bytes", || {
+        // SAFETY: the contract of the header for arrays.
+        let bytes = unsafe { array(bytes, count, "bytes") }?;
+        let formats = [Format::Obj, Format::Stl, Format::Ply, Format::Glb];
+        let format = *formats.get(format as usize).ok_or(Fault::Value("format", format))?;
+        put(mesh, || Ok(punctual_io::read(bytes, format)?))
+    })
+}
+
 /// Frees a mesh; null is fine. Trees have copies of their own.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_mesh_free(mesh: Option<Box<punctual_mesh>>) {
@@ -161,7 +215,7 @@ pub extern "C" fn punctual_mesh_vertex(
 }
 
 /// Makes a value and hands it over, if there is a place for it.
-pub(super) fn put<T: Into<H>, H>(
+pub(crate) fn put<T: Into<H>, H>(
     out: Option<&mut MaybeUninit<Option<Box<H>>>>,
     make: impl FnOnce() -> Result<T, Fault>,
 ) -> Result<(), Fault> {

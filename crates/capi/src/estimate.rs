@@ -1,13 +1,11 @@
 //! What a query will cost, and what a stopped one leaves open: quantiles, a probability, a recall.
 
-use super::memory::punctual_memory;
-use super::query::punctual_query;
-use super::status::{Fault, door, given, punctual_status};
-use super::workspace::punctual_workspace;
-use crate::model::cost::CostModel;
-use crate::model::prediction::Quantiles;
-use crate::query::{PairMemory, Prediction};
+use crate::memory::punctual_memory;
+use crate::query::punctual_query;
+use crate::status::{Fault, door, given, punctual_status};
+use crate::workspace::punctual_workspace;
 use core::mem::MaybeUninit;
+use punctual::{CostModel, PairMemory, Prediction, Quantiles};
 
 /// Bounds below which a number stays with the given probability.
 #[repr(C)]

@@ -1,9 +1,9 @@
 //! Poses.
 
-use super::status::{Fault, door, given, punctual_status};
-use crate::math::Pose;
+use crate::status::{Fault, door, given, punctual_status};
 use core::mem::MaybeUninit;
-use glam::{DQuat, DVec3};
+use punctual::Pose;
+use punctual::glam::{DQuat, DVec3};
 
 /// A rotation followed by a translation: the 3 x 4 matrix `[R|t]`, row by row. `b_in_a` maps coordinates of B to those of A:
 /// `((m[0]*x + m[1]*y) + m[2]*z) + m[3]` and so on, in double, rounded after each operation.
@@ -17,7 +17,7 @@ pub struct punctual_pose {
 }
 
 impl punctual_pose {
-    pub(super) fn check(&self) -> Result<Pose, Fault> {
+    pub(crate) fn check(&self) -> Result<Pose, Fault> {
         Ok(Pose::from_row_major(self.m)?)
     }
 }

@@ -1,19 +1,19 @@
 //! Trees.
 
-use super::arrays::{array, fill};
-use super::handle::Handle;
-use super::mesh::{punctual_mesh, put};
-use super::status::{Fault, door, free, given, punctual_status};
-use crate::tree::{BuildOptions, Effort, Tree};
+use crate::arrays::{array, fill};
+use crate::handle::Handle;
+use crate::mesh::{punctual_mesh, put};
+use crate::status::{Fault, door, free, given, punctual_status};
 use core::mem::MaybeUninit;
+use punctual::{BuildOptions, Effort, Tree};
 use std::sync::Arc;
 
 /// The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as none refits or frees it.
 #[derive(Debug)]
-pub struct punctual_tree(pub(super) Handle<Arc<Tree>>);
+pub struct punctual_tree(pub(crate) Handle<Arc<Tree>>);
 
 impl punctual_tree {
-    pub(super) fn new(tree: Arc<Tree>) -> Self {
+    pub(crate) fn new(tree: Arc<Tree>) -> Self {
         Self(Handle::new(tree))
     }
 }
@@ -100,7 +100,9 @@ fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault
         x if x == punctual_effort::Best as u32 => Effort::Best,
         unknown => return Err(Fault::Value("options->effort", unknown)),
     };
-    Ok(BuildOptions { effort, orientations: options.frames != 0, threads: options.threads })
+    let mut chosen = BuildOptions::default();
+    (chosen.effort, chosen.orientations, chosen.threads) = (effort, options.frames != 0, options.threads);
+    Ok(chosen)
 }
 
 /// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and

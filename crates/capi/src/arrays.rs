@@ -1,15 +1,17 @@
-//! Arrays of the caller's: the pointers that the compiler cannot check.
+//! Arrays and texts of the caller's: the pointers that the compiler cannot check.
 
-use super::status::Fault;
+use crate::status::Fault;
+use core::ffi::{CStr, c_char};
 use core::mem::MaybeUninit;
 use core::slice;
+use std::path::Path;
 
 /// An array to be read, of `count` elements. Null is fine for none.
 ///
 /// # Safety
 /// `pointer` is null or points to `count` elements that nothing writes to as long as the slice lives, and every pattern of
 /// bits is a value of `T`.
-pub(super) unsafe fn array<'a, T>(pointer: *const T, count: usize, what: &'static str) -> Result<&'a [T], Fault> {
+pub(crate) unsafe fn array<'a, T>(pointer: *const T, count: usize, what: &'static str) -> Result<&'a [T], Fault> {
     if count == 0 {
         return Ok(&[]);
     }
@@ -18,11 +20,24 @@ pub(super) unsafe fn array<'a, T>(pointer: *const T, count: usize, what: &'stati
     Ok(unsafe { slice::from_raw_parts(pointer, count) })
 }
 
+/// The path of a file, in UTF-8.
+///
+/// # Safety
+/// `pointer` is null or points to a text that ends with a zero byte, and that nothing writes to as long as the path lives.
+pub(crate) unsafe fn path<'a>(pointer: *const c_char, what: &'static str) -> Result<&'a Path, Fault> {
+    if pointer.is_null() {
+        return Err(Fault::Null(what));
+    }
+    // SAFETY: not null; the rest is the caller's promise.
+    let text = unsafe { CStr::from_ptr(pointer) };
+    text.to_str().map(Path::new).map_err(|_| Fault::NotUtf8(what))
+}
+
 /// Writes as many items as there is room for. How many items there are.
 ///
 /// # Safety
 /// `pointer` is null or points to room for `capacity` elements that nothing else uses during the call.
-pub(super) unsafe fn fill<T>(
+pub(crate) unsafe fn fill<T>(
     pointer: *mut T,
     capacity: usize,
     what: &'static str,

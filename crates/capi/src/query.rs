@@ -1,18 +1,19 @@
 //! Queries: budget, clock, options in; outcome and certificate out.
 
-use super::arrays::fill;
-use super::clock::{AnyClock, punctual_clock};
-use super::memory::punctual_memory;
-use super::mesh::punctual_aabb;
-use super::pose::punctual_pose;
-use super::status::{Fault, door, given, punctual_status};
-use super::tree::punctual_tree;
-use super::workspace::{punctual_triangle_pair, punctual_workspace};
-use crate::model::confidence::DEFAULT_PRIOR;
-use crate::model::cost::MAX_STEP_WORK;
-use crate::query::{Budget, LEVELS, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, Verdict, Workspace};
+use crate::arrays::fill;
+use crate::clock::{AnyClock, punctual_clock};
+use crate::memory::punctual_memory;
+use crate::mesh::punctual_aabb;
+use crate::pose::punctual_pose;
+use crate::status::{Fault, door, given, punctual_status};
+use crate::tree::punctual_tree;
+use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
 use core::time::Duration;
+use punctual::{
+    Budget, DEFAULT_PRIOR, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, Verdict,
+    Workspace,
+};
 
 /// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
 pub const PUNCTUAL_LEVELS: usize = 32;
@@ -335,7 +336,7 @@ unsafe fn answer(
 }
 
 impl punctual_query<'_> {
-    pub(super) fn check(&self) -> Result<Query<'_>, Fault> {
+    pub(crate) fn check(&self) -> Result<Query<'_>, Fault> {
         let a = given(self.a, "query->a")?.0.get("query->a")?;
         let b = given(self.b, "query->b")?.0.get("query->b")?;
         let order = match self.order {
@@ -359,7 +360,7 @@ impl punctual_query<'_> {
     }
 }
 
-pub(super) fn check_mode(value: u32, what: &'static str) -> Result<Mode, Fault> {
+pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<Mode, Fault> {
     match value {
         x if x == punctual_mode::Any as u32 => Ok(Mode::Any),
         x if x == punctual_mode::All as u32 => Ok(Mode::All),
@@ -368,7 +369,7 @@ pub(super) fn check_mode(value: u32, what: &'static str) -> Result<Mode, Fault> 
 }
 
 impl punctual_budget {
-    pub(super) fn check(self) -> Result<Budget, Fault> {
+    pub(crate) fn check(self) -> Result<Budget, Fault> {
         match self.kind {
             x if x == punctual_budget_kind::Unlimited as u32 => Ok(Budget::unlimited()),
             x if x == punctual_budget_kind::Time as u32 => Ok(Budget::time(Duration::from_nanos(self.limit))),
@@ -379,12 +380,12 @@ impl punctual_budget {
 }
 
 /// In nanoseconds; -1 for none.
-pub(super) fn nanoseconds(time: Option<Duration>) -> i64 {
+pub(crate) fn nanoseconds(time: Option<Duration>) -> i64 {
     time.map_or(-1, |time| i64::try_from(time.as_nanos()).unwrap_or(i64::MAX))
 }
 
 /// Verdict and witness.
-pub(super) fn verdict(verdict: Verdict) -> (punctual_verdict, punctual_triangle_pair) {
+pub(crate) fn verdict(verdict: Verdict) -> (punctual_verdict, punctual_triangle_pair) {
     match verdict {
         Verdict::Undecided => (punctual_verdict::Undecided, [0; 2].into()),
         Verdict::Intersecting { witness } => (punctual_verdict::Intersecting, witness.into()),
@@ -402,6 +403,8 @@ impl From<Outcome> for punctual_outcome {
             StopReason::WorkLimit => punctual_stop_reason::WorkLimit,
             StopReason::PairsFull => punctual_stop_reason::PairsFull,
             StopReason::FlushedToZero => punctual_stop_reason::FlushedToZero,
+            // A reason that is added without a number here may be taken for one that is not final either.
+            _ => punctual_stop_reason::WorkLimit,
         };
         Self { verdict, stop, witness, found: outcome.found, stats: outcome.stats.into() }
     }
@@ -409,7 +412,7 @@ impl From<Outcome> for punctual_outcome {
 
 impl From<Stats> for punctual_stats {
     fn from(stats: Stats) -> Self {
-        let Stats { bv_tests, primitive_tests, exact_tests, work, bv_tests_per_level, queue_peak, elapsed } = stats;
+        let Stats { bv_tests, primitive_tests, exact_tests, work, bv_tests_per_level, queue_peak, elapsed, .. } = stats;
         let elapsed = nanoseconds(elapsed);
         Self { bv_tests, primitive_tests, exact_tests, work, bv_tests_per_level, elapsed, queue_peak }
     }

@@ -4,8 +4,8 @@ use std::ffi::CStr;
 use std::mem::MaybeUninit;
 
 use punctual::Pose;
-use punctual::capi::{punctual_status as Status, *};
 use punctual::glam::{DQuat, DVec3};
+use punctual_capi::{punctual_status as Status, *};
 
 pub fn last_error() -> String {
     // SAFETY: the text ends with a zero byte and is copied before the next call.
