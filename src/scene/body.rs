@@ -2,7 +2,7 @@
 
 use super::error::SceneError;
 use super::id::BodyId;
-use super::pairs::reserve;
+use super::room::reserve;
 use crate::math::tolerance::{SCENE_REACH, SCENE_ROTATION_TOLERANCE};
 use crate::math::{Pose, rotation_deviation};
 use crate::tree::Tree;

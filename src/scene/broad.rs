@@ -11,7 +11,7 @@
 
 use super::body::{Bodies, Change};
 use super::id::{PairKey, pair_key};
-use super::pairs::reserve;
+use super::room::reserve;
 use crate::math::Aabb;
 use alloc::vec::Vec;
 use glam::DVec3;

@@ -3,7 +3,8 @@
 use super::batch::Batch;
 use super::id::PairKey;
 use super::job::Job;
-use super::pairs::{Pairs, reserve};
+use super::pairs::Pairs;
+use super::room::reserve;
 use crate::model::cost::WORK_PER_WITNESS;
 use alloc::vec::Vec;
 

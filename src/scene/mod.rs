@@ -15,6 +15,7 @@ mod id;
 mod job;
 mod pairs;
 mod report;
+mod room;
 mod schedule;
 #[cfg(feature = "parallel")]
 mod workers;

@@ -3,6 +3,7 @@
 use super::body::{Bodies, Change};
 use super::broad::{Broad, overlap};
 use super::id::{PairKey, bodies_of};
+use super::room::{Room, reserve};
 use crate::model::cost::WORK_PER_WITNESS;
 use crate::query::{PairMemory, StopReason, Verdict, Workspace};
 use alloc::boxed::Box;
@@ -131,32 +132,6 @@ pub(super) struct Pairs {
     free: Vec<u32>,
     /// Pairs that there is room for: candidates, and states.
     room: [Room; 2],
-}
-
-/// How many pairs buffers are made for. Those of a scene grow together, and seldom, so that they are done with it soon.
-#[derive(Clone, Copy, Debug, Default)]
-struct Room {
-    pairs: usize,
-    /// What the user asked for.
-    asked: usize,
-}
-
-impl Room {
-    /// Twice what is in use, if that is more than there is room for, or nearly so while the scene is `young`.
-    fn grow(&mut self, used: usize, young: bool) {
-        if used > self.pairs || young && used > self.asked.max(self.pairs / 4 * 3) {
-            self.pairs = 2 * used + 64;
-        }
-    }
-
-    fn ask(&mut self, pairs: usize) {
-        (self.pairs, self.asked) = (self.pairs.max(pairs), self.asked.max(pairs));
-    }
-}
-
-/// Makes room for `most` elements.
-pub(super) fn reserve<T>(buffer: &mut Vec<T>, most: usize) {
-    buffer.reserve_exact(most.saturating_sub(buffer.len()));
 }
 
 impl Pairs {
