@@ -118,7 +118,7 @@ fn no_verdict_is_false_where_denormal_numbers_are_flushed() {
             let built_before = [Tree::new(a.clone()), Tree::new(b.clone())];
             for mode in MODES {
                 let (outcome, pairs) = with_flags(flags, || {
-                    let [a, b] = if round % 2 == 0 {
+                    let [a, b] = if round.is_multiple_of(2) {
                         built_before.clone()
                     } else {
                         [Tree::new(a.clone()), Tree::new(b.clone())]

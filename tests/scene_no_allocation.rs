@@ -54,7 +54,7 @@ impl World {
     }
 
     fn body(&self, body: usize) -> Body {
-        let make = if body % 5 == 0 { Body::fixed } else { Body::moving };
+        let make = if body.is_multiple_of(5) { Body::fixed } else { Body::moving };
         make(Arc::clone(&self.tree), self.pose(body))
     }
 
@@ -187,7 +187,11 @@ fn no_frame_after_the_hundredth_allocates() {
         let mut frame = |number: usize| {
             play(&mut world, number);
             let budget = budgets[number % budgets.len()];
-            let report = if threads > 1 { world.scene.detect(budget) } else { world.scene.detect_with(budget, &clock) };
+            let report = match threads {
+                #[cfg(feature = "parallel")]
+                2.. => world.scene.detect(budget),
+                _ => world.scene.detect_with(budget, &clock),
+            };
             (meets, undecided) = (meets + report.intersecting, undecided + report.undecided());
         };
         (0..WARM_UP).for_each(&mut frame);

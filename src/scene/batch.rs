@@ -44,6 +44,7 @@ pub(super) struct Round {
 /// Pairs with a budget for all of them.
 #[derive(Debug, Default)]
 pub(super) struct Batch {
+    #[allow(clippy::vec_box, reason = "states move in and out by their pointers, and room for them is cheap")]
     pub turns: Vec<Box<PairState>>,
     pub budget: u64,
     /// The pair whose run was stopped by the end of the budget; the run is in the workspace.
