@@ -1,7 +1,7 @@
 /*
  * punctual: mesh collision detection that answers by the deadline, and says how sure it is.
  *
- * Generated from src/capi by tools/c_header; do not edit. The guide is docs/c.md. C99 or newer, or C++17 (punctual.hpp).
+ * Generated from crates/capi by tools/c_header; do not edit. The guide is docs/c.md. C99 or newer, or C++17 (punctual.hpp).
  *
  * Errors. What can fail returns a punctual_status, and has then written no output. punctual_last_error() tells in words what
  * was wrong and where. No call ends the process, but for two cases that no library can return from: memory runs out while a
@@ -13,11 +13,12 @@
  *
  * Pointers. Unless a function says otherwise, no pointer may be null; null gives PUNCTUAL_STATUS_NULL. A handle must be one
  * that was made by this library and not freed since. Other pointers must be aligned, and point to as many elements as the
- * length beside them says. An output may be uninitialised; no output may overlap another argument of the same call.
+ * length beside them says, or to a text that ends with a zero byte. An output may be uninitialised; no output may overlap
+ * another argument of the same call.
  *
- * Ownership. What *_new, punctual_workspace_with_capacity, punctual_shape_*, punctual_tree_mesh, punctual_tree_from_bytes and
- * punctual_scene_tree make is the caller's, to be freed by the *_free of its type, in any order. Everything that is passed in
- * is copied or shared, never taken over, but for the trees of a punctual_query, which it borrows.
+ * Ownership. What *_new, punctual_mesh_read*, punctual_workspace_with_capacity, punctual_shape_*, punctual_tree_mesh,
+ * punctual_tree_from_bytes and punctual_scene_tree make is the caller's, to be freed by the *_free of its type, in any order.
+ * Everything that is passed in is copied or shared, never taken over, but for the trees of a punctual_query, which it borrows.
  *
  * Threads. Any number of threads may use a handle through pointers to const. A call that takes a handle that is not const
  * needs it for itself alone. Nothing is bound to the thread that made it. punctual_last_error() is each thread's own.
@@ -108,7 +109,7 @@ enum punctual_status
    */
   PUNCTUAL_STATUS_PANIC = 12,
   /**
-   * Bytes are no tree, or were damaged.
+   * A file cannot be read, or it, or its bytes, hold no mesh or no tree, or are damaged.
    */
   PUNCTUAL_STATUS_BAD_FILE = 13,
 };
@@ -177,12 +178,50 @@ enum punctual_stop_reason
    * The pair buffer was full. Drain it and resume.
    */
   PUNCTUAL_STOP_REASON_PAIRS_FULL = 4,
+  /**
+   * The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small, below
+   * about 2^-960, that this could make an answer false. Clear the setting and resume.
+   */
+  PUNCTUAL_STOP_REASON_FLUSHED_TO_ZERO = 5,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
 typedef enum punctual_stop_reason punctual_stop_reason;
 #else
 typedef uint32_t punctual_stop_reason;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * A file format that can be read.
+ */
+enum punctual_format
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Wavefront OBJ: vertices and polygons.
+   */
+  PUNCTUAL_FORMAT_OBJ = 0,
+  /**
+   * STL, ASCII or binary.
+   */
+  PUNCTUAL_FORMAT_STL = 1,
+  /**
+   * PLY, ASCII or binary of both byte orders.
+   */
+  PUNCTUAL_FORMAT_PLY = 2,
+  /**
+   * glTF binary: the triangles of the default scene, moved by their nodes.
+   */
+  PUNCTUAL_FORMAT_GLB = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_format punctual_format;
+#else
+typedef uint32_t punctual_format;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1021,6 +1060,28 @@ punctual_status punctual_mesh_new_f64(const double *vertices,
                                       struct punctual_mesh **mesh);
 
 /**
+ * Reads the mesh of a file, OBJ, STL, PLY or glTF binary by its extension. `path` is UTF-8 and ends with a zero byte.
+ *
+ * Polygons are triangulated; coordinates have the precision of the file. Takes time and memory in proportion to the file, and
+ * a glTF file may use its meshes for up to 2^24 triangles.
+ *
+ * Fails with BAD_FILE if the file cannot be read or holds no mesh, and with BAD_ARGUMENT if `path` is not UTF-8. The text of
+ * `punctual_last_error` names the file and the line or byte in it.
+ */
+punctual_status punctual_mesh_read(const char *path,
+                                   struct punctual_mesh **mesh);
+
+/**
+ * Like `punctual_mesh_read` for the content of a file, of `count` bytes in a `punctual_format`.
+ *
+ * Fails with BAD_FILE if it holds no mesh, and with BAD_ARGUMENT for an unknown format.
+ */
+punctual_status punctual_mesh_read_bytes(const uint8_t *bytes,
+                                         size_t count,
+                                         uint32_t format,
+                                         struct punctual_mesh **mesh);
+
+/**
  * Frees a mesh; null is fine. Trees have copies of their own.
  */
 void punctual_mesh_free(struct punctual_mesh *mesh);
@@ -1460,8 +1521,8 @@ punctual_status punctual_scene_set_importance(struct punctual_scene *scene,
  * the caller's, all is done on the calling thread. `report` may be null.
  *
  * Under a time budget it ends in time as long as the broad phase alone does; under a work budget, which does not count the
- * broad phase, it gives the same report on any number of threads. It does not allocate once its buffers have grown to the
- * size of the scene.
+ * broad phase, it gives the same report on any number of threads. It allocates only as the scene grows: in a frame with more bodies,
+ * or with more pairs of overlapping boxes, than any before it, and in the 64 frames after it had more bodies than ever.
  */
 punctual_status punctual_scene_detect(struct punctual_scene *scene,
                                       struct punctual_budget budget,

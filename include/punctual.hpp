@@ -132,6 +132,12 @@ public:
       return punctual_mesh_new_f64(vertices, vertex_count, triangles, triangle_count, mesh);
     });
   }
+  static Result<Mesh> read(const char *path) noexcept {
+    return owned([&](punctual_mesh **mesh) { return punctual_mesh_read(path, mesh); });
+  }
+  static Result<Mesh> read(const std::uint8_t *bytes, std::size_t count, punctual_format format) noexcept {
+    return owned([&](punctual_mesh **mesh) { return punctual_mesh_read_bytes(bytes, count, format, mesh); });
+  }
   static Result<Mesh> icosphere(std::uint32_t subdivisions) noexcept {
     return owned([&](punctual_mesh **mesh) { return punctual_shape_icosphere(subdivisions, mesh); });
   }

@@ -45,7 +45,8 @@
 //! - Guides, measurements and proofs are the pages in `docs`; the code is explained from `ARCHITECTURE.md` on.
 
 #![cfg_attr(not(feature = "std"), no_std)]
-#![deny(missing_docs, unsafe_code)]
+#![deny(missing_docs)]
+#![forbid(unsafe_code)]
 #![cfg_attr(doctest, doc = include_str!("../README.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/games.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/controllers.md"))]
@@ -53,8 +54,6 @@
 
 extern crate alloc;
 
-#[cfg(feature = "capi")]
-pub mod capi;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals;

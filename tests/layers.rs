@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each module and what it may import.
-const ARROWS: [(&str, &[&str]); 10] = [
+const ARROWS: [(&str, &[&str]); 9] = [
     ("math", &[]),
     ("names", &[]),
     ("mesh", &["math"]),
@@ -15,7 +15,6 @@ const ARROWS: [(&str, &[&str]); 10] = [
     ("model", &["math"]),
     ("query", &["math", "names", "mesh", "tree", "triangle", "model"]),
     ("scene", &["math", "names", "mesh", "tree", "triangle", "model", "query"]),
-    ("capi", &["math", "names", "mesh", "tree", "triangle", "model", "query", "scene"]),
     ("internals", &["math", "model", "query"]),
 ];
 

@@ -1,55 +1,232 @@
-//! Once its buffers have grown to the size of the scene, a frame touches no allocator: bodies that move, meet and part,
-//! with and without budgets.
+//! Once its buffers have grown to the size of the scene, a frame touches no allocator, on any of its threads: bodies that
+//! move, meet, part, rest, come and go, with and without budgets. And none does within the room that was asked for.
+//!
+//! All in one test, since the calls of all threads are counted.
 
 #[path = "common/allocations.rs"]
 mod allocations;
+#[path = "common/random.rs"]
+#[allow(dead_code, reason = "each test file uses a part")]
+mod random;
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use allocations::allocator_calls;
+use allocations::{allocator_calls_of_all_threads, held};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, BodyId, Budget, ManualClock, Mode, Pose, Scene, Tree, shapes};
+use punctual::{Body, BodyId, Budget, Filter, ManualClock, Mode, Pose, Reach, Scene, Tree, shapes};
+use random::Random;
 
-const PERIOD: usize = 40;
+const BODIES: usize = 60;
+/// Frames to grow in, and frames that are counted.
+const WARM_UP: usize = 100;
+const FRAMES: usize = 900;
 
-/// Bodies on circles that cross, back where they were after each period.
-fn pose(body: usize, frame: usize) -> Pose {
-    let time = std::f64::consts::TAU * ((frame % PERIOD) as f64 / PERIOD as f64 + 0.13 * body as f64);
-    let turn = DMat3::from_rotation_z(time) * DMat3::from_rotation_x(time);
-    let center = DVec3::new((body % 6) as f64, (body / 6 % 6) as f64, (body / 36) as f64);
-    Pose::new(turn, 1.5 * center + DVec3::new(time.cos(), time.sin(), 0.3 * time.sin())).unwrap()
+/// Bodies that fly about in a cube and come back from its walls.
+struct World {
+    scene: Scene,
+    ids: Vec<BodyId>,
+    places: Vec<DVec3>,
+    speeds: Vec<DVec3>,
+    tree: Arc<Tree>,
+    random: Random,
 }
 
-fn play(scene: &mut Scene, ids: &[BodyId], frames: usize) -> usize {
-    let budgets =
-        [Budget::unlimited(), Budget::work(20_000), Budget::work(200_000), Budget::time(Duration::from_micros(50))];
-    let clock = ManualClock::ticking(Duration::from_nanos(700));
-    let mut undecided = 0;
-    for frame in 0..frames {
-        for (body, &id) in ids.iter().enumerate().skip(1) {
-            scene.set_pose(id, pose(body, frame)).unwrap();
+/// Half the edge of the cube; the bodies have a radius of 1.
+const WALL: f64 = 4.0;
+
+impl World {
+    fn new(scene: Scene) -> Self {
+        let tree = Arc::new(Tree::new(shapes::icosphere(1)));
+        let mut random = Random::new(11);
+        let places = (0..BODIES).map(|_| WALL * random.vector()).collect();
+        let speeds = (0..BODIES).map(|_| 0.2 * random.vector()).collect();
+        let mut world = Self { scene, ids: Vec::with_capacity(BODIES), places, speeds, tree, random };
+        for body in 0..BODIES {
+            let placed = world.body(body);
+            world.ids.push(world.scene.insert(placed).unwrap());
         }
-        // Each budget meets each phase of the motion.
-        let report = scene.detect_with(budgets[(frame + frame / PERIOD) % budgets.len()], &clock);
-        undecided += report.undecided();
+        world
     }
-    undecided
+
+    fn pose(&self, body: usize) -> Pose {
+        Pose::new(DMat3::IDENTITY, self.places[body]).unwrap()
+    }
+
+    fn body(&self, body: usize) -> Body {
+        let make = if body.is_multiple_of(5) { Body::fixed } else { Body::moving };
+        make(Arc::clone(&self.tree), self.pose(body))
+    }
+
+    fn step(&mut self, body: usize) {
+        let (place, speed) = (&mut self.places[body], &mut self.speeds[body]);
+        for axis in 0..3 {
+            if (place[axis] + speed[axis]).abs() > WALL {
+                speed[axis] = -speed[axis];
+            }
+        }
+        *place += *speed;
+        let pose = self.pose(body);
+        self.scene.set_pose(self.ids[body], pose).unwrap();
+    }
+
+    fn fly(&mut self) {
+        (0..BODIES).for_each(|body| self.step(body));
+    }
+}
+
+fn fly(world: &mut World, _: usize) {
+    world.fly();
+}
+
+/// Most bodies rest, most of the time.
+fn rest(world: &mut World, frame: usize) {
+    if frame % 200 > 150 {
+        world.fly();
+    } else {
+        let some = world.random.below(BODIES);
+        world.step(some);
+    }
+}
+
+/// All draw together and part again, in 60 frames.
+fn breathe(world: &mut World, frame: usize) {
+    let breath = 1.0 + (frame as f64 * std::f64::consts::TAU / 60.0).sin();
+    for body in 0..BODIES {
+        let speed = world.speeds[body];
+        world.places[body] = 20.0 * speed * breath;
+        let pose = world.pose(body);
+        world.scene.set_pose(world.ids[body], pose).unwrap();
+    }
+}
+
+/// Two bodies go in each frame, and others come in elsewhere.
+fn come_and_go(world: &mut World, frame: usize) {
+    world.fly();
+    for body in [2 * frame % BODIES, (2 * frame + 1) % BODIES] {
+        world.scene.remove(world.ids[body]).unwrap();
+        world.places[body] = WALL * world.random.vector();
+        let placed = world.body(body);
+        world.ids[body] = world.scene.insert(placed).unwrap();
+    }
+}
+
+/// Some bodies are somewhere else in each frame, in some frames all.
+fn teleport(world: &mut World, frame: usize) {
+    let count = if frame % 50 == 49 { BODIES } else { 5 };
+    for _ in 0..count {
+        let body = world.random.below(BODIES);
+        world.places[body] = WALL * world.random.vector();
+        world.step(body);
+    }
+}
+
+/// Other bodies may meet in each frame.
+fn refilter(world: &mut World, _: usize) {
+    world.fly();
+    for _ in 0..10 {
+        let (body, groups) = (world.random.below(BODIES), 1 << world.random.below(3));
+        world.scene.set_filter(world.ids[body], Filter::new(groups, 3 | groups)).unwrap();
+        world.scene.set_importance(world.ids[body], groups as f32).unwrap();
+    }
+}
+
+/// The other question, and the other boxes, from time to time.
+fn ask_otherwise(world: &mut World, frame: usize) {
+    world.fly();
+    world.scene.set_mode(if frame % 40 < 20 { Mode::Any } else { Mode::All });
+    world.scene.set_reach(if frame % 60 < 30 { Reach::Here } else { Reach::Swept });
+}
+
+struct Configuration {
+    name: &'static str,
+    mode: Mode,
+    reach: Reach,
+    budgets: &'static [Budget],
+    threads: usize,
+    play: fn(&mut World, usize),
+}
+
+const UNLIMITED: &[Budget] = &[Budget::unlimited()];
+const WORK: &[Budget] = &[Budget::work(20_000)];
+const LITTLE: &[Budget] = &[Budget::work(602), Budget::work(3_000)];
+const TIME: &[Budget] = &[Budget::time(Duration::from_micros(5)), Budget::time(Duration::from_millis(2))];
+const MIXED: &[Budget] =
+    &[Budget::unlimited(), Budget::work(20_000), Budget::work(200_000), Budget::time(Duration::from_micros(50))];
+
+fn configurations() -> [Configuration; 14] {
+    let new = |name, mode, reach, budgets, threads, play| Configuration { name, mode, reach, budgets, threads, play };
+    let (any, all, here, swept) = (Mode::Any, Mode::All, Reach::Here, Reach::Swept);
+    [
+        new("any, unlimited", any, here, UNLIMITED, 1, fly),
+        new("all, unlimited", all, here, UNLIMITED, 1, fly),
+        new("any, work", any, here, WORK, 1, fly),
+        new("all, little work", all, here, LITTLE, 1, fly),
+        new("any, time", any, here, TIME, 1, fly),
+        new("all, mixed budgets", all, here, MIXED, 1, fly),
+        new("swept", any, swept, WORK, 1, fly),
+        new("rest", any, here, WORK, 1, rest),
+        new("breathe", all, here, MIXED, 1, breathe),
+        new("come and go", any, here, MIXED, 1, come_and_go),
+        new("teleport", any, swept, WORK, 1, teleport),
+        new("refilter", any, here, WORK, 1, refilter),
+        new("ask otherwise", any, here, MIXED, 1, ask_otherwise),
+        new("two threads", any, here, WORK, 2, fly),
+    ]
 }
 
 #[test]
-fn a_frame_does_not_allocate() {
-    for mode in [Mode::Any, Mode::All] {
-        let knot = Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.15, 32)));
-        let mut scene = Scene::new().mode(mode);
-        let bodies = (0..100).map(|body| Body::moving(Arc::clone(&knot), pose(body, 0)));
-        let ids: Vec<BodyId> = bodies.map(|body| scene.insert(body).unwrap()).collect();
-        // Two rounds of each budget at each phase.
-        let warm_up = 8 * PERIOD;
-        play(&mut scene, &ids, warm_up);
-        let mut undecided = 0;
-        let calls = allocator_calls(|| undecided = play(&mut scene, &ids, warm_up));
-        assert_eq!(calls, 0, "{mode:?}");
-        assert!(undecided > 0, "no budget was too small");
+fn no_frame_after_the_hundredth_allocates() {
+    let mut faults = Vec::new();
+    for Configuration { name, mode, reach, budgets, threads, play } in configurations() {
+        let mut world = World::new(Scene::new().mode(mode).reach(reach));
+        #[cfg(feature = "parallel")]
+        world.scene.use_threads(threads).unwrap();
+        let clock = ManualClock::ticking(Duration::from_nanos(700));
+        let (mut meets, mut undecided) = (0, 0);
+        let mut frame = |number: usize| {
+            play(&mut world, number);
+            let budget = budgets[number % budgets.len()];
+            let report = match threads {
+                #[cfg(feature = "parallel")]
+                2.. => world.scene.detect(budget),
+                _ => world.scene.detect_with(budget, &clock),
+            };
+            (meets, undecided) = (meets + report.intersecting, undecided + report.undecided());
+        };
+        (0..WARM_UP).for_each(&mut frame);
+        let mut late = Vec::with_capacity(FRAMES);
+        for number in WARM_UP..WARM_UP + FRAMES {
+            let calls = allocator_calls_of_all_threads(|| frame(number));
+            if calls > 0 {
+                late.push((number, calls));
+            }
+        }
+        assert!(meets > 0 && (undecided > 0 || budgets == UNLIMITED), "{name}: {meets} meet, {undecided} undecided");
+        if !late.is_empty() {
+            faults.push((name, late));
+        }
     }
+    assert!(faults.is_empty(), "calls to the allocator by frame: {faults:?}");
+    no_frame_allocates_within_the_room_asked_for();
+}
+
+fn no_frame_allocates_within_the_room_asked_for() {
+    let grown = |bodies, pairs| {
+        let mut scene = Scene::new();
+        held(|| scene.reserve(bodies, pairs)).1 as f64 / 1e4
+    };
+    let [body, pair] = [grown(10_000, 0), grown(0, 10_000)];
+    assert!((700.0..800.0).contains(&body) && (600.0..700.0).contains(&pair), "{body} bytes a body, {pair} a pair");
+    let mut world = World::new(Scene::new());
+    world.scene.reserve(BODIES, BODIES * (BODIES - 1) / 2);
+    let mut most = 0;
+    let calls = allocator_calls_of_all_threads(|| {
+        for frame in 0..100 {
+            breathe(&mut world, frame);
+            most = most.max(world.scene.detect_with(Budget::work(20_000), &ManualClock::new()).pairs.len());
+        }
+    });
+    assert!(most > 1_000, "{most} pairs at most");
+    assert_eq!(calls, 0);
 }

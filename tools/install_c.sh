@@ -2,8 +2,6 @@
 # Builds the C interface and installs headers, libraries, and what pkg-config and CMake need to find them:
 # tools/install_c.sh PREFIX
 # Nothing that is installed names PREFIX: the folder may be moved or packed.
-# The crate types stand here and not in Cargo.toml: Cargo cannot make them depend on a feature, and a library without std
-# cannot be linked as one of them (it has no panic handler).
 set -euo pipefail
 [ $# = 1 ] || { echo "usage: $0 PREFIX" >&2; exit 2; }
 install -d "$1"
@@ -15,7 +13,7 @@ version=$(sed -n 's/^version = "\(.*\)"$/\1/p' Cargo.toml | head -n 1)
 soname=libpunctual.so.${version%.*}
 built=${CARGO_TARGET_DIR:-target}/release
 
-if ! said=$(cargo rustc --quiet --lib --release --features capi --crate-type staticlib,cdylib -- \
+if ! said=$(cargo rustc --quiet --package punctual-capi --lib --release --crate-type staticlib,cdylib -- \
   --print native-static-libs -C "link-arg=-Wl,-soname,$soname" 2>&1); then
   printf '%s\n' "$said" >&2
   exit 1
@@ -32,8 +30,8 @@ fill() {
 lib=$prefix/lib
 install -d "$prefix/include" "$lib/pkgconfig" "$lib/cmake/punctual"
 install -m 644 include/punctual.h include/punctual.hpp "$prefix/include"
-install -m 644 "$built/libpunctual.a" "$lib"
-install -m 755 "$built/libpunctual.so" "$lib/libpunctual.so.$version"
+install -m 644 "$built/libpunctual_capi.a" "$lib/libpunctual.a"
+install -m 755 "$built/libpunctual_capi.so" "$lib/libpunctual.so.$version"
 ln -sf "libpunctual.so.$version" "$lib/$soname"
 ln -sf "$soname" "$lib/libpunctual.so"
 fill "$lib/pkgconfig" punctual.pc

@@ -14,7 +14,7 @@ mod surfaces;
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::capi::*;
+use punctual_capi::*;
 use queries::Desk;
 use scenes::Stage;
 use surfaces::{Grown, Surface};

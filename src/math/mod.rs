@@ -1,6 +1,7 @@
 //! Boxes, poses and tolerances: the ground every other module stands on.
 
 mod aabb;
+pub(crate) mod denormals;
 pub(crate) mod lanes;
 pub(crate) mod pose;
 pub(crate) mod random;

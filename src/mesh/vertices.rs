@@ -1,7 +1,7 @@
 //! The vertices of a mesh: how they are kept, checked and replaced.
 
 use super::{Mesh, MeshError};
-use crate::math::{Aabb, tolerance::COORDINATE_LIMIT};
+use crate::math::{Aabb, denormals, tolerance::COORDINATE_LIMIT};
 use alloc::boxed::Box;
 use glam::DVec3;
 
@@ -27,6 +27,13 @@ impl Vertices {
             Self::F64(v) => DVec3::from_array(v[i]),
         }
     }
+
+    fn least_exponent(&self) -> i32 {
+        match self {
+            Self::F32(v) => denormals::least_exponent_f32(v.as_flattened()),
+            Self::F64(v) => denormals::least_exponent(v.as_flattened()),
+        }
+    }
 }
 
 impl Mesh {
@@ -40,7 +47,7 @@ impl Mesh {
                 old.iter_mut().zip(vertices).for_each(|(old, &new)| *old = new.into().map(f64::from));
             }
         }
-        self.aabb = self.bounds();
+        self.measure();
         Ok(())
     }
 
@@ -58,18 +65,19 @@ impl Mesh {
             Vertices::F64(old) => old.iter_mut().zip(vertices).for_each(|(old, &new)| *old = new.into()),
             Vertices::F32(_) => self.vertices = Vertices::F64(vertices.iter().map(|&new| new.into()).collect()),
         }
-        self.aabb = self.bounds();
+        self.measure();
         Ok(())
     }
 
-    /// The smallest box around all vertices in use.
-    pub(super) fn bounds(&self) -> Aabb {
+    /// Takes note of the smallest box around all vertices in use, and of the least coordinate of any.
+    pub(super) fn measure(&mut self) {
         let points = &self.vertices;
-        if self.all_in_use {
+        self.aabb = if self.all_in_use {
             Aabb::from_points((0..points.len()).map(|i| points.get(i)))
         } else {
             Aabb::from_points(self.in_use().map(|i| points.get(i)))
-        }
+        };
+        self.least_exponent = points.least_exponent();
     }
 
     /// The vertices that triangles use, in their order, most of them several times.

@@ -7,7 +7,7 @@
 use super::views::{View, Views};
 use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis};
 use crate::tree::{Node, WIDTH, xyz};
-use crate::triangle::batch::Rows;
+use crate::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW};
 use wide::f32x4;
 
 /// Eight boxes by centre and half extents, along the axes of their node.
@@ -194,9 +194,10 @@ pub(super) fn triangles<L: Lanes>(
     let f = per_axis!(k => dot(axes[k], [fx, fy, fz]));
     let (zero, margin) = (F8::splat(lanes, 0.0), F8::splat(lanes, view.margin.as_array()[0]));
     let normal = cross(e, f);
-    let blur = longest(e) * longest(f) * F8::splat(lanes, skew);
+    let least = F8::splat(lanes, LEAST_EDGE_SLOP);
+    let blur = (longest(e) + least) * (longest(f) + least) * F8::splat(lanes, skew);
     let size = per_axis!(k => normal[k].abs());
-    let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0)) + F8::splat(lanes, 1e-36);
+    let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0)) + F8::splat(lanes, UNDERFLOW);
     let rows = Planes {
         boxes: Stored {
             low: per_axis!(k => (p[k] + zero.min(e[k]).min(f[k]) - margin).store()),

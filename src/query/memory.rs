@@ -1,5 +1,6 @@
 //! What one frame tells the next about a pair of meshes.
 
+use super::flushing;
 use super::options::Mode;
 use super::outcome::{StopReason, Verdict};
 use super::queue::PATHS;
@@ -111,7 +112,7 @@ impl PairMemory {
     /// Tests the latest witnesses one by one, exactly: the first that still meets, ids of the input meshes. Costs a
     /// fraction of a query.
     pub(crate) fn recheck(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> Option<[u32; 2]> {
-        let known = self.is_of(a, b);
+        let known = self.is_of(a, b) && !flushing::matters(a, b, b_in_a);
         let latest = self.witnesses.iter().take(if known { RECHECKED } else { 0 });
         latest.map(|&[x, y]| [a.ids()[x as usize], b.ids()[y as usize]]).find(|&[x, y]| {
             let of_a = a.mesh().triangle(x as usize);

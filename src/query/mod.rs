@@ -11,6 +11,7 @@ mod corners;
 mod deadline;
 mod estimate;
 mod expand;
+mod flushing;
 mod leaf;
 mod march;
 mod measure;
@@ -323,6 +324,10 @@ impl<'t> Query<'t> {
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
+        if flushing::matters(self.a, self.b, &self.b_in_a) {
+            workspace.run.stopped = true;
+            return StopReason::FlushedToZero;
+        }
         let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
         workspace.corners.iter_mut().for_each(Corners::clear);
         deadline.begin(workspace.run.stats.work);

@@ -5,7 +5,7 @@ use crate::math::lanes::per_axis;
 use crate::math::pose::rotation_deviation;
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, Tree, Unit, power_of_two};
-use crate::triangle::batch::{EDGE_SLOP, Placement};
+use crate::triangle::batch::{EDGE_SLOP, LEAST_EDGE_SLOP, Placement};
 use glam::DVec3;
 use wide::f32x4;
 
@@ -60,7 +60,7 @@ impl Relation {
                 linear,
                 translation: translation.to_array(),
                 slop: slop as f32,
-                edge_slop: 8.0 * EDGE_SLOP * scale as f32,
+                edge_slop: (8.0 * EDGE_SLOP * scale as f32).max(LEAST_EDGE_SLOP),
             },
         }
     }

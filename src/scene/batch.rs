@@ -5,8 +5,7 @@
 
 use super::body::Bodies;
 use super::id::{PairKey, bodies_of};
-use super::job::Job;
-use super::pairs::Spent;
+use super::pairs::{PairState, Spent, Turn};
 use crate::math::Pose;
 use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::query::{Clock, Deadline, Mode, Query, StopReason, Workspace};
@@ -42,10 +41,11 @@ pub(super) struct Round {
     pub end: Option<Duration>,
 }
 
-/// Jobs with a budget for all of them.
+/// Pairs with a budget for all of them.
 #[derive(Debug, Default)]
 pub(super) struct Batch {
-    pub jobs: Vec<Job>,
+    #[allow(clippy::vec_box, reason = "states move in and out by their pointers, and room for them is cheap")]
+    pub turns: Vec<Box<PairState>>,
     pub budget: u64,
     /// The pair whose run was stopped by the end of the budget; the run is in the workspace.
     pub held: Option<PairKey>,
@@ -73,17 +73,18 @@ impl Batch {
     pub fn run<C: Clock>(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &C) {
         let mut deadline = Deadline::at(round.end, self.budget, clock);
         let least = if round.witnesses_only { WORK_PER_WITNESS } else { LEAST_WORK };
-        for (at, job) in self.jobs.iter_mut().enumerate() {
-            // A job that is not expected to end here waits for the next round, and so do those after it.
-            if !deadline.has_room(least) || at > 0 && job.median() > deadline.work_left() {
+        for (at, state) in self.turns.iter_mut().enumerate() {
+            let Turn { key, median, .. } = state.turn;
+            // A pair that is not expected to end has room in the next round, and those after it do not go first.
+            if !deadline.has_room(least) || at > 0 && median > deadline.work_left() {
                 break;
             }
-            let held = self.held == Some(job.key);
+            let held = self.held == Some(key);
             let kept = self.workspace.as_mut().filter(|_| held);
-            match job.run(bodies, kept.unwrap_or(scratch), held, round, &mut deadline) {
+            match state.run(bodies, kept.unwrap_or(scratch), held, round, &mut deadline) {
                 Ended::Complete if held => self.held = None,
                 Ended::Stopped if !held => {
-                    self.held = Some(job.key);
+                    self.held = Some(key);
                     mem::swap(self.workspace.get_or_insert_with(workspace), scratch);
                 }
                 _ => {}
@@ -100,7 +101,7 @@ enum Ended {
     NotBegun,
 }
 
-impl Job {
+impl PairState {
     /// Runs the pair as far as the deadline allows. `held`: whether the workspace has a stopped run of it.
     fn run(
         &mut self,
@@ -110,35 +111,34 @@ impl Job {
         round: &Round,
         deadline: &mut Deadline,
     ) -> Ended {
-        let [a, b] = bodies_of(self.key).map(|body| bodies.at(body));
-        let (Some(a), Some(b), Some(state)) = (a, b, &mut self.state) else { return Ended::NotBegun };
+        let [Some(a), Some(b)] = bodies_of(self.turn.key).map(|body| bodies.at(body)) else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
         let (a, b) = (&a.body.tree, &b.body.tree);
-        if self.witnessed && !held {
-            self.witnessed = false;
-            self.spent.work += WORK_PER_WITNESS;
+        if self.turn.witnessed && !held {
+            self.turn.witnessed = false;
+            self.turn.spent.work += WORK_PER_WITNESS;
             deadline.spend(WORK_PER_WITNESS);
-            if let Some(witness) = state.memory.recheck(a, b, &b_in_a) {
-                state.meets(witness, round.frame);
+            if let Some(witness) = self.memory.recheck(a, b, &b_in_a) {
+                self.meets(witness, round.frame);
                 return Ended::Complete;
             }
-            state.refuted = round.frame;
+            self.refuted = round.frame;
         }
         if round.witnesses_only || !deadline.has_room(LEAST_WORK) {
             return Ended::NotBegun;
         }
         let query = query([a, b], b_in_a, round.mode);
         if !(held && query.is_stopped_in(workspace)) {
-            state.pending = Spent::default();
-            query.begin(workspace, Some(&state.memory), query.strategy(round.to_the_end));
+            self.pending = Spent::default();
+            query.begin(workspace, Some(&self.memory), query.strategy(round.to_the_end));
         }
         loop {
             deadline.spend(WORK_PER_QUERY);
-            self.spent.work += WORK_PER_QUERY;
-            let before = state.pending;
-            let stop = query.advance(workspace, Some(&mut state.memory), deadline);
-            self.spent.add(Spent::of(workspace).since(before));
-            if state.note(workspace, stop, round.frame) {
+            self.turn.spent.work += WORK_PER_QUERY;
+            let before = self.pending;
+            let stop = query.advance(workspace, Some(&mut self.memory), deadline);
+            self.turn.spent.add(Spent::of(workspace).since(before));
+            if self.note(workspace, stop, round.frame) {
                 return Ended::Complete;
             }
             if stop != StopReason::PairsFull || !deadline.has_room(LEAST_WORK) {

@@ -2,6 +2,7 @@
 
 use super::error::SceneError;
 use super::id::BodyId;
+use super::room::reserve;
 use crate::math::tolerance::{SCENE_REACH, SCENE_ROTATION_TOLERANCE};
 use crate::math::{Pose, rotation_deviation};
 use crate::tree::Tree;
@@ -144,11 +145,34 @@ pub(super) struct Bodies {
     /// Slots with a pending change, each once.
     pending: Vec<u32>,
     len: usize,
+    /// The frame of the last new slot.
+    grown: u64,
 }
+
+/// So many frames after it had more bodies than ever before a scene counts as young.
+const YOUTH: u64 = 64;
 
 impl Bodies {
     pub fn len(&self) -> usize {
         self.len
+    }
+
+    /// Makes room for this many, and for the changes of all of them.
+    pub fn reserve(&mut self, bodies: usize) {
+        reserve(&mut self.slots, bodies);
+        reserve(&mut self.facts, bodies);
+        reserve(&mut self.free, bodies);
+        reserve(&mut self.pending, bodies);
+    }
+
+    /// How many bodies there is room for.
+    pub fn room(&self) -> usize {
+        self.slots.capacity()
+    }
+
+    /// Whether there were fewer bodies than now, at most, until a short time ago.
+    pub fn is_young(&self, frame: u64) -> bool {
+        frame < self.grown + YOUTH
     }
 
     /// The id that the next body gets.
@@ -166,6 +190,8 @@ impl Bodies {
         if index == self.slots.len() {
             self.slots.push(None);
             self.facts.push(Facts::default());
+            self.reserve(self.room());
+            self.grown = frame;
         }
         self.slots[index] = Some(placed);
         self.len += 1;

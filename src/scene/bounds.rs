@@ -18,6 +18,9 @@ const MARGIN: f64 = 128.0 * f64::EPSILON;
 /// of both by 2 sqrt 3 more; all this is less than 18.
 const UNIT_MARGIN: f64 = FRAME_ROUNDING as f64 + 32.0 * ROUNDING as f64;
 
+/// A thousand times the least normal number: more than underflow takes away, flushed to zero or not.
+const UNDERFLOW: f64 = 1024.0 * f64::MIN_POSITIVE;
+
 /// A box, along the axes of the scene, around the mesh of a tree at `pose`; empty if the mesh is.
 ///
 /// It is that of the boxes below the root, which fit more closely than the root's own when they are turned. Lanes without a
@@ -30,7 +33,7 @@ pub(super) fn at(tree: &Tree, pose: &Pose) -> Aabb {
     let (low, high) = reach(root, [axes.x_axis, axes.y_axis, axes.z_axis]);
     let origin = pose.transform_point(local);
     let magnitude = local.abs().max_element() + pose.translation().abs().max_element() + 4.0 * unit;
-    let margin = DVec3::splat(MARGIN * magnitude + UNIT_MARGIN * unit);
+    let margin = DVec3::splat(MARGIN * magnitude + UNIT_MARGIN * unit + UNDERFLOW);
     Aabb { min: origin + low * unit - margin, max: origin + high * unit + margin }
 }
 

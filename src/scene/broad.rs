@@ -9,8 +9,9 @@
 //! Cost: nothing for bodies that rest; `O(log n)` expected for a body that leaves its fat AABB, and as much, spread over
 //! the frames, for building the tree anew when its bodies have moved about.
 
-use super::body::Change;
+use super::body::{Bodies, Change};
 use super::id::{PairKey, pair_key};
+use super::room::reserve;
 use crate::math::Aabb;
 use alloc::vec::Vec;
 use glam::DVec3;
@@ -80,6 +81,26 @@ impl Broad {
         self.news[body as usize]
     }
 
+    /// Makes room for bodies of indices below `bodies`.
+    ///
+    /// A tree has less than `2 bodies` nodes. Beside it there are no more roots than [`Broad::update`] allows, which is less
+    /// than `bodies + 64`, and those of bodies that came in this frame. Each newcomer has at most two leaves that are marked.
+    pub fn reserve(&mut self, bodies: usize) {
+        reserve(&mut self.boxes, bodies);
+        reserve(&mut self.proxies, bodies);
+        reserve(&mut self.news, bodies);
+        reserve(&mut self.newcomers, bodies);
+        reserve(&mut self.order, bodies);
+        reserve(&mut self.marked, 2 * bodies);
+        reserve(&mut self.roots, 2 * bodies + 64);
+        reserve(&mut self.nodes, 4 * bodies + 64);
+    }
+
+    /// Makes room for this many pairs found in a frame.
+    pub fn reserve_found(&mut self, pairs: usize) {
+        reserve(&mut self.found, pairs);
+    }
+
     /// Gives a body its box; an empty box takes it away.
     pub fn place(&mut self, body: u32, bounds: Aabb, moving: bool, news: Change) {
         let at = body as usize;
@@ -107,13 +128,13 @@ impl Broad {
         !self.newcomers.is_empty()
     }
 
-    /// All pairs of fat AABBs that overlap and have a new one among them, ascending, as of the last update.
+    /// All pairs that may meet of fat AABBs that overlap and have a new one among them, ascending, as of the last update.
     pub fn found(&self) -> &[PairKey] {
         &self.found
     }
 
     /// Brings the tree up to date. The news stay until [`Broad::forget_news`].
-    pub fn update(&mut self) {
+    pub fn update(&mut self, bodies: &Bodies) {
         self.found.clear();
         if self.newcomers.is_empty() {
             return;
@@ -122,15 +143,16 @@ impl Broad {
         for i in 0..self.newcomers.len() {
             self.renew(self.newcomers[i]);
         }
-        let bodies = self.nodes.len() / 2;
-        if self.roots.len().pow(2) > bodies + 64 || self.moves > MOVES_BEFORE_REBUILD * bodies + 64 {
+        let leaves = self.nodes.len() / 2;
+        if self.roots.len().pow(2) > leaves + 64 || self.moves > MOVES_BEFORE_REBUILD * leaves + 64 {
             self.rebuild();
         }
+        self.roots.iter().for_each(|&root| refit(&mut self.nodes, root));
+        let mut search = Search { nodes: &self.nodes, bodies, found: &mut self.found };
         for (i, &root) in self.roots.iter().enumerate() {
-            refit(&mut self.nodes, root);
-            within(&self.nodes, root, &mut self.found);
+            search.within(root);
             for &other in &self.roots[..i] {
-                across(&self.nodes, root, other, &mut self.found);
+                search.across(root, other);
             }
         }
         self.found.sort_unstable();
@@ -244,16 +266,6 @@ fn refit(nodes: &mut [Node], at: u32) {
     node.moving = first.moving || second.moving;
 }
 
-/// Pairs below one node.
-fn within(nodes: &[Node], at: u32, found: &mut Vec<PairKey>) {
-    let node = &nodes[at as usize];
-    if node.new && node.moving && node.second != NONE {
-        within(nodes, at + 1, found);
-        within(nodes, node.second, found);
-        across(nodes, at + 1, node.second, found);
-    }
-}
-
 /// [`Aabb::intersects`] without branches, which here go either way as often.
 #[inline(always)]
 pub(super) fn overlap(a: &Aabb, b: &Aabb) -> bool {
@@ -261,36 +273,55 @@ pub(super) fn overlap(a: &Aabb, b: &Aabb) -> bool {
     below.x & below.y & below.z
 }
 
-/// Pairs of one body below each of two nodes.
-#[inline(always)]
-fn across(nodes: &[Node], x: u32, y: u32, found: &mut Vec<PairKey>) {
-    let (a, b) = (&nodes[x as usize], &nodes[y as usize]);
-    // Most pairs end here, before a call is made for them.
-    if (a.new | b.new) & (a.moving | b.moving) && overlap(&a.bounds, &b.bounds) {
-        if a.second == NONE && b.second == NONE {
-            found.push(pair_key(a.body, b.body));
-        } else {
-            below(nodes, x, y, found);
-        }
-    }
+/// The search for pairs that may meet.
+struct Search<'b> {
+    nodes: &'b [Node],
+    bodies: &'b Bodies,
+    found: &'b mut Vec<PairKey>,
 }
 
-/// Pairs below two nodes that are not both leaves.
-fn below(nodes: &[Node], x: u32, y: u32, found: &mut Vec<PairKey>) {
-    match (nodes[x as usize].second, nodes[y as usize].second) {
-        (NONE, second) => {
-            across(nodes, x, y + 1, found);
-            across(nodes, x, second, found);
+impl Search<'_> {
+    /// Pairs below one node.
+    fn within(&mut self, at: u32) {
+        let node = &self.nodes[at as usize];
+        if node.new && node.moving && node.second != NONE {
+            self.within(at + 1);
+            self.within(node.second);
+            self.across(at + 1, node.second);
         }
-        (second, NONE) => {
-            across(nodes, x + 1, y, found);
-            across(nodes, second, y, found);
+    }
+
+    /// Pairs of one body below each of two nodes.
+    #[inline(always)]
+    fn across(&mut self, x: u32, y: u32) {
+        let (a, b) = (&self.nodes[x as usize], &self.nodes[y as usize]);
+        // Most pairs end here, before a call is made for them.
+        if (a.new | b.new) & (a.moving | b.moving) && overlap(&a.bounds, &b.bounds) {
+            if a.second != NONE || b.second != NONE {
+                self.below(x, y);
+            } else if self.bodies.facts(a.body).may_meet(self.bodies.facts(b.body)) {
+                self.found.push(pair_key(a.body, b.body));
+            }
         }
-        (of_x, of_y) => {
-            across(nodes, x + 1, y + 1, found);
-            across(nodes, x + 1, of_y, found);
-            across(nodes, of_x, y + 1, found);
-            across(nodes, of_x, of_y, found);
+    }
+
+    /// Pairs below two nodes that are not both leaves.
+    fn below(&mut self, x: u32, y: u32) {
+        match (self.nodes[x as usize].second, self.nodes[y as usize].second) {
+            (NONE, second) => {
+                self.across(x, y + 1);
+                self.across(x, second);
+            }
+            (second, NONE) => {
+                self.across(x + 1, y);
+                self.across(second, y);
+            }
+            (of_x, of_y) => {
+                self.across(x + 1, y + 1);
+                self.across(x + 1, of_y);
+                self.across(of_x, y + 1);
+                self.across(of_x, of_y);
+            }
         }
     }
 }

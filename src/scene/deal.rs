@@ -4,6 +4,7 @@ use super::batch::Batch;
 use super::id::PairKey;
 use super::job::Job;
 use super::pairs::Pairs;
+use super::room::reserve;
 use crate::model::cost::WORK_PER_WITNESS;
 use alloc::vec::Vec;
 
@@ -26,6 +27,11 @@ pub(super) struct Deal {
 }
 
 impl Deal {
+    /// Makes room for this many jobs.
+    pub fn reserve(&mut self, jobs: usize) {
+        reserve(&mut self.order, jobs);
+    }
+
     /// Begins a round; the turns begin with the pair `cursor`, or the next after it.
     pub fn start(&mut self, jobs: &[Job], cursor: PairKey) {
         self.first_turn = jobs.partition_point(|job| job.key < cursor);
@@ -57,7 +63,7 @@ impl Deal {
         let block = expected / blocks + 1;
         self.turns(jobs, batches, pairs, u64::MAX, |before| (before / block) as usize);
         for (batch, index) in batches.iter_mut().zip(0..) {
-            let own: u64 = batch.jobs.iter().map(Job::median).sum();
+            let own: u64 = batch.turns.iter().map(|state| state.turn.median).sum();
             let share = u128::from(left - reserve) * u128::from(own) / u128::from(expected.max(1));
             let share = share as u64 + if index == 0 { reserve } else { 0 };
             batch.budget = if free { u64::MAX } else { share };
@@ -77,12 +83,12 @@ impl Deal {
                 break;
             }
             if is_due(&jobs[at]) {
-                deal(&mut jobs[at], batches, dealt / block, pairs);
+                deal(jobs, at, batches, dealt / block, pairs);
                 dealt += 1;
             }
         }
         for batch in batches {
-            batch.budget = batch.jobs.len() as u64 * WORK_PER_WITNESS;
+            batch.budget = batch.turns.len() as u64 * WORK_PER_WITNESS;
         }
         dealt > 0
     }
@@ -110,12 +116,12 @@ impl Deal {
         self.order_by_rank(jobs, ready);
         let mut before = 0;
         for (dealt, &(_, job)) in self.order.iter().enumerate() {
-            before += deal(&mut jobs[job as usize], batches, 1 + dealt % others, pairs);
+            before += deal(jobs, job as usize, batches, 1 + dealt % others, pairs);
             if before >= ready {
                 break;
             }
         }
-        let busy = batches[1..].iter().filter(|batch| !batch.jobs.is_empty()).count().max(1) as u64;
+        let busy = batches[1..].iter().filter(|batch| !batch.turns.is_empty()).count().max(1) as u64;
         for batch in &mut batches[1..] {
             batch.budget = if timed.is_some() { u64::MAX } else { (left - turns) / busy };
         }
@@ -154,16 +160,18 @@ impl Deal {
                 break;
             }
             if jobs[at].is_open() {
-                before += deal(&mut jobs[at], batches, batch(before), pairs);
+                before += deal(jobs, at, batches, batch(before), pairs);
             }
         }
     }
 }
 
 /// Puts a job into the batch that holds its stopped run, or else into the one given. The work that is expected.
-fn deal(job: &mut Job, batches: &mut [Batch], batch: usize, pairs: &mut Pairs) -> u64 {
-    let Some(state) = pairs.take(job.slot) else { return 0 };
-    let batch = job.home.map_or(batch, usize::from);
-    batches[batch].jobs.push(job.dealt(state));
+fn deal(jobs: &mut [Job], index: usize, batches: &mut [Batch], batch: usize, pairs: &mut Pairs) -> u64 {
+    let job = &mut jobs[index];
+    let Some(mut state) = pairs.take(job.slot) else { return 0 };
+    state.turn = job.dealt(index as u32);
+    let batch = job.home.take().map_or(batch, usize::from);
+    batches[batch].turns.push(state);
     job.median()
 }

@@ -2,17 +2,15 @@
 
 use super::forecast::Forecast;
 use super::id::PairKey;
-use super::pairs::{PairState, Spent};
-use alloc::boxed::Box;
+use super::pairs::{Spent, Turn};
 
 /// A pair that was not at its end when the frame began.
 #[derive(Debug)]
 pub(super) struct Job {
     pub key: PairKey,
-    /// Its place in the report, that of its state, and that among the jobs of the frame.
+    /// Its place in the report, and that of its state.
     pub place: u32,
     pub slot: u32,
-    pub index: u32,
     pub forecast: Forecast,
     /// Sorts by importance, then by the chance of finding an intersection per expected work, both descending.
     pub rank: u64,
@@ -21,10 +19,6 @@ pub(super) struct Job {
     /// Whether its last witness is likely to decide it, and has not been tested yet.
     pub witnessed: bool,
     pub progress: Progress,
-    /// While it is in a batch.
-    pub state: Option<Box<PairState>>,
-    /// In this round.
-    pub spent: Spent,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,10 +39,11 @@ impl Job {
         self.progress == Progress::Open
     }
 
-    /// The job for a batch, with the state of its pair; this one counts as dealt.
-    pub fn dealt(&mut self, state: Box<PairState>) -> Self {
+    /// Its turn in a batch, as the job `index` of the frame.
+    pub fn dealt(&mut self, index: u32) -> Turn {
         self.progress = Progress::Dealt;
-        Self { state: Some(state), home: self.home.take(), spent: Spent::default(), ..*self }
+        let Self { key, witnessed, .. } = *self;
+        Turn { key, index, median: self.median(), witnessed, spent: Spent::default() }
     }
 }
 

@@ -15,6 +15,7 @@ mod id;
 mod job;
 mod pairs;
 mod report;
+mod room;
 mod schedule;
 #[cfg(feature = "parallel")]
 mod workers;
@@ -147,6 +148,17 @@ impl Scene {
         Ok(())
     }
 
+    /// Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do: the boxes of moving
+    /// bodies are widened by a twentieth of their longest edge. Within this room [`Scene::detect`] does not allocate.
+    /// Takes about 750 bytes a body and 650 a pair.
+    pub fn reserve(&mut self, bodies: usize, pairs: usize) {
+        self.bodies_mut().reserve(bodies);
+        let Self { bodies, broad, pairs: states, schedule, report, .. } = self;
+        broad.reserve(bodies.room());
+        states.reserve(broad, pairs);
+        schedule.reserve(states.room(), report);
+    }
+
     /// Puts a body into the scene.
     ///
     /// # Errors
@@ -245,8 +257,11 @@ impl Scene {
     /// Finds out which bodies meet, within a budget for the whole frame.
     ///
     /// Under a budget of time it ends in time as long as the broad phase alone does; under a budget of work, which does not
-    /// count the broad phase, it gives the same report on any number of threads. It does not allocate once its buffers have
-    /// grown to the size of the scene.
+    /// count the broad phase, it gives the same report on any number of threads.
+    ///
+    /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of overlapping boxes, than any
+    /// before it, and, to be ready for more, in the 64 frames after it had more bodies than ever. Buffers then get room for
+    /// twice as many, so there are few such frames; within the room made by [`Scene::reserve`] there are none.
     ///
     /// **Guarantee: no pair starves.** Let `B` be the budget of each frame, of work (at least 602 units) or the time that the
     /// broad phase leaves; `R = B/8`; and `C` the sum over the overlapping pairs of what each takes to its end, or is
@@ -365,6 +380,7 @@ impl Scene {
     /// Gives their boxes to all bodies that moved, came or went.
     fn place_moved(&mut self) {
         let bodies = Arc::make_mut(&mut self.bodies);
+        self.broad.reserve(bodies.room());
         for place in (0..bodies.pending()).rev() {
             let (index, news) = bodies.take_pending(place);
             let Some(Placed { body, last, .. }) = bodies.at_mut(index) else {

@@ -3,6 +3,7 @@
 use super::body::{Bodies, Change};
 use super::broad::{Broad, overlap};
 use super::id::{PairKey, bodies_of};
+use super::room::{Room, reserve};
 use crate::model::calibration::Calibration;
 use crate::model::cost::WORK_PER_WITNESS;
 use crate::query::{PairMemory, StopReason, Verdict, Workspace};
@@ -36,6 +37,19 @@ impl Spent {
 /// Most estimates of a pair that are kept until their truth comes out.
 const TOLD: usize = 8;
 
+/// The turn of a pair in a batch.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Turn {
+    pub key: PairKey,
+    /// The place of its job among those of the frame.
+    pub index: u32,
+    /// Work that it is expected to take.
+    pub median: u64,
+    /// Whether its last witness is likely to decide it, and has not been tested yet.
+    pub witnessed: bool,
+    pub spent: Spent,
+}
+
 /// What is kept about two bodies as long as their boxes overlap.
 #[derive(Clone, Debug)]
 pub(super) struct PairState {
@@ -57,6 +71,8 @@ pub(super) struct PairState {
     pub pending: Spent,
     /// Probabilities that estimates told of the bodies as they are, until their truth comes out.
     pub told: ArrayVec<f64, TOLD>,
+    /// While it is in a batch.
+    pub turn: Turn,
 }
 
 impl PairState {
@@ -73,6 +89,7 @@ impl PairState {
             search: 0,
             pending: Spent::default(),
             told: ArrayVec::new(),
+            turn: Turn::default(),
         }
     }
 
@@ -110,9 +127,11 @@ impl PairState {
     }
 }
 
+/// The slot of a pair whose boxes are apart, and of one whose boxes overlap since this frame.
 const NONE: u32 = u32::MAX;
+const NEW: u32 = u32::MAX - 1;
 
-/// Two bodies whose fat AABBs overlap, and where the state of those is whose boxes do; [`NONE`] for the others.
+/// Two bodies whose fat AABBs overlap, and where the state of those is whose boxes do.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     key: PairKey,
@@ -127,6 +146,8 @@ pub(super) struct Pairs {
     /// A state is away while its pair is run.
     states: Vec<Option<Box<PairState>>>,
     free: Vec<u32>,
+    /// Pairs that there is room for: candidates, and states.
+    room: [Room; 2],
 }
 
 impl Pairs {
@@ -154,15 +175,28 @@ impl Pairs {
         (slot != NONE).then_some((key, slot))
     }
 
+    /// Pairs whose boxes overlap that there is room for.
+    pub fn room(&self) -> usize {
+        self.room[1].pairs
+    }
+
+    /// Makes room for this many pairs whose fat AABBs overlap.
+    pub fn reserve(&mut self, broad: &mut Broad, most: usize) {
+        self.room.iter_mut().for_each(|room| room.ask(most));
+        self.make_room(broad);
+    }
+
     /// Finds the pairs whose boxes overlap in `frame`.
     pub fn update(&mut self, broad: &mut Broad, bodies: &Bodies, frame: u64) {
-        broad.update();
-        self.merge(broad, bodies);
+        broad.update(bodies);
+        self.merge(broad);
+        let mut overlapping = 0;
         for Candidate { key, slot } in &mut self.candidates {
             let [a, b] = bodies_of(*key);
             if overlap(broad.bounds(a), broad.bounds(b)) {
+                overlapping += 1;
                 if *slot == NONE {
-                    *slot = new_state(&mut self.states, &mut self.free, frame);
+                    *slot = NEW;
                 }
             } else if *slot != NONE {
                 self.free.push(*slot);
@@ -170,18 +204,33 @@ impl Pairs {
             }
         }
         broad.forget_news();
+        let young = bodies.is_young(frame);
+        self.room[0].grow(self.candidates.len(), young);
+        self.room[1].grow(overlapping, young);
+        self.make_room(broad);
+        for candidate in self.candidates.iter_mut().filter(|candidate| candidate.slot == NEW) {
+            candidate.slot = new_state(&mut self.states, &mut self.free, frame);
+        }
+    }
+
+    fn make_room(&mut self, broad: &mut Broad) {
+        let [candidates, states] = self.room.map(|room| room.pairs);
+        broad.reserve_found(candidates);
+        reserve(&mut self.candidates, candidates);
+        reserve(&mut self.merged, candidates);
+        reserve(&mut self.states, states);
+        reserve(&mut self.free, states);
+        let new = self.states.len()..states;
+        self.free.extend(new.clone().rev().map(|slot| slot as u32));
+        self.states.extend(new.map(|_| Some(Box::new(PairState::new(1)))));
     }
 
     /// Replaces the candidates that have a body with news by those found now.
-    fn merge(&mut self, broad: &Broad, bodies: &Bodies) {
+    fn merge(&mut self, broad: &Broad) {
         if !broad.has_news() {
             return;
         }
-        let may_meet = |key: PairKey| {
-            let [a, b] = bodies_of(key);
-            bodies.facts(a).may_meet(bodies.facts(b))
-        };
-        let mut found = broad.found().iter().copied().filter(|&key| may_meet(key)).peekable();
+        let mut found = broad.found().iter().copied().peekable();
         self.merged.clear();
         for &candidate in &self.candidates {
             while let Some(key) = found.next_if(|&key| key < candidate.key) {

@@ -25,8 +25,9 @@ use super::deal::{BATCHES, Deal};
 use super::forecast::Forecast;
 use super::id::{PairKey, bodies_of};
 use super::job::{Job, Progress, rank};
-use super::pairs::{Pairs, Spent};
+use super::pairs::Pairs;
 use super::report::{PairCertificate, Report};
+use super::room::reserve;
 use crate::math::Pose;
 use crate::model::calibration::Calibration;
 use crate::model::cost::{LEAST_WORK, TYPICAL_UNIT, WORK_PER_PLANNED_PAIR};
@@ -139,6 +140,16 @@ impl Schedule {
             rest: Kept::default(),
             estimate: Kept::default(),
             calibration: Calibration::default(),
+        }
+    }
+
+    /// Makes room for this many pairs.
+    pub fn reserve(&mut self, pairs: usize, report: &mut Report) {
+        reserve(&mut self.jobs, pairs);
+        reserve(&mut report.pairs, pairs);
+        self.deal.reserve(pairs);
+        for batch in &mut self.batches {
+            reserve(&mut batch.turns, pairs);
         }
     }
 
@@ -266,6 +277,7 @@ impl Schedule {
     fn gather<C: Clock>(&mut self, frame: &Frame<C>, pairs: &mut Pairs, report: &mut Report) {
         self.jobs.clear();
         report.begin();
+        self.reserve(pairs.room(), report);
         for batch in &mut self.batches {
             // A stopped run of a body that changed is of an older pose or tree.
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
@@ -299,14 +311,11 @@ impl Schedule {
                     key,
                     place: report.pairs.len() as u32,
                     slot,
-                    index: self.jobs.len() as u32,
                     forecast,
                     rank: rank(x.importance.max(y.importance), &forecast),
                     home: None,
                     witnessed: hit && state.refuted < changed,
                     progress: Progress::Open,
-                    state: None,
-                    spent: Spent::default(),
                 });
             }
             report.push([a, b].map(|body| frame.bodies.id(body)), state, probability, complete);
@@ -337,17 +346,16 @@ impl Schedule {
             self.advance(round.frame, total / GUARANTEED);
         }
         let before = report.work;
-        for mut job in self.batches.iter_mut().flat_map(|batch| batch.jobs.drain(..)) {
-            let Some(mut state) = job.state.take() else { continue };
+        for mut state in self.batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
             state.teach(&mut self.calibration, round.frame);
             let complete = state.completed == round.frame;
-            let dealt = &mut self.jobs[job.index as usize];
-            dealt.progress = if complete { Progress::Done } else { Progress::Open };
-            if !job.witnessed && core::mem::replace(&mut dealt.witnessed, false) {
-                dealt.forecast.median = dealt.forecast.search;
-                report.pairs[job.place as usize].probability = dealt.forecast.chance.into();
+            let job = &mut self.jobs[state.turn.index as usize];
+            job.progress = if complete { Progress::Done } else { Progress::Open };
+            if !state.turn.witnessed && core::mem::replace(&mut job.witnessed, false) {
+                job.forecast.median = job.forecast.search;
+                report.pairs[job.place as usize].probability = job.forecast.chance.into();
             }
-            report.note(job.place as usize, &state, job.spent, complete);
+            report.note(job.place as usize, &state, state.turn.spent, complete);
             pairs.put_back(job.slot, state);
         }
         report.work - before
@@ -355,11 +363,10 @@ impl Schedule {
 
     /// Moves the cursor past the turns that have ended.
     fn advance(&mut self, frame: u64, guaranteed: u64) {
-        let turns = &self.batches[0].jobs;
+        let turns = &self.batches[0].turns;
         let Some(last) = turns.last() else { return };
-        let ended = |job: &Job| job.state.as_ref().is_some_and(|state| state.completed == frame);
-        let waiting = turns.iter().position(|job| !ended(job));
-        self.cursor = waiting.map_or(last.key + 1, |at| turns[at].key);
-        self.overspent = waiting == Some(0) && turns[0].spent.work + 2 * LEAST_WORK >= guaranteed;
+        let waiting = turns.iter().position(|state| state.completed != frame);
+        self.cursor = waiting.map_or(last.turn.key + 1, |at| turns[at].turn.key);
+        self.overspent = waiting == Some(0) && turns[0].turn.spent.work + 2 * LEAST_WORK >= guaranteed;
     }
 }

@@ -143,7 +143,7 @@ impl<L: Lanes> Bounds<L> {
         let q = largest(q) + F8::splat(lanes, placement.slop * (1.0 / ROUNDING));
         let p = largest(p[0]).max(largest(p[1])) + F8::splat(lanes, EDGE_SLOP);
         let f = largest(f[0]).max(largest(f[1])) + F8::splat(lanes, placement.edge_slop);
-        let underflow = F8::splat(lanes, 1e-36);
+        let underflow = F8::splat(lanes, UNDERFLOW);
         Self {
             plane_a: p * p * (q + f) * F8::splat(lanes, 128.0 * ROUNDING) + underflow,
             plane_b: f * f * (q + p) * F8::splat(lanes, 192.0 * ROUNDING) + underflow,
@@ -154,6 +154,13 @@ impl<L: Lanes> Bounds<L> {
 
 /// 2^-52, the absolute error of an edge, over [`ROUNDING`].
 pub(crate) const EDGE_SLOP: f32 = ROUNDING / 16.0;
+
+/// The least that an edge is taken to be longer than it is: 2^-50, so that what is flushed to zero of it and of its products
+/// is less than their rounding.
+pub(crate) const LEAST_EDGE_SLOP: f32 = ROUNDING / (1 << 26) as f32;
+
+/// What underflow adds to the error of a value, with denormal numbers or without: 85 times the least normal number.
+pub(crate) const UNDERFLOW: f32 = 1e-36;
 
 /// The product of both middle edges has 2.25 times the error of the others: it is compared after scaling by less than 1 / 2.25.
 const MIDDLE: f32 = 0.4375;

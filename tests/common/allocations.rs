@@ -3,6 +3,7 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 struct Counting;
 
@@ -11,8 +12,11 @@ thread_local! {
     static BYTES: Cell<isize> = const { Cell::new(0) };
 }
 
+static CALLS_OF_ALL: AtomicU64 = AtomicU64::new(0);
+
 /// A call that takes `more` bytes.
 fn count(more: isize) {
+    CALLS_OF_ALL.fetch_add(1, Relaxed);
     // A thread that is shutting down has no counter any more, and runs no test.
     let _ = CALLS.try_with(|calls| calls.set(calls.get() + 1));
     let _ = BYTES.try_with(|bytes| bytes.set(bytes.get() + more));
@@ -47,6 +51,13 @@ pub fn allocator_calls(work: impl FnOnce()) -> u64 {
     let before = CALLS.get();
     work();
     CALLS.get() - before
+}
+
+/// Calls made by all threads meanwhile: for a test that runs alone.
+pub fn allocator_calls_of_all_threads(work: impl FnOnce()) -> u64 {
+    let before = CALLS_OF_ALL.load(Relaxed);
+    work();
+    CALLS_OF_ALL.load(Relaxed) - before
 }
 
 /// What `make` makes, and the bytes that are in use for it.

@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 use std::slice;
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
-use punctual::capi::{punctual_last_error, punctual_status as Status};
+use punctual_capi::{punctual_last_error, punctual_status as Status};
 
 /// How wrong a call is.
 #[derive(Default)]

@@ -4,7 +4,7 @@ use super::World;
 use super::call::{Call, any};
 use super::surfaces::{Grown, pose};
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
-use punctual::capi::{punctual_status as Status, *};
+use punctual_capi::{punctual_status as Status, *};
 use punctual_fuzz::reference;
 use std::ffi::c_void;
 use std::slice;

@@ -6,7 +6,7 @@ use super::queries::{budget, clock};
 use super::surfaces::{Grown, Shape, moved, narrowed, pose, vertices};
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use punctual::Pose;
-use punctual::capi::{punctual_status as Status, *};
+use punctual_capi::{punctual_status as Status, *};
 use punctual_fuzz::reference;
 use std::mem::MaybeUninit;
 use std::slice;

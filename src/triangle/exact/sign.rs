@@ -16,8 +16,8 @@ use super::sum::{Sum, Term, on_grid};
 /// computed difference exceeds E. A volume has 6 products of 3 differences, each rounded at most 8 times on its way
 /// (3 differences, 2 products, 3 sums), so its error is below `6 * 8.1 e Ex Ey Ez`; the bound takes 64 for 48.6. An
 /// area has 2 products of 2 differences, rounded 4 times: error below `2 * 4.1 e Ei Ej`; the bound takes 16. If
-/// E <= 2^300, nothing overflows. Underflow adds less than `2^-1071 (1 + max E)`; padding each E by 2^-300 adds more
-/// than that to the bounds.
+/// E <= 2^300, nothing overflows. Underflow adds less than `2^-1071 (1 + max E)`, and less than `2^-1016 (1 + max E)^2` where
+/// denormal numbers are flushed to zero; padding each E by 2^-300 adds more than that to the bounds.
 pub(super) struct Signs {
     /// Padded extents; infinite if a determinant might overflow, so that no `f64` result exceeds its bound.
     extent: DVec3,
@@ -86,7 +86,7 @@ fn sign(value: f64) -> i8 {
 /// or at least 2^-288, every coordinate is a multiple of 2^-340 and every product one of 2^-1020, above the least denormal
 /// 2^-1074. So nothing overflows or underflows, and its error-free transformations are error-free.
 fn is_safe(coordinates: &[f64]) -> bool {
-    let in_range = |x: f64| x == 0.0 || (1023 - 288..1023 + 300).contains(&(x.abs().to_bits() >> 52));
+    let in_range = |x: f64| x.to_bits() << 1 == 0 || (1023 - 288..1023 + 300).contains(&(x.abs().to_bits() >> 52));
     coordinates.iter().all(|&x| in_range(x))
 }
 

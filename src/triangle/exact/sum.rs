@@ -22,7 +22,7 @@ impl Term {
         let magnitude = (bits & ((1 << 52) - 1)) as i64 | i64::from(biased != 0) << 52;
         let zeros = magnitude.trailing_zeros() % 64;
         let odd = magnitude >> zeros;
-        Self { mantissa: if value < 0.0 { -odd } else { odd }, exponent: biased.max(1) - 1075 + zeros as i32 }
+        Self { mantissa: if bits >> 63 == 1 { -odd } else { odd }, exponent: biased.max(1) - 1075 + zeros as i32 }
     }
 }
 

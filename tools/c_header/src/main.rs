@@ -1,4 +1,4 @@
-//! Writes `include/punctual.h` from `src/capi`, or with `--check` tells whether it is current.
+//! Writes `include/punctual.h` from `crates/capi/src`, or with `--check` tells whether it is current.
 //!
 //! `cargo run --manifest-path tools/c_header/Cargo.toml [-- --check]`
 
@@ -25,7 +25,8 @@ const SOURCES: [&str; 13] = [
 ];
 
 /// Enumerations that are passed as numbers, since C may pass any.
-const NUMBERS: [&str; 6] = [
+const NUMBERS: [&str; 7] = [
+    "punctual_format",
     "punctual_effort",
     "punctual_mode",
     "punctual_order",
@@ -55,7 +56,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     config.export.include = NUMBERS.map(String::from).to_vec();
     let mut builder = Builder::new().with_config(config);
     for source in SOURCES {
-        builder = builder.with_src(root.join("src/capi").join(source).with_extension("rs"));
+        builder = builder.with_src(root.join("crates/capi/src").join(source).with_extension("rs"));
     }
     let mut new = Vec::new();
     builder.generate()?.write(&mut new);

@@ -1,0 +1,66 @@
+//! Arrays and texts of the caller's: the pointers that the compiler cannot check.
+
+use crate::status::Fault;
+use core::ffi::{CStr, c_char};
+use core::mem::MaybeUninit;
+use core::slice;
+use std::path::Path;
+
+/// An array to be read, of `count` elements. Null is fine for none.
+///
+/// # Safety
+/// `pointer` is null or points to `count` elements that nothing writes to as long as the slice lives, and every pattern of
+/// bits is a value of `T`.
+pub(crate) unsafe fn array<'a, T>(pointer: *const T, count: usize, what: &'static str) -> Result<&'a [T], Fault> {
+    if count == 0 {
+        return Ok(&[]);
+    }
+    check(pointer, count, what)?;
+    // SAFETY: not null, aligned and no longer than memory, as checked; the rest is the caller's promise.
+    Ok(unsafe { slice::from_raw_parts(pointer, count) })
+}
+
+/// The path of a file, in UTF-8.
+///
+/// # Safety
+/// `pointer` is null or points to a text that ends with a zero byte, and that nothing writes to as long as the path lives.
+pub(crate) unsafe fn path<'a>(pointer: *const c_char, what: &'static str) -> Result<&'a Path, Fault> {
+    if pointer.is_null() {
+        return Err(Fault::Null(what));
+    }
+    // SAFETY: not null; the rest is the caller's promise.
+    let text = unsafe { CStr::from_ptr(pointer) };
+    text.to_str().map(Path::new).map_err(|_| Fault::NotUtf8(what))
+}
+
+/// Writes as many items as there is room for. How many items there are.
+///
+/// # Safety
+/// `pointer` is null or points to room for `capacity` elements that nothing else uses during the call.
+pub(crate) unsafe fn fill<T>(
+    pointer: *mut T,
+    capacity: usize,
+    what: &'static str,
+    mut items: impl Iterator<Item = T>,
+) -> Result<usize, Fault> {
+    let mut room: &mut [MaybeUninit<T>] = &mut [];
+    if capacity > 0 {
+        check(pointer, capacity, what)?;
+        // SAFETY: as in `array`; `MaybeUninit` needs no value to be there.
+        room = unsafe { slice::from_raw_parts_mut(pointer.cast(), capacity) };
+    }
+    let mut written = 0;
+    for (place, item) in room.iter_mut().zip(&mut items) {
+        place.write(item);
+        written += 1;
+    }
+    Ok(written + items.count())
+}
+
+fn check<T>(pointer: *const T, count: usize, what: &'static str) -> Result<(), Fault> {
+    if pointer.is_null() {
+        return Err(Fault::Null(what));
+    }
+    let fits = count.checked_mul(size_of::<T>()).is_some_and(|bytes| bytes <= isize::MAX as usize);
+    if fits && pointer.is_aligned() { Ok(()) } else { Err(Fault::Array(what)) }
+}

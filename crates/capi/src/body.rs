@@ -1,0 +1,91 @@
+//! Bodies of a scene.
+
+use crate::pose::punctual_pose;
+use crate::status::{Fault, given};
+use crate::tree::punctual_tree;
+use punctual::{Body, BodyId, BodyKind, Filter};
+use std::sync::Arc;
+
+/// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct punctual_body_id {
+    /// A small number that no other body now in the scene has; those of removed bodies are given out again.
+    pub index: u32,
+    /// Tells bodies of the same index apart.
+    pub generation: u32,
+}
+
+impl From<BodyId> for punctual_body_id {
+    fn from(id: BodyId) -> Self {
+        let bits = id.to_bits();
+        Self { index: bits as u32, generation: (bits >> 32) as u32 }
+    }
+}
+
+impl From<punctual_body_id> for BodyId {
+    fn from(id: punctual_body_id) -> Self {
+        Self::from_bits(u64::from(id.generation) << 32 | u64::from(id.index))
+    }
+}
+
+/// Whether a body can meet others of its kind.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_body_kind {
+    /// Meets moving and fixed bodies.
+    Moving = 0,
+    /// Part of the surroundings: two fixed bodies are never compared. It may be given new poses all the same.
+    Fixed = 1,
+}
+
+/// A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of bodies may have the same.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct punctual_body<'t> {
+    /// Its tree.
+    pub tree: Option<&'t punctual_tree>,
+    /// Maps coordinates of the mesh to those of the scene.
+    pub pose: punctual_pose,
+    /// A `punctual_body_kind`; moving by default.
+    pub kind: u32,
+    /// The groups it belongs to, a bit each; all by default.
+    pub groups: u32,
+    /// The groups it meets, if they meet its own; all by default.
+    pub mask: u32,
+    /// How much its pairs matter when the budget does not reach all; 0 by default. A pair counts as the more important of its
+    /// two bodies, and goes before all that are less important.
+    pub importance: f32,
+}
+
+impl punctual_body<'_> {
+    pub(crate) fn check(&self) -> Result<Body, Fault> {
+        let tree = Arc::clone(given(self.tree, "body->tree")?.0.get("body->tree")?);
+        let pose = self.pose.check()?;
+        let body = match self.kind {
+            x if x == punctual_body_kind::Moving as u32 => Body::moving(tree, pose),
+            x if x == punctual_body_kind::Fixed as u32 => Body::fixed(tree, pose),
+            unknown => return Err(Fault::Value("body->kind", unknown)),
+        };
+        Ok(body.filter(Filter::new(self.groups, self.mask)).importance(self.importance))
+    }
+}
+
+/// Without the tree, which is the scene's.
+impl From<&Body> for punctual_body<'_> {
+    fn from(body: &Body) -> Self {
+        let kind = match body.kind {
+            BodyKind::Moving => punctual_body_kind::Moving,
+            BodyKind::Fixed => punctual_body_kind::Fixed,
+        };
+        let Filter { groups, mask, .. } = body.filter;
+        Self { tree: None, pose: (&body.pose).into(), kind: kind as u32, groups, mask, importance: body.importance }
+    }
+}
+
+/// A moving body that may meet all others. Checked when it is inserted.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_body_new(tree: Option<&punctual_tree>, pose: punctual_pose) -> punctual_body<'_> {
+    let Filter { groups, mask, .. } = Filter::default();
+    punctual_body { tree, pose, kind: punctual_body_kind::Moving as u32, groups, mask, importance: 0.0 }
+}

@@ -1,0 +1,46 @@
+//! The C interface: opaque handles, plain structs, a status from every call that can fail. No logic of its own.
+//!
+//! `include/punctual.h` is generated from these files, and their comments are its comments; `docs/c.md` is the guide.
+//! Pointers come in as `Option<&T>`, `Option<&mut T>` and `Option<Box<T>>`, which have the layout of a pointer that may be
+//! null, so that only arrays, texts and the caller's clock need code that the compiler cannot check. `status::door` stands in
+//! each call that does any work: no panic leaves it, every fault becomes a status and a text.
+//!
+//! # Safety
+//! The functions that take arrays, texts or a clock are `unsafe`. An array is null with a length of 0, or has as many elements as
+//! its length says, which nothing else writes to during the call; a text ends with a zero byte. The function of a clock may be called with its context as long
+//! as the call lasts, on the same thread, and does not unwind.
+
+#![deny(missing_docs)]
+#![allow(non_camel_case_types, reason = "the names of the header")]
+#![allow(clippy::missing_safety_doc, reason = "the contract is the same for all: above, and in the head of the header")]
+#![deny(clippy::undocumented_unsafe_blocks)]
+
+mod arrays;
+mod body;
+mod clock;
+mod estimate;
+mod handle;
+mod memory;
+mod mesh;
+mod pose;
+mod query;
+mod scene;
+mod shapes;
+mod status;
+mod tree;
+mod triangles;
+mod workspace;
+
+pub use body::*;
+pub use clock::punctual_clock;
+pub use estimate::*;
+pub use memory::*;
+pub use mesh::*;
+pub use pose::*;
+pub use query::*;
+pub use scene::*;
+pub use shapes::*;
+pub use status::{punctual_last_error, punctual_status, punctual_version};
+pub use tree::*;
+pub use triangles::*;
+pub use workspace::*;

@@ -1,0 +1,231 @@
+//! Meshes.
+
+use crate::arrays::{array, path};
+use crate::status::{Fault, door, free, given, punctual_status};
+use core::ffi::c_char;
+use core::mem::MaybeUninit;
+use punctual::Mesh;
+use punctual_io::Format;
+
+/// A triangle surface: checked once when it is made, never changed after. Any number of threads may read it.
+#[derive(Debug)]
+pub struct punctual_mesh(pub(crate) Mesh);
+
+/// A point or a vector, in the length unit of the mesh.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_point {
+    /// Along the x axis.
+    pub x: f64,
+    /// Along the y axis.
+    pub y: f64,
+    /// Along the z axis.
+    pub z: f64,
+}
+
+impl From<punctual::glam::DVec3> for punctual_point {
+    fn from(point: punctual::glam::DVec3) -> Self {
+        Self { x: point.x, y: point.y, z: point.z }
+    }
+}
+
+/// A box that is parallel to the axes; empty if `min` exceeds `max`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_aabb {
+    /// Smallest coordinates.
+    pub min: punctual_point,
+    /// Largest coordinates.
+    pub max: punctual_point,
+}
+
+impl From<punctual::Aabb> for punctual_aabb {
+    fn from(aabb: punctual::Aabb) -> Self {
+        Self { min: aabb.min.into(), max: aabb.max.into() }
+    }
+}
+
+/// Numbers that describe a mesh.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_mesh_facts {
+    /// Triangles.
+    pub triangles: usize,
+    /// Vertices, those that no triangle uses included.
+    pub vertices: usize,
+    /// Memory on the heap.
+    pub bytes: usize,
+    /// Whether the vertices are stored as float, which is then exact.
+    pub is_f32: bool,
+    /// The smallest box around all vertices in use, in the frame of the mesh; empty without triangles.
+    pub bounds: punctual_aabb,
+}
+
+/// Makes a mesh from `3 * vertex_count` coordinates and `3 * triangle_count` vertex indices, from 0, which are copied.
+///
+/// Coordinates are in one length unit, the caller's, in the frame of the mesh, and kept to the bit. Triangles may be
+/// degenerate, share vertices or overlap; vertices that none uses may hold anything. No triangles are fine. Takes linear
+/// time.
+///
+/// Fails with BAD_MESH if an index is out of range or a coordinate in use is not finite.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_mesh_new_f32(
+    vertices: *const f32,
+    vertex_count: usize,
+    triangles: *const u32,
+    triangle_count: usize,
+    mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
+) -> punctual_status {
+    door("punctual_mesh_new_f32", || {
+        // SAFETY: the contract of the header for arrays.
+        let vertices = unsafe { array(vertices.cast::<[f32; 3]>(), vertex_count, "vertices") }?;
+        // SAFETY: the same.
+        let triangles = unsafe { array(triangles.cast::<[u32; 3]>(), triangle_count, "triangles") }?;
+        put(mesh, || Ok(Mesh::new(vertices.iter().copied(), triangles.iter().copied())?))
+    })
+}
+
+/// Like `punctual_mesh_new_f32`. The mesh is stored as float if that keeps every bit of the vertices in use.
+///
+/// Fails with BAD_MESH also if a coordinate in use exceeds 2^1000.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_mesh_new_f64(
+    vertices: *const f64,
+    vertex_count: usize,
+    triangles: *const u32,
+    triangle_count: usize,
+    mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
+) -> punctual_status {
+    door("punctual_mesh_new_f64", || {
+        // SAFETY: the contract of the header for arrays.
+        let vertices = unsafe { array(vertices.cast::<[f64; 3]>(), vertex_count, "vertices") }?;
+        // SAFETY: the same.
+        let triangles = unsafe { array(triangles.cast::<[u32; 3]>(), triangle_count, "triangles") }?;
+        put(mesh, || Ok(Mesh::from_f64(vertices.iter().copied(), triangles.iter().copied())?))
+    })
+}
+
+/// A file format that can be read.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_format {
+    /// Wavefront OBJ: vertices and polygons.
+    Obj = 0,
+    /// STL, ASCII or binary.
+    Stl = 1,
+    /// PLY, ASCII or binary of both byte orders.
+    Ply = 2,
+    /// glTF binary: the triangles of the default scene, moved by their nodes.
+    Glb = 3,
+}
+
+/// Reads the mesh of a file, OBJ, STL, PLY or glTF binary by its extension. `path` is UTF-8 and ends with a zero byte.
+///
+/// Polygons are triangulated; coordinates have the precision of the file. Takes time and memory in proportion to the file, and
+/// a glTF file may use its meshes for up to 2^24 triangles.
+///
+/// Fails with BAD_FILE if the file cannot be read or holds no mesh, and with BAD_ARGUMENT if `path` is not UTF-8. The text of
+/// `punctual_last_error` names the file and the line or byte in it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_mesh_read(
+    path: *const c_char,
+    mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
+) -> punctual_status {
+    door("punctual_mesh_read", || {
+        // SAFETY: the contract of the header for texts.
+        let path = unsafe { self::path(path, "path") }?;
+        put(mesh, || Ok(punctual_io::load(path)?))
+    })
+}
+
+/// Like `punctual_mesh_read` for the content of a file, of `count` bytes in a `punctual_format`.
+///
+/// Fails with BAD_FILE if it holds no mesh, and with BAD_ARGUMENT for an unknown format.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_mesh_read_bytes(
+    bytes: *const u8,
+    count: usize,
+    format: u32,
+    mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
+) -> punctual_status {
+    door("punctual_mesh_read_bytes", || {
+        // SAFETY: the contract of the header for arrays.
+        let bytes = unsafe { array(bytes, count, "bytes") }?;
+        let formats = [Format::Obj, Format::Stl, Format::Ply, Format::Glb];
+        let format = *formats.get(format as usize).ok_or(Fault::Value("format", format))?;
+        put(mesh, || Ok(punctual_io::read(bytes, format)?))
+    })
+}
+
+/// Frees a mesh; null is fine. Trees have copies of their own.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_mesh_free(mesh: Option<Box<punctual_mesh>>) {
+    free(mesh);
+}
+
+/// Describes a mesh. Takes constant time.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_mesh_describe(
+    mesh: Option<&punctual_mesh>,
+    facts: Option<&mut MaybeUninit<punctual_mesh_facts>>,
+) -> punctual_status {
+    door("punctual_mesh_describe", || {
+        let (punctual_mesh(mesh), facts) = (given(mesh, "mesh")?, given(facts, "facts")?);
+        facts.write(punctual_mesh_facts {
+            triangles: mesh.len(),
+            vertices: mesh.vertex_count(),
+            bytes: mesh.bytes(),
+            is_f32: mesh.is_f32(),
+            bounds: mesh.aabb().into(),
+        });
+        Ok(())
+    })
+}
+
+/// The vertex indices of all triangles, three for each, in the order given. Valid as long as the mesh.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_mesh_indices(
+    mesh: Option<&punctual_mesh>,
+    indices: Option<&mut MaybeUninit<*const u32>>,
+) -> punctual_status {
+    door("punctual_mesh_indices", || {
+        let (punctual_mesh(mesh), indices) = (given(mesh, "mesh")?, given(indices, "indices")?);
+        indices.write(mesh.triangles().as_ptr().cast());
+        Ok(())
+    })
+}
+
+/// One vertex, exact if a triangle uses it.
+///
+/// Fails with BAD_ARGUMENT if there is no such vertex.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_mesh_vertex(
+    mesh: Option<&punctual_mesh>,
+    index: usize,
+    vertex: Option<&mut MaybeUninit<punctual_point>>,
+) -> punctual_status {
+    door("punctual_mesh_vertex", || {
+        let (punctual_mesh(mesh), vertex) = (given(mesh, "mesh")?, given(vertex, "vertex")?);
+        if index >= mesh.vertex_count() {
+            return Err(Fault::Index("index", index, mesh.vertex_count()));
+        }
+        vertex.write(mesh.vertex(index).into());
+        Ok(())
+    })
+}
+
+/// Makes a value and hands it over, if there is a place for it.
+pub(crate) fn put<T: Into<H>, H>(
+    out: Option<&mut MaybeUninit<Option<Box<H>>>>,
+    make: impl FnOnce() -> Result<T, Fault>,
+) -> Result<(), Fault> {
+    let out = given(out, "the place for the new handle")?;
+    out.write(Some(Box::new(make()?.into())));
+    Ok(())
+}
+
+impl From<Mesh> for punctual_mesh {
+    fn from(mesh: Mesh) -> Self {
+        Self(mesh)
+    }
+}

@@ -1,0 +1,419 @@
+//! Queries: budget, clock, options in; outcome and certificate out.
+
+use crate::arrays::fill;
+use crate::clock::{AnyClock, punctual_clock};
+use crate::memory::punctual_memory;
+use crate::mesh::punctual_aabb;
+use crate::pose::punctual_pose;
+use crate::status::{Fault, door, given, punctual_status};
+use crate::tree::punctual_tree;
+use crate::workspace::{punctual_triangle_pair, punctual_workspace};
+use core::mem::MaybeUninit;
+use core::time::Duration;
+use punctual::{
+    Budget, DEFAULT_PRIOR, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, Verdict,
+    Workspace,
+};
+
+/// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
+pub const PUNCTUAL_LEVELS: usize = 32;
+
+/// The most work between two looks at a work budget, which can be overrun by no more; the default poll interval.
+pub const PUNCTUAL_MAX_STEP_WORK: u64 = 352;
+
+const _: () = assert!(PUNCTUAL_LEVELS == LEVELS && PUNCTUAL_MAX_STEP_WORK == MAX_STEP_WORK);
+
+/// What a query looks for.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_mode {
+    /// Whether there is an intersection: stops at the first.
+    Any = 0,
+    /// Every intersecting pair of triangles.
+    All = 1,
+}
+
+/// Which node pair is visited next. All orders give the same finished answer; they differ in what is known when a budget ends.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_order {
+    /// Deepest relative penetration of the boxes first; the default, and best at finding intersections early.
+    Penetration = 0,
+    /// Lowest product of the two alphas first.
+    LowAlpha = 1,
+    /// Largest relative volume of the boxes' overlap first.
+    OverlapVolume = 2,
+    /// Depth-first: no queue at all, the least overhead.
+    DepthFirst = 3,
+    /// Level by level.
+    BreadthFirst = 4,
+    /// At random, by `seed`.
+    Random = 5,
+}
+
+/// What `limit` of a budget limits.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_budget_kind {
+    /// Nothing.
+    Unlimited = 0,
+    /// Time from the start of the call, in nanoseconds.
+    Time = 1,
+    /// Units of work: where it stops depends on the input alone.
+    Work = 2,
+}
+
+/// Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_verdict {
+    /// The budget ended first. It says nothing about contact: do not treat it as separated.
+    Undecided = 0,
+    /// Proven: the witness triangles share a point.
+    Intersecting = 1,
+    /// Proven: no triangle of A shares a point with one of B.
+    Separated = 2,
+}
+
+/// Why a query returned.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_stop_reason {
+    /// Nothing is left to visit: the answer is complete.
+    Finished = 0,
+    /// The first intersection was found, which is all that MODE_ANY asks for.
+    FirstHit = 1,
+    /// The time was up.
+    Deadline = 2,
+    /// The work was spent.
+    WorkLimit = 3,
+    /// The pair buffer was full. Drain it and resume.
+    PairsFull = 4,
+    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small, below
+    /// about 2^-960, that this could make an answer false. Clear the setting and resume.
+    FlushedToZero = 5,
+}
+
+/// What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and `punctual_budget_work`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct punctual_budget {
+    /// Nanoseconds or units of work.
+    pub limit: u64,
+    /// A `punctual_budget_kind`.
+    pub kind: u32,
+}
+
+/// A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
+/// borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct punctual_query<'t> {
+    /// Tree A.
+    pub a: Option<&'t punctual_tree>,
+    /// Tree B; it may be the same.
+    pub b: Option<&'t punctual_tree>,
+    /// Brings coordinates of B into those of A.
+    pub b_in_a: punctual_pose,
+    /// A `punctual_mode`; MODE_ANY by default.
+    pub mode: u32,
+    /// A `punctual_order`; ORDER_PENETRATION by default.
+    pub order: u32,
+    /// For ORDER_RANDOM.
+    pub seed: u64,
+    /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
+    pub pair_limit: usize,
+    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+    pub poll_interval: u64,
+    /// For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being queued: 0 queues every
+    /// pair, infinity none. -1 by default: 256, and infinity for MODE_ANY with ORDER_PENETRATION.
+    pub queue_threshold: f32,
+    /// The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
+    /// `punctual_query_estimate`; by default that of the poses for which the model was fitted.
+    pub prior: f64,
+}
+
+/// What a query has done, resumed calls included.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct punctual_stats {
+    /// Box overlap tests.
+    pub bv_tests: u64,
+    /// Triangle pairs tested.
+    pub primitive_tests: u64,
+    /// Those among them that needed exact arithmetic.
+    pub exact_tests: u64,
+    /// Units of work; one is about 0.3 ns.
+    pub work: u64,
+    /// BV tests by level; the last entry has all deeper levels.
+    pub bv_tests_per_level: [u64; PUNCTUAL_LEVELS],
+    /// Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    pub elapsed: i64,
+    /// Most node pairs that waited in the queue at once.
+    pub queue_peak: u32,
+}
+
+/// The answer of a query. The found pairs stay in the workspace: `punctual_workspace_pairs`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct punctual_outcome {
+    /// Whether the surfaces meet.
+    pub verdict: punctual_verdict,
+    /// Why the query returned.
+    pub stop: punctual_stop_reason,
+    /// If they meet, two triangles that do; else zeros.
+    pub witness: punctual_triangle_pair,
+    /// Intersecting pairs found, resumed calls and drained pairs included; at most 1 for MODE_ANY.
+    pub found: u64,
+    /// What it has done.
+    pub stats: punctual_stats,
+}
+
+/// What a query left open.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_certificate {
+    /// Open pairs, of nodes or triangles; 0 means that nothing was missed.
+    pub open_pairs: usize,
+    /// No more triangle pairs than this intersect, those found included.
+    pub upper_bound: u64,
+    /// Every missed intersection lies in a box with no edge longer than this, in the length unit of the meshes.
+    pub largest_extent: f64,
+}
+
+/// As much as it takes.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_budget_unlimited() -> punctual_budget {
+    punctual_budget { limit: 0, kind: punctual_budget_kind::Unlimited as u32 }
+}
+
+/// Stop within this time from the start of the call.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_budget_time(nanoseconds: u64) -> punctual_budget {
+    punctual_budget { limit: nanoseconds, kind: punctual_budget_kind::Time as u32 }
+}
+
+/// Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later: the same bits on every machine, in every run.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_budget_work(units: u64) -> punctual_budget {
+    punctual_budget { limit: units, kind: punctual_budget_kind::Work as u32 }
+}
+
+/// The question whether `a` and `b` intersect, with the default options. Checked when it is run.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_query_new<'t>(
+    a: Option<&'t punctual_tree>,
+    b: Option<&'t punctual_tree>,
+    b_in_a: punctual_pose,
+) -> punctual_query<'t> {
+    punctual_query {
+        a,
+        b,
+        b_in_a,
+        mode: punctual_mode::Any as u32,
+        order: punctual_order::Penetration as u32,
+        seed: 0,
+        pair_limit: usize::MAX,
+        poll_interval: MAX_STEP_WORK,
+        queue_threshold: -1.0,
+        prior: DEFAULT_PRIOR,
+    }
+}
+
+/// Runs a query within a budget. It does not allocate, lock or panic. `memory` may be null; `clock` may be null: the clock of
+/// the system.
+///
+/// Under a time budget it returns at most one poll interval of work late, under a work budget at most
+/// PUNCTUAL_MAX_STEP_WORK units later. What it finds stays in the workspace.
+///
+/// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_query_run(
+    query: Option<&punctual_query>,
+    workspace: Option<&mut punctual_workspace>,
+    memory: Option<&mut punctual_memory>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    outcome: Option<&mut MaybeUninit<punctual_outcome>>,
+) -> punctual_status {
+    let run = |query: &Query, workspace: &mut _, memory: Option<&mut _>, budget, clock: &_| {
+        Ok(query.run_with(workspace, memory, budget, clock))
+    };
+    // SAFETY: the contract of the header for clocks.
+    door("punctual_query_run", || unsafe { answer(query, workspace, memory, budget, clock, outcome, run) })
+}
+
+/// Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets,
+/// the outcome at the end is that of one uninterrupted run.
+///
+/// Fails as `punctual_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or is
+/// complete.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_query_resume(
+    query: Option<&punctual_query>,
+    workspace: Option<&mut punctual_workspace>,
+    memory: Option<&mut punctual_memory>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    outcome: Option<&mut MaybeUninit<punctual_outcome>>,
+) -> punctual_status {
+    let resume = |query: &Query, workspace: &mut _, memory: Option<&mut _>, budget, clock: &_| {
+        Ok(query.resume_with(workspace, memory, budget, clock)?)
+    };
+    // SAFETY: the contract of the header for clocks.
+    door("punctual_query_resume", || unsafe { answer(query, workspace, memory, budget, clock, outcome, resume) })
+}
+
+/// What the last run of this query in the workspace left open. Takes time linear in the open pairs; allocates nothing.
+///
+/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_query_certificate(
+    query: Option<&punctual_query>,
+    workspace: Option<&punctual_workspace>,
+    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+) -> punctual_status {
+    door("punctual_query_certificate", || {
+        let query = given(query, "query")?.check()?;
+        let certificate = given(certificate, "certificate")?;
+        let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
+        certificate.write(punctual_certificate {
+            open_pairs: open.open_pairs(),
+            upper_bound: open.upper_bound(),
+            largest_extent: open.largest_extent(),
+        });
+        Ok(())
+    })
+}
+
+/// Boxes in A's frame, one for each open pair: every missed intersection has all its points in one of them; a box
+/// may be empty. As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+///
+/// Fails as `punctual_query_certificate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_query_open_boxes(
+    query: Option<&punctual_query>,
+    workspace: Option<&punctual_workspace>,
+    boxes: *mut punctual_aabb,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_query_open_boxes", || {
+        let query = given(query, "query")?.check()?;
+        let count = given(count, "count")?;
+        let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
+        Ok(())
+    })
+}
+
+/// Runs or resumes a query.
+type Run = fn(&Query, &mut Workspace, Option<&mut PairMemory>, Budget, &AnyClock) -> Result<Outcome, Fault>;
+
+/// # Safety
+/// That of [`AnyClock::new`].
+unsafe fn answer(
+    query: Option<&punctual_query>,
+    workspace: Option<&mut punctual_workspace>,
+    memory: Option<&mut punctual_memory>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    outcome: Option<&mut MaybeUninit<punctual_outcome>>,
+    run: Run,
+) -> Result<(), Fault> {
+    let query = given(query, "query")?.check()?;
+    let budget = budget.check()?;
+    // SAFETY: the caller's promise.
+    let clock = unsafe { AnyClock::new(clock) }?;
+    let outcome = given(outcome, "outcome")?;
+    let answer = given(workspace, "workspace")?.0.change("workspace", |workspace| match memory {
+        Some(memory) => memory.0.change("memory", |memory| run(&query, workspace, Some(memory), budget, &clock)),
+        None => run(&query, workspace, None, budget, &clock),
+    })?;
+    outcome.write(answer.into());
+    Ok(())
+}
+
+impl punctual_query<'_> {
+    pub(crate) fn check(&self) -> Result<Query<'_>, Fault> {
+        let a = given(self.a, "query->a")?.0.get("query->a")?;
+        let b = given(self.b, "query->b")?.0.get("query->b")?;
+        let order = match self.order {
+            x if x == punctual_order::Penetration as u32 => Order::Penetration,
+            x if x == punctual_order::LowAlpha as u32 => Order::LowAlpha,
+            x if x == punctual_order::OverlapVolume as u32 => Order::OverlapVolume,
+            x if x == punctual_order::DepthFirst as u32 => Order::DepthFirst,
+            x if x == punctual_order::BreadthFirst as u32 => Order::BreadthFirst,
+            x if x == punctual_order::Random as u32 => Order::Random(self.seed),
+            unknown => return Err(Fault::Value("query->order", unknown)),
+        };
+        if self.queue_threshold.is_nan() {
+            return Err(Fault::Number("query->queue_threshold", f64::NAN));
+        }
+        if self.prior.is_nan() {
+            return Err(Fault::Number("query->prior", self.prior));
+        }
+        let query = Query::new(a, b, self.b_in_a.check()?).mode(check_mode(self.mode, "query->mode")?).order(order);
+        let query = if self.queue_threshold < 0.0 { query } else { query.queue_threshold(self.queue_threshold) };
+        Ok(query.pair_limit(self.pair_limit).poll_interval(self.poll_interval).prior(self.prior))
+    }
+}
+
+pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<Mode, Fault> {
+    match value {
+        x if x == punctual_mode::Any as u32 => Ok(Mode::Any),
+        x if x == punctual_mode::All as u32 => Ok(Mode::All),
+        unknown => Err(Fault::Value(what, unknown)),
+    }
+}
+
+impl punctual_budget {
+    pub(crate) fn check(self) -> Result<Budget, Fault> {
+        match self.kind {
+            x if x == punctual_budget_kind::Unlimited as u32 => Ok(Budget::unlimited()),
+            x if x == punctual_budget_kind::Time as u32 => Ok(Budget::time(Duration::from_nanos(self.limit))),
+            x if x == punctual_budget_kind::Work as u32 => Ok(Budget::work(self.limit)),
+            unknown => Err(Fault::Value("budget.kind", unknown)),
+        }
+    }
+}
+
+/// In nanoseconds; -1 for none.
+pub(crate) fn nanoseconds(time: Option<Duration>) -> i64 {
+    time.map_or(-1, |time| i64::try_from(time.as_nanos()).unwrap_or(i64::MAX))
+}
+
+/// Verdict and witness.
+pub(crate) fn verdict(verdict: Verdict) -> (punctual_verdict, punctual_triangle_pair) {
+    match verdict {
+        Verdict::Undecided => (punctual_verdict::Undecided, [0; 2].into()),
+        Verdict::Intersecting { witness } => (punctual_verdict::Intersecting, witness.into()),
+        Verdict::Separated => (punctual_verdict::Separated, [0; 2].into()),
+    }
+}
+
+impl From<Outcome> for punctual_outcome {
+    fn from(outcome: Outcome) -> Self {
+        let (verdict, witness) = verdict(outcome.verdict);
+        let stop = match outcome.stop {
+            StopReason::Finished => punctual_stop_reason::Finished,
+            StopReason::FirstHit => punctual_stop_reason::FirstHit,
+            StopReason::Deadline => punctual_stop_reason::Deadline,
+            StopReason::WorkLimit => punctual_stop_reason::WorkLimit,
+            StopReason::PairsFull => punctual_stop_reason::PairsFull,
+            StopReason::FlushedToZero => punctual_stop_reason::FlushedToZero,
+            // A reason that is added without a number here may be taken for one that is not final either.
+            _ => punctual_stop_reason::WorkLimit,
+        };
+        Self { verdict, stop, witness, found: outcome.found, stats: outcome.stats.into() }
+    }
+}
+
+impl From<Stats> for punctual_stats {
+    fn from(stats: Stats) -> Self {
+        let Stats { bv_tests, primitive_tests, exact_tests, work, bv_tests_per_level, queue_peak, elapsed, .. } = stats;
+        let elapsed = nanoseconds(elapsed);
+        Self { bv_tests, primitive_tests, exact_tests, work, bv_tests_per_level, elapsed, queue_peak }
+    }
+}

@@ -1,0 +1,415 @@
+//! Scenes: many bodies, one budget a frame.
+
+use crate::arrays::{array, fill};
+use crate::body::{punctual_body, punctual_body_id};
+use crate::clock::{AnyClock, punctual_clock};
+use crate::handle::Handle;
+use crate::mesh::put;
+use crate::pose::punctual_pose;
+use crate::query::{check_mode, nanoseconds, punctual_budget, punctual_verdict, verdict};
+use crate::status::{Fault, door, free, given, punctual_status};
+use crate::tree::punctual_tree;
+use crate::workspace::punctual_triangle_pair;
+use core::mem::MaybeUninit;
+use punctual::{Filter, PairReport, Reach, Report, Scene};
+use std::sync::Arc;
+
+/// Bodies that move, and the question which of them meet. One thread at a time may use it; it may start threads of its own.
+#[derive(Debug)]
+pub struct punctual_scene(Handle<Reported>);
+
+/// A scene, and its last report as C reads it.
+#[derive(Debug)]
+struct Reported {
+    scene: Scene,
+    pairs: Vec<punctual_pair_report>,
+}
+
+/// A slip of the caller's must not take all threads of the machine.
+const MAX_THREADS: usize = 1024;
+
+/// Which boxes the broad phase compares.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_reach {
+    /// Those around the bodies where they are: pairs that are not reported do not meet.
+    Here = 0,
+    /// Swept boxes: each covers a body's motion since the previous frame, at a constant velocity and turn between its two
+    /// poses. Pairs that may have met in between are reported as well, with what is true of them here.
+    Swept = 1,
+}
+
+/// What is known about two bodies whose boxes overlap.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_pair_report {
+    /// The body of the lower index: A of the pair.
+    pub a: punctual_body_id,
+    /// The other one.
+    pub b: punctual_body_id,
+    /// Whether their surfaces meet, in this frame.
+    pub verdict: punctual_verdict,
+    /// Whether nothing is left to find.
+    pub complete: bool,
+    /// If they meet, two triangles that do; else zeros.
+    pub witness: punctual_triangle_pair,
+    /// Intersecting pairs of triangles found; at most 1 for MODE_ANY.
+    pub found: u64,
+    /// Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided.
+    pub probability: f64,
+    /// Expected share of the intersecting pairs of triangles that was found, 0 to 1; 1 if complete.
+    pub recall: f64,
+    /// Frames since it was decided: 0 if it was in this one.
+    pub age: u64,
+}
+
+impl From<&PairReport> for punctual_pair_report {
+    fn from(pair: &PairReport) -> Self {
+        let (verdict, witness) = verdict(pair.verdict);
+        let PairReport { found, complete, probability, recall, age, .. } = *pair;
+        Self { a: pair.a.into(), b: pair.b.into(), verdict, complete, witness, found, probability, recall, age }
+    }
+}
+
+/// What a frame found. Bodies that are not in `pairs` together, and may meet, do not: their boxes are apart.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct punctual_report {
+    /// Frames so far, this one included.
+    pub frame: u64,
+    /// All pairs of bodies whose boxes overlap and that may meet, ascending by index. The scene's; valid until its next frame.
+    pub pairs: *const punctual_pair_report,
+    /// How many they are.
+    pub pair_count: usize,
+    /// How many of them are decided in this frame; the others are undecided.
+    pub decided: usize,
+    /// How many of them intersect.
+    pub intersecting: usize,
+    /// How many of them are complete.
+    pub complete: usize,
+    /// The largest age of a pair.
+    pub worst_age: u64,
+    /// Work done, without the broad phase.
+    pub work: u64,
+    /// BV tests of the queries.
+    pub bv_tests: u64,
+    /// Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    pub elapsed: i64,
+}
+
+impl punctual_report {
+    fn new(report: &Report, pairs: &[punctual_pair_report]) -> Self {
+        Self {
+            frame: report.frame,
+            pairs: pairs.as_ptr(),
+            pair_count: pairs.len(),
+            decided: report.decided,
+            intersecting: report.intersecting,
+            complete: report.complete,
+            worst_age: report.worst_age,
+            work: report.work,
+            bv_tests: report.bv_tests,
+            elapsed: nanoseconds(report.elapsed),
+        }
+    }
+}
+
+/// What is not known about a pair.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_pair_certificate {
+    /// No more triangle pairs than this intersect.
+    pub upper_bound: u64,
+    /// Each intersection that was not found lies in a box no longer than this, in the length unit of the scene.
+    pub largest_extent: f64,
+}
+
+impl punctual_scene {
+    fn get(scene: Option<&Self>) -> Result<&Scene, Fault> {
+        Ok(&given(scene, "scene")?.0.get("scene")?.scene)
+    }
+
+    fn change<R>(scene: Option<&mut Self>, change: impl FnOnce(&mut Scene) -> Result<R, Fault>) -> Result<R, Fault> {
+        given(scene, "scene")?.0.change("scene", |reported| change(&mut reported.scene))
+    }
+}
+
+/// Makes a scene without bodies. `mode` is a `punctual_mode` (any intersection of each pair, or the number of all), `reach` a
+/// `punctual_reach`.
+///
+/// Fails with BAD_ARGUMENT if one of them is unknown.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_new(
+    mode: u32,
+    reach: u32,
+    scene: Option<&mut MaybeUninit<Option<Box<punctual_scene>>>>,
+) -> punctual_status {
+    door("punctual_scene_new", || {
+        let reach = match reach {
+            x if x == punctual_reach::Here as u32 => Reach::Here,
+            x if x == punctual_reach::Swept as u32 => Reach::Swept,
+            unknown => return Err(Fault::Value("reach", unknown)),
+        };
+        let mode = check_mode(mode, "mode")?;
+        put(scene, || {
+            let scene = Scene::new().mode(mode).reach(reach);
+            Ok(punctual_scene(Handle::new(Reported { scene, pairs: Vec::new() })))
+        })
+    })
+}
+
+/// Frees a scene and ends its threads; null is fine.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_free(scene: Option<Box<punctual_scene>>) {
+    free(scene);
+}
+
+/// Shares the work of `punctual_scene_detect` among `threads` threads, the caller's included. They wait between frames.
+///
+/// Fails with BAD_ARGUMENT if they are more than 1024, with NO_THREAD if the operating system gives none; the scene then has
+/// those that it had.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_use_threads(scene: Option<&mut punctual_scene>, threads: usize) -> punctual_status {
+    door("punctual_scene_use_threads", || {
+        if threads > MAX_THREADS {
+            return Err(Fault::TooMany("threads", threads, MAX_THREADS));
+        }
+        punctual_scene::change(scene, |scene| Ok(scene.use_threads(threads)?))
+    })
+}
+
+/// Puts a body into the scene.
+///
+/// Fails with BAD_POSE if its pose is refused (a scene allows a little less than a query), BAD_ARGUMENT if its kind is unknown
+/// or its importance NaN.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_insert(
+    scene: Option<&mut punctual_scene>,
+    body: Option<&punctual_body>,
+    id: Option<&mut MaybeUninit<punctual_body_id>>,
+) -> punctual_status {
+    door("punctual_scene_insert", || {
+        let (body, id) = (given(body, "body")?.check()?, given(id, "id")?);
+        id.write(punctual_scene::change(scene, |scene| Ok(scene.insert(body)?))?.into());
+        Ok(())
+    })
+}
+
+/// Takes a body out of the scene. As for all that follows, fails with NO_SUCH_BODY if it is not in it.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_remove(scene: Option<&mut punctual_scene>, id: punctual_body_id) -> punctual_status {
+    door("punctual_scene_remove", || punctual_scene::change(scene, |scene| Ok(scene.remove(id.into()).map(drop)?)))
+}
+
+/// A body as it is now, but for `tree`, which is null: see `punctual_scene_tree`.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_body<'t>(
+    scene: Option<&punctual_scene>,
+    id: punctual_body_id,
+    body: Option<&mut MaybeUninit<punctual_body<'t>>>,
+) -> punctual_status {
+    door("punctual_scene_body", || {
+        given(body, "body")?.write(punctual_scene::get(scene)?.body(id.into())?.into());
+        Ok(())
+    })
+}
+
+/// A new handle to the tree of a body, shared with the scene: the caller's, to be freed.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_tree(
+    scene: Option<&punctual_scene>,
+    id: punctual_body_id,
+    tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>,
+) -> punctual_status {
+    door("punctual_scene_tree", || {
+        let body = punctual_scene::get(scene)?.body(id.into())?;
+        put(tree, || Ok(punctual_tree::new(Arc::clone(&body.tree))))
+    })
+}
+
+/// The ids of all bodies, by index: as many as `capacity` allows are written to `ids`, and how many there are to `count`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_bodies(
+    scene: Option<&punctual_scene>,
+    ids: *mut punctual_body_id,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_scene_bodies", || {
+        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(ids, capacity, "ids", scene.bodies().map(|(id, _)| id.into())) }?);
+        Ok(())
+    })
+}
+
+/// Moves a body. Setting the pose that it already has is a no-op.
+///
+/// Fails with BAD_POSE if the pose is refused; the body then stays where it was.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_pose(
+    scene: Option<&mut punctual_scene>,
+    id: punctual_body_id,
+    pose: punctual_pose,
+) -> punctual_status {
+    door("punctual_scene_set_pose", || {
+        let pose = pose.check()?;
+        punctual_scene::change(scene, |scene| Ok(scene.set_pose(id.into(), pose)?))
+    })
+}
+
+/// Gives a body another tree.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_tree(
+    scene: Option<&mut punctual_scene>,
+    id: punctual_body_id,
+    tree: Option<&punctual_tree>,
+) -> punctual_status {
+    door("punctual_scene_set_tree", || {
+        let tree = Arc::clone(given(tree, "tree")?.0.get("tree")?);
+        punctual_scene::change(scene, |scene| Ok(scene.set_tree(id.into(), tree)?))
+    })
+}
+
+/// Moves the vertices of a body's mesh, as `punctual_tree_refit_f32`. If handles or other bodies share its tree, the body gets
+/// one of its own first.
+///
+/// Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the shape is unchanged then.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_refit_f32(
+    scene: Option<&mut punctual_scene>,
+    id: punctual_body_id,
+    vertices: *const f32,
+    vertex_count: usize,
+) -> punctual_status {
+    door("punctual_scene_refit_f32", || {
+        // SAFETY: the contract of the header for arrays.
+        let vertices = unsafe { array(vertices.cast::<[f32; 3]>(), vertex_count, "vertices") }?;
+        punctual_scene::change(scene, |scene| Ok(scene.tree_mut(id.into())?.refit(vertices)?))
+    })
+}
+
+/// Like `punctual_scene_refit_f32`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_refit_f64(
+    scene: Option<&mut punctual_scene>,
+    id: punctual_body_id,
+    vertices: *const f64,
+    vertex_count: usize,
+) -> punctual_status {
+    door("punctual_scene_refit_f64", || {
+        // SAFETY: the contract of the header for arrays.
+        let vertices = unsafe { array(vertices.cast::<[f64; 3]>(), vertex_count, "vertices") }?;
+        punctual_scene::change(scene, |scene| Ok(scene.tree_mut(id.into())?.refit_f64(vertices)?))
+    })
+}
+
+/// Says whom a body may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both have a bit set.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_filter(
+    scene: Option<&mut punctual_scene>,
+    id: punctual_body_id,
+    groups: u32,
+    mask: u32,
+) -> punctual_status {
+    door("punctual_scene_set_filter", || {
+        punctual_scene::change(scene, |scene| Ok(scene.set_filter(id.into(), Filter::new(groups, mask))?))
+    })
+}
+
+/// Says how much the pairs of a body matter.
+///
+/// Fails with BAD_ARGUMENT if the importance is NaN.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_importance(
+    scene: Option<&mut punctual_scene>,
+    id: punctual_body_id,
+    importance: f32,
+) -> punctual_status {
+    door("punctual_scene_set_importance", || {
+        punctual_scene::change(scene, |scene| Ok(scene.set_importance(id.into(), importance)?))
+    })
+}
+
+/// Finds out which bodies meet, within a budget for the whole frame. `clock` may be null: the clock of the system; with one of
+/// the caller's, all is done on the calling thread. `report` may be null.
+///
+/// Under a time budget it ends in time as long as the broad phase alone does; under a work budget, which does not count the
+/// broad phase, it gives the same report on any number of threads. It allocates only as the scene grows: in a frame with more bodies,
+/// or with more pairs of overlapping boxes, than any before it, and in the 64 frames after it had more bodies than ever.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_detect(
+    scene: Option<&mut punctual_scene>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    report: Option<&mut MaybeUninit<punctual_report>>,
+) -> punctual_status {
+    door("punctual_scene_detect", || {
+        let budget = budget.check()?;
+        // SAFETY: the contract of the header for clocks.
+        let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
+        let found = given(scene, "scene")?.0.change("scene", |Reported { scene, pairs }| {
+            let found = match &clock {
+                Some(clock) => scene.detect_with(budget, clock),
+                None => scene.detect(budget),
+            };
+            pairs.clear();
+            pairs.extend(found.pairs.iter().map(punctual_pair_report::from));
+            Ok(punctual_report::new(found, pairs))
+        })?;
+        report.map(|report| report.write(found));
+        Ok(())
+    })
+}
+
+/// What the last frame found.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_report(
+    scene: Option<&punctual_scene>,
+    report: Option<&mut MaybeUninit<punctual_report>>,
+) -> punctual_status {
+    door("punctual_scene_report", || {
+        let Reported { scene, pairs } = given(scene, "scene")?.0.get("scene")?;
+        given(report, "report")?.write(punctual_report::new(scene.report(), pairs));
+        Ok(())
+    })
+}
+
+/// What the last frame found about two bodies, by binary search. `listed` says whether it has the pair; if not, their boxes
+/// are apart or they may not meet, and `pair` is left alone.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_pair(
+    scene: Option<&punctual_scene>,
+    x: punctual_body_id,
+    y: punctual_body_id,
+    pair: Option<&mut MaybeUninit<punctual_pair_report>>,
+    listed: Option<&mut MaybeUninit<bool>>,
+) -> punctual_status {
+    door("punctual_scene_pair", || {
+        let scene = punctual_scene::get(scene)?;
+        let (pair, listed) = (given(pair, "pair")?, given(listed, "listed")?);
+        scene.body(x.into())?;
+        scene.body(y.into())?;
+        let found = scene.report().pair(x.into(), y.into());
+        listed.write(found.is_some());
+        found.map(|found| pair.write(found.into()));
+        Ok(())
+    })
+}
+
+/// What the last frame left open about two bodies. Takes time linear in what is open.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_certificate(
+    scene: Option<&punctual_scene>,
+    x: punctual_body_id,
+    y: punctual_body_id,
+    certificate: Option<&mut MaybeUninit<punctual_pair_certificate>>,
+) -> punctual_status {
+    door("punctual_scene_certificate", || {
+        let (scene, certificate) = (punctual_scene::get(scene)?, given(certificate, "certificate")?);
+        let open = scene.certificate(x.into(), y.into())?;
+        let (upper_bound, largest_extent) = (open.upper_bound, open.largest_extent);
+        certificate.write(punctual_pair_certificate { upper_bound, largest_extent });
+        Ok(())
+    })
+}

@@ -1,0 +1,246 @@
+//! Trees.
+
+use crate::arrays::{array, fill};
+use crate::handle::Handle;
+use crate::mesh::{punctual_mesh, put};
+use crate::status::{Fault, door, free, given, punctual_status};
+use core::mem::MaybeUninit;
+use punctual::{BuildOptions, Effort, Tree};
+use std::sync::Arc;
+
+/// The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as none refits or frees it.
+#[derive(Debug)]
+pub struct punctual_tree(pub(crate) Handle<Arc<Tree>>);
+
+impl punctual_tree {
+    pub(crate) fn new(tree: Arc<Tree>) -> Self {
+        Self(Handle::new(tree))
+    }
+}
+
+/// How much time a build may take to make queries faster.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_effort {
+    /// For meshes that change or are asked about only a few times.
+    Fast = 0,
+    /// The default.
+    Normal = 1,
+    /// For meshes that are built once and asked about often.
+    Best = 2,
+}
+
+/// How a tree is built. Begin with `punctual_build_options_default()`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct punctual_build_options {
+    /// A `punctual_effort`.
+    pub effort: u32,
+    /// Whether boxes may be turned to where they are smallest: 0 or not 0.
+    pub frames: u32,
+    /// Most threads to build in; more than one only for large meshes. The tree is the same, to the bit.
+    pub threads: usize,
+}
+
+/// Numbers that describe a tree.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_tree_facts {
+    /// Triangles of the mesh.
+    pub triangles: usize,
+    /// Nodes, clusters included.
+    pub nodes: usize,
+    /// Nodes whose children are triangles.
+    pub clusters: usize,
+    /// Levels of nodes; 0 for an empty mesh.
+    pub depth: usize,
+    /// Memory on the heap, the mesh included.
+    pub bytes: usize,
+    /// How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no unit.
+    pub degradation: f32,
+}
+
+/// One level of a tree.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_tree_level {
+    /// Nodes on it.
+    pub nodes: usize,
+    /// Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a binary level, 0 to 1.
+    pub alpha: [f32; 3],
+}
+
+/// Boxes that may be turned, normal effort, one thread.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_build_options_default() -> punctual_build_options {
+    let BuildOptions { orientations, threads, .. } = BuildOptions::default();
+    punctual_build_options { effort: punctual_effort::Normal as u32, frames: orientations.into(), threads }
+}
+
+/// Builds the tree of a mesh, of which it keeps a copy. `options` may be null: the defaults. Takes `n log n` time.
+///
+/// Fails with BAD_ARGUMENT if `options->effort` is unknown.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_tree_new(
+    mesh: Option<&punctual_mesh>,
+    options: Option<&punctual_build_options>,
+    tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>,
+) -> punctual_status {
+    door("punctual_tree_new", || {
+        let punctual_mesh(mesh) = given(mesh, "mesh")?;
+        let options = options.map_or(Ok(BuildOptions::default()), build_options)?;
+        put(tree, || Ok(punctual_tree::new(Arc::new(Tree::with_options(mesh.clone(), &options)))))
+    })
+}
+
+fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault> {
+    let effort = match options.effort {
+        x if x == punctual_effort::Fast as u32 => Effort::Fast,
+        x if x == punctual_effort::Normal as u32 => Effort::Normal,
+        x if x == punctual_effort::Best as u32 => Effort::Best,
+        unknown => return Err(Fault::Value("options->effort", unknown)),
+    };
+    let mut chosen = BuildOptions::default();
+    (chosen.effort, chosen.orientations, chosen.threads) = (effort, options.frames != 0, options.threads);
+    Ok(chosen)
+}
+
+/// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and
+/// how many there are to `count`. They are the caller's. For a closed mesh of floats they are about 30 a triangle. Takes
+/// linear time and allocates; with a capacity of 0, where `bytes` may be null, it only counts, and allocates nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_tree_to_bytes(
+    tree: Option<&punctual_tree>,
+    bytes: *mut u8,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_tree_to_bytes", || {
+        let (tree, count) = (given(tree, "tree")?.0.get("tree")?, given(count, "count")?);
+        if capacity == 0 {
+            count.write(tree.bytes_len());
+        } else {
+            // SAFETY: the contract of the header for arrays.
+            count.write(unsafe { fill(bytes, capacity, "bytes", tree.to_bytes().into_iter()) }?);
+        }
+        Ok(())
+    })
+}
+
+/// The tree that `punctual_tree_to_bytes` was called on, of which the bytes are not needed any more: its queries do the same,
+/// to the bit. Takes a part of the time of a build.
+///
+/// Fails with BAD_FILE if the bytes are no tree, are of another version of the format, or were changed, cut or extended.
+/// Whatever they are, it takes no memory out of proportion to their number, and the tree that it makes gives true answers
+/// about the mesh that they hold.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_tree_from_bytes(
+    bytes: *const u8,
+    count: usize,
+    tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>,
+) -> punctual_status {
+    door("punctual_tree_from_bytes", || {
+        // SAFETY: the contract of the header for arrays.
+        let bytes = unsafe { array(bytes, count, "bytes") }?;
+        put(tree, || Ok(punctual_tree::new(Arc::new(Tree::from_bytes(bytes)?))))
+    })
+}
+
+/// Frees a tree; null is fine. Scenes keep what they share.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_tree_free(tree: Option<Box<punctual_tree>>) {
+    free(tree);
+}
+
+/// Moves the vertices of the mesh, which keeps its triangles: all of them, `3 * vertex_count` coordinates in the order of the
+/// mesh. Queries stay exact. Takes linear time, a small part of a build, and allocates nothing, unless a scene shares the
+/// tree: the scene then keeps the old one (see `punctual_scene_refit_f32`). Stopped queries cannot be resumed afterwards.
+///
+/// Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the tree is unchanged then.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_tree_refit_f32(
+    tree: Option<&mut punctual_tree>,
+    vertices: *const f32,
+    vertex_count: usize,
+) -> punctual_status {
+    door("punctual_tree_refit_f32", || {
+        // SAFETY: the contract of the header for arrays.
+        let vertices = unsafe { array(vertices.cast::<[f32; 3]>(), vertex_count, "vertices") }?;
+        given(tree, "tree")?.0.change("tree", |tree| Ok(Arc::make_mut(tree).refit(vertices)?))
+    })
+}
+
+/// Like `punctual_tree_refit_f32`. Allocates only once, if the mesh was stored as float and needs double now.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_tree_refit_f64(
+    tree: Option<&mut punctual_tree>,
+    vertices: *const f64,
+    vertex_count: usize,
+) -> punctual_status {
+    door("punctual_tree_refit_f64", || {
+        // SAFETY: the contract of the header for arrays.
+        let vertices = unsafe { array(vertices.cast::<[f64; 3]>(), vertex_count, "vertices") }?;
+        given(tree, "tree")?.0.change("tree", |tree| Ok(Arc::make_mut(tree).refit_f64(vertices)?))
+    })
+}
+
+/// A copy of the mesh of a tree, as it is now.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_tree_mesh(
+    tree: Option<&punctual_tree>,
+    mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
+) -> punctual_status {
+    door("punctual_tree_mesh", || {
+        let tree = given(tree, "tree")?.0.get("tree")?;
+        put(mesh, || Ok(tree.mesh().clone()))
+    })
+}
+
+/// Describes a tree. Takes linear time and allocates.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_tree_describe(
+    tree: Option<&punctual_tree>,
+    facts: Option<&mut MaybeUninit<punctual_tree_facts>>,
+) -> punctual_status {
+    door("punctual_tree_describe", || {
+        let (tree, facts) = (given(tree, "tree")?.0.get("tree")?, given(facts, "facts")?);
+        let stats = tree.stats();
+        facts.write(punctual_tree_facts {
+            triangles: stats.triangles,
+            nodes: stats.nodes,
+            clusters: stats.clusters,
+            depth: stats.depth,
+            bytes: stats.bytes(),
+            degradation: tree.degradation(),
+        });
+        Ok(())
+    })
+}
+
+/// Describes the levels of a tree, the root's first: as many as `capacity` allows are written to `levels`, and how many there
+/// are to `count`. Takes linear time and allocates.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_tree_levels(
+    tree: Option<&punctual_tree>,
+    levels: *mut punctual_tree_level,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_tree_levels", || {
+        let (tree, count) = (given(tree, "tree")?.0.get("tree")?, given(count, "count")?);
+        let stats = tree.stats();
+        let each = stats.nodes_per_level.iter().zip(&stats.alpha_per_level);
+        let each = each.map(|(&nodes, alpha)| punctual_tree_level { nodes, alpha: alpha.to_array() });
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(levels, capacity, "levels", each) }?);
+        Ok(())
+    })
+}
+
+/// Checks that every triangle is in one cluster and inside every box above it. Takes linear time and allocates.
+///
+/// Fails with BAD_TREE if not, which no tree that was built here does.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_tree_validate(tree: Option<&punctual_tree>) -> punctual_status {
+    door("punctual_tree_validate", || Ok(given(tree, "tree")?.0.get("tree")?.validate()?))
+}

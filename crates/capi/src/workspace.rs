@@ -1,0 +1,108 @@
+//! The buffers of a query.
+
+use crate::handle::Handle;
+use crate::mesh::put;
+use crate::status::{Fault, door, free, given, punctual_status};
+use core::mem::MaybeUninit;
+use punctual::Workspace;
+
+/// Every buffer that a query needs, and what the last query found and left open. Allocated once: queries do not allocate. One
+/// thread at a time may use it.
+#[derive(Debug)]
+pub struct punctual_workspace(pub(crate) Handle<Workspace>);
+
+/// Two triangles that intersect: ids of the input meshes, from 0.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct punctual_triangle_pair {
+    /// Triangle of A.
+    pub a: u32,
+    /// Triangle of B.
+    pub b: u32,
+}
+
+impl From<[u32; 2]> for punctual_triangle_pair {
+    fn from([a, b]: [u32; 2]) -> Self {
+        Self { a, b }
+    }
+}
+
+// `[u32; 2]` is handed out as this.
+const _: () = assert!(size_of::<punctual_triangle_pair>() == 8 && align_of::<punctual_triangle_pair>() == 4);
+
+/// Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 910 kB.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_workspace_new(
+    workspace: Option<&mut MaybeUninit<Option<Box<punctual_workspace>>>>,
+) -> punctual_status {
+    door("punctual_workspace_new", || put(workspace, || Ok(punctual_workspace(Handle::new(Workspace::new())))))
+}
+
+/// Makes a workspace with room for `queue` node pairs (a full queue costs order, no answer) and `pairs` found pairs, at
+/// least 1 (when they are full, the query stops with PAIRS_FULL, to be drained and resumed): `16 queue + 8 pairs` bytes and
+/// about 320 kB.
+///
+/// Fails with OUT_OF_MEMORY if there is not that much.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_workspace_with_capacity(
+    queue: usize,
+    pairs: usize,
+    workspace: Option<&mut MaybeUninit<Option<Box<punctual_workspace>>>>,
+) -> punctual_status {
+    door("punctual_workspace_with_capacity", || {
+        put(workspace, || {
+            let bytes = queue.checked_mul(16).zip(pairs.checked_mul(8)).and_then(|(q, p)| q.checked_add(p));
+            let bytes = bytes.and_then(|bytes| bytes.checked_add(1 << 18)).ok_or(Fault::OutOfMemory)?;
+            // The workspace itself would abort.
+            Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| Fault::OutOfMemory)?;
+            Ok(punctual_workspace(Handle::new(Workspace::with_capacity(queue, pairs))))
+        })
+    })
+}
+
+/// Frees a workspace; null is fine.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_workspace_free(workspace: Option<Box<punctual_workspace>>) {
+    free(workspace);
+}
+
+/// Uses the portable kernels from now on, whatever the machine offers: slower, the same bits.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_workspace_use_portable_kernels(
+    workspace: Option<&mut punctual_workspace>,
+) -> punctual_status {
+    door("punctual_workspace_use_portable_kernels", || {
+        given(workspace, "workspace")?.0.change("workspace", |workspace| {
+            workspace.use_portable_kernels();
+            Ok(())
+        })
+    })
+}
+
+/// The intersecting pairs that the last query found, in order of discovery, without those drained. They stay the
+/// workspace's, and are valid until it is used again.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_workspace_pairs(
+    workspace: Option<&punctual_workspace>,
+    pairs: Option<&mut MaybeUninit<*const punctual_triangle_pair>>,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_workspace_pairs", || {
+        let workspace = given(workspace, "workspace")?.0.get("workspace")?;
+        let (pairs, count) = (given(pairs, "pairs")?, given(count, "count")?);
+        pairs.write(workspace.pairs().as_ptr().cast());
+        count.write(workspace.pairs().len());
+        Ok(())
+    })
+}
+
+/// Forgets the found pairs, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_workspace_drain_pairs(workspace: Option<&mut punctual_workspace>) -> punctual_status {
+    door("punctual_workspace_drain_pairs", || {
+        given(workspace, "workspace")?.0.change("workspace", |workspace| {
+            drop(workspace.drain_pairs());
+            Ok(())
+        })
+    })
+}

@@ -1,0 +1,372 @@
+/* Every function of punctual.h is called from C: arguments and results pass the border as the header says they do. */
+
+#include <punctual.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define CHECK(condition)                                                                                               \
+  do {                                                                                                                 \
+    if (!(condition)) {                                                                                                \
+      fprintf(stderr, "%s:%d: not so: %s (last error: %s)\n", __FILE__, __LINE__, #condition, punctual_last_error());  \
+      exit(1);                                                                                                         \
+    }                                                                                                                  \
+  } while (0)
+#define OK(call) CHECK((call) == PUNCTUAL_STATUS_OK)
+#define FAILS(call, status, text) CHECK((call) == PUNCTUAL_STATUS_##status && strcmp(punctual_last_error(), text) == 0)
+
+static const float square[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+static const uint32_t faces[] = {0, 1, 2, 1, 3, 2};
+
+static punctual_pose at(double x, double y, double z) {
+  punctual_pose pose = punctual_pose_identity();
+  pose.m[3] = x, pose.m[7] = y, pose.m[11] = z;
+  return pose;
+}
+
+static uint64_t tick(void *context) { return *(uint64_t *)context += 1000; }
+
+static void meshes(void) {
+  punctual_mesh *mesh = NULL;
+  punctual_mesh_facts facts;
+  punctual_point vertex;
+  const uint32_t *indices;
+  OK(punctual_mesh_new_f32(square, 4, faces, 2, &mesh));
+  OK(punctual_mesh_describe(mesh, &facts));
+  CHECK(facts.triangles == 2 && facts.vertices == 4 && facts.is_f32 && facts.bytes == 4 * 12 + 2 * 12);
+  CHECK(facts.bounds.min.x == 0 && facts.bounds.max.y == 1 && facts.bounds.max.z == 0);
+  OK(punctual_mesh_vertex(mesh, 3, &vertex));
+  CHECK(vertex.x == 1 && vertex.y == 1 && vertex.z == 0);
+  FAILS(punctual_mesh_vertex(mesh, 4, &vertex), BAD_ARGUMENT, "punctual_mesh_vertex: index is 4, but there are 4");
+  OK(punctual_mesh_indices(mesh, &indices));
+  CHECK(memcmp(indices, faces, sizeof faces) == 0);
+  punctual_mesh_free(mesh);
+
+  double wide[] = {0, 0, 0, 1.0 / 3, 0, 0, 0, 1, 0};
+  OK(punctual_mesh_new_f64(wide, 3, faces, 1, &mesh));
+  OK(punctual_mesh_describe(mesh, &facts));
+  CHECK(!facts.is_f32);
+  punctual_mesh_free(mesh);
+
+  punctual_mesh *untouched = NULL;
+  FAILS(punctual_mesh_new_f32(square, 3, faces, 2, &untouched), BAD_MESH,
+        "punctual_mesh_new_f32: corner 1 of triangle 1 is vertex 3, but there are 3 vertices");
+  FAILS(punctual_mesh_new_f32(NULL, 3, faces, 2, &untouched), NULL, "punctual_mesh_new_f32: vertices is null");
+  FAILS(punctual_mesh_new_f32(square, SIZE_MAX, faces, 2, &untouched), BAD_ARGUMENT,
+        "punctual_mesh_new_f32: vertices is longer than memory or not aligned");
+  CHECK(untouched == NULL);
+}
+
+static void files(const char *folder) {
+  static const char triangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", broken[] = "v 0 0 0\nv 1 0\n";
+  punctual_mesh *mesh = NULL, *untouched = NULL;
+  punctual_mesh_facts facts;
+  OK(punctual_mesh_read_bytes((const uint8_t *)triangle, sizeof triangle - 1, PUNCTUAL_FORMAT_OBJ, &mesh));
+  OK(punctual_mesh_describe(mesh, &facts));
+  CHECK(facts.triangles == 1 && facts.bounds.max.y == 1);
+  punctual_mesh_free(mesh);
+  FAILS(punctual_mesh_read_bytes((const uint8_t *)triangle, 1, 4, &untouched), BAD_ARGUMENT,
+        "punctual_mesh_read_bytes: format has no value 4");
+  CHECK(punctual_mesh_read_bytes((const uint8_t *)broken, sizeof broken - 1, PUNCTUAL_FORMAT_OBJ, &untouched) ==
+        PUNCTUAL_STATUS_BAD_FILE);
+  CHECK(strncmp(punctual_last_error(), "punctual_mesh_read_bytes: line 2: ", 34) == 0);
+
+  char path[512];
+  snprintf(path, sizeof path, "%s/parallel_plates/a.obj", folder);
+  OK(punctual_mesh_read(path, &mesh));
+  OK(punctual_mesh_describe(mesh, &facts));
+  CHECK(facts.triangles > 0);
+  punctual_mesh_free(mesh);
+  CHECK(punctual_mesh_read("no such file.obj", &untouched) == PUNCTUAL_STATUS_BAD_FILE);
+  CHECK(strncmp(punctual_last_error(), "punctual_mesh_read: no such file.obj: ", 38) == 0);
+  FAILS(punctual_mesh_read("\xff.obj", &untouched), BAD_ARGUMENT, "punctual_mesh_read: path is not UTF-8");
+  FAILS(punctual_mesh_read(NULL, &untouched), NULL, "punctual_mesh_read: path is null");
+  CHECK(untouched == NULL);
+}
+
+static void shapes(void) {
+  struct {
+    size_t triangles;
+    punctual_mesh *mesh;
+  } all[6] = {{80, 0}, {48, 0}, {64, 0}, {400, 0}, {256, 0}, {32, 0}};
+  OK(punctual_shape_icosphere(1, &all[0].mesh));
+  OK(punctual_shape_cuboid(1, 2, 3, 2, &all[1].mesh));
+  OK(punctual_shape_torus(1, 0.3f, 8, &all[2].mesh));
+  OK(punctual_shape_torus_knot(2, 3, 0.1f, 40, &all[3].mesh));
+  OK(punctual_shape_gear(8, 1, &all[4].mesh));
+  OK(punctual_shape_height_field(4, 7, &all[5].mesh));
+  for (int i = 0; i < 6; i++) {
+    punctual_mesh_facts facts;
+    OK(punctual_mesh_describe(all[i].mesh, &facts));
+    CHECK(facts.triangles == all[i].triangles);
+    punctual_mesh_free(all[i].mesh);
+  }
+}
+
+static void poses(void) {
+  punctual_pose turn, pose;
+  punctual_point up = {1, 2, 3};
+  OK(punctual_pose_from_quaternion(0, 0, 1, 1, up, &turn)); /* a quarter turn about z */
+  CHECK(turn.m[1] < -0.999999 && turn.m[4] > 0.999999 && turn.m[3] == 1 && turn.m[7] == 2 && turn.m[11] == 3);
+  OK(punctual_pose_inverse(turn, &pose));
+  OK(punctual_pose_compose(turn, pose, &pose));
+  for (int i = 0; i < 12; i++)
+    CHECK(pose.m[i] > punctual_pose_identity().m[i] - 1e-15 && pose.m[i] < punctual_pose_identity().m[i] + 1e-15);
+  pose.m[0] = 2;
+  FAILS(punctual_pose_inverse(pose, &turn), BAD_POSE,
+        "punctual_pose_inverse: matrix is off a rotation by 3e0, allowed is 1e-3");
+}
+
+static void triangles(void) {
+  punctual_triangle a = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}, b = a;
+  bool intersect;
+  for (int i = 0; i < 3; i++)
+    b.corners[i][0] += 1;
+  OK(punctual_triangles_intersect(a, b, &intersect));
+  CHECK(intersect);
+  for (int i = 0; i < 3; i++)
+    b.corners[i][2] = 5e-324;
+  OK(punctual_triangles_intersect(a, b, &intersect));
+  CHECK(!intersect);
+}
+
+static punctual_tree *knot(void) {
+  punctual_mesh *mesh;
+  punctual_tree *tree;
+  punctual_build_options options = punctual_build_options_default();
+  options.effort = PUNCTUAL_EFFORT_BEST;
+  options.threads = 2;
+  OK(punctual_shape_torus_knot(2, 3, 0.2f, 96, &mesh));
+  OK(punctual_tree_new(mesh, &options, &tree));
+  punctual_mesh_free(mesh);
+  return tree;
+}
+
+static void trees(void) {
+  punctual_tree *tree = knot();
+  punctual_mesh *mesh;
+  punctual_mesh_facts mesh_facts;
+  punctual_tree_facts facts;
+  punctual_tree_level levels[32];
+  size_t count;
+  OK(punctual_tree_validate(tree));
+  OK(punctual_tree_describe(tree, &facts));
+  OK(punctual_tree_mesh(tree, &mesh));
+  OK(punctual_mesh_describe(mesh, &mesh_facts));
+  CHECK(facts.triangles == mesh_facts.triangles && facts.bytes > mesh_facts.bytes && facts.degradation == 1);
+  OK(punctual_tree_levels(tree, levels, 32, &count));
+  CHECK(count == facts.depth && levels[0].nodes == 1 && levels[0].alpha[0] > 0 && levels[0].alpha[0] < 1);
+  OK(punctual_tree_levels(tree, NULL, 0, &count));
+  CHECK(count == facts.depth);
+
+  float *narrow = malloc(3 * mesh_facts.vertices * sizeof *narrow);
+  double *wide = malloc(3 * mesh_facts.vertices * sizeof *wide);
+  for (size_t i = 0; i < mesh_facts.vertices; i++) {
+    punctual_point p;
+    OK(punctual_mesh_vertex(mesh, i, &p));
+    wide[3 * i] = p.x, wide[3 * i + 1] = p.y, wide[3 * i + 2] = p.z * (1 + p.x / 4);
+    for (size_t k = 3 * i; k < 3 * i + 3; k++)
+      narrow[k] = (float)wide[k];
+  }
+  OK(punctual_tree_refit_f32(tree, narrow, mesh_facts.vertices));
+  OK(punctual_tree_refit_f64(tree, wide, mesh_facts.vertices));
+  FAILS(punctual_tree_refit_f64(tree, wide, 3), BAD_MESH,
+        "punctual_tree_refit_f64: 3 new vertices for a mesh with 1152");
+  OK(punctual_tree_describe(tree, &facts));
+  CHECK(facts.degradation != 1);
+  free(narrow);
+  free(wide);
+  punctual_mesh_free(mesh);
+  punctual_tree_free(tree);
+}
+
+static void bytes(void) {
+  punctual_tree *tree = knot(), *loaded = NULL;
+  size_t count, again;
+  OK(punctual_tree_to_bytes(tree, NULL, 0, &count));
+  uint8_t *bytes = malloc(count);
+  OK(punctual_tree_to_bytes(tree, bytes, count, &again));
+  CHECK(again == count);
+  OK(punctual_tree_from_bytes(bytes, count, &loaded));
+
+  /* Built or loaded: the same answer and the same work. */
+  punctual_workspace *workspace;
+  punctual_outcome built, read;
+  punctual_query query = punctual_query_new(tree, tree, at(0.4, 0.3, 0.2));
+  query.mode = PUNCTUAL_MODE_ALL;
+  OK(punctual_workspace_new(&workspace));
+  OK(punctual_query_run(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &built));
+  query.a = query.b = loaded;
+  OK(punctual_query_run(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &read));
+  CHECK(read.found == built.found && built.found > 1 && read.stats.work == built.stats.work);
+  punctual_tree_free(loaded);
+
+  punctual_tree *untouched = NULL;
+  bytes[count / 2] ^= 1;
+  CHECK(punctual_tree_from_bytes(bytes, count, &untouched) == PUNCTUAL_STATUS_BAD_FILE && untouched == NULL);
+  CHECK(strstr(punctual_last_error(), "punctual_tree_from_bytes: the tree is damaged") == punctual_last_error());
+  FAILS(punctual_tree_from_bytes(bytes, 20, &untouched), BAD_FILE,
+        "punctual_tree_from_bytes: the tree should have 52 bytes, but has 20");
+  punctual_workspace_free(workspace);
+  punctual_tree_free(tree);
+  free(bytes);
+}
+
+static void queries(void) {
+  punctual_tree *tree = knot();
+  punctual_workspace *workspace, *small;
+  punctual_memory *memory;
+  punctual_memory_facts remembered;
+  punctual_outcome whole, outcome;
+  punctual_certificate certificate;
+  const punctual_triangle_pair *pairs;
+  size_t count;
+  OK(punctual_workspace_new(&workspace));
+  OK(punctual_workspace_with_capacity(16, 8, &small));
+  OK(punctual_workspace_use_portable_kernels(small));
+  OK(punctual_memory_new(&memory));
+
+  punctual_query query = punctual_query_new(tree, tree, at(0.4, 0.3, 0.2));
+  query.mode = PUNCTUAL_MODE_ALL;
+  OK(punctual_query_run(&query, workspace, memory, punctual_budget_work(UINT64_MAX), NULL, &whole));
+  CHECK(whole.verdict == PUNCTUAL_VERDICT_INTERSECTING && whole.stop == PUNCTUAL_STOP_REASON_FINISHED);
+  OK(punctual_workspace_pairs(workspace, &pairs, &count));
+  CHECK(count == whole.found && count > 8 && pairs[0].a == whole.witness.a && pairs[0].b == whole.witness.b);
+  OK(punctual_memory_describe(memory, &remembered));
+  CHECK(remembered.last_verdict == 1 && remembered.last_bv_tests == (int64_t)whole.stats.bv_tests);
+
+  /* The same with little work at a time, in a workspace that is soon full. */
+  uint64_t drained = 0;
+  OK(punctual_query_run(&query, small, NULL, punctual_budget_work(0), NULL, &outcome));
+  CHECK(outcome.verdict == PUNCTUAL_VERDICT_UNDECIDED && outcome.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT);
+  while (outcome.stop != PUNCTUAL_STOP_REASON_FINISHED) {
+    punctual_aabb boxes[4];
+    OK(punctual_query_certificate(&query, small, &certificate));
+    CHECK(certificate.upper_bound >= whole.found && certificate.largest_extent >= 0);
+    OK(punctual_query_open_boxes(&query, small, boxes, 4, &count));
+    CHECK(count == certificate.open_pairs);
+    CHECK(count == 0 || boxes[0].max.x - boxes[0].min.x <= certificate.largest_extent);
+    OK(punctual_workspace_pairs(small, &pairs, &count));
+    drained += count;
+    OK(punctual_workspace_drain_pairs(small));
+    OK(punctual_query_resume(&query, small, NULL, punctual_budget_work(20000), NULL, &outcome));
+  }
+  OK(punctual_workspace_pairs(small, &pairs, &count));
+  CHECK(drained + count == whole.found && outcome.found == whole.found);
+  CHECK(punctual_query_resume(&query, small, NULL, punctual_budget_unlimited(), NULL, &outcome) ==
+        PUNCTUAL_STATUS_NOT_RESUMABLE);
+
+  /* What is expected, before and after. */
+  punctual_prediction prediction;
+  punctual_estimate estimate;
+  OK(punctual_workspace_set_cost_model(workspace, (punctual_cost_model){1, 10, 20, 100}));
+  OK(punctual_query_predict(&query, NULL, &prediction));
+  CHECK(prediction.work.p10 <= prediction.work.p50 && prediction.work.p50 <= prediction.work.p90);
+  OK(punctual_query_estimate(&query, workspace, memory, &estimate));
+  CHECK(estimate.probability == 1 && estimate.recall == 1 && estimate.remaining.time.p90 == 0);
+
+  /* A clock that moves by a microsecond at every look. */
+  uint64_t now = 0;
+  punctual_clock clock = {tick, &now};
+  OK(punctual_query_run(&query, workspace, memory, punctual_budget_time(2500), &clock, &outcome));
+  CHECK(outcome.stop == PUNCTUAL_STOP_REASON_DEADLINE && outcome.stats.elapsed == (int64_t)now - 1000);
+
+  query.b_in_a.m[5] = 0;
+  CHECK(punctual_query_run(&query, workspace, memory, punctual_budget_unlimited(), NULL, &outcome) ==
+        PUNCTUAL_STATUS_BAD_POSE);
+  punctual_memory_free(memory);
+  punctual_workspace_free(small);
+  punctual_workspace_free(workspace);
+  punctual_tree_free(tree);
+}
+
+static void scenes(void) {
+  punctual_tree *tree = knot(), *shared;
+  punctual_mesh *mesh;
+  punctual_scene *scene;
+  punctual_body_id ids[3], listed[3];
+  punctual_report report, again;
+  punctual_pair_report pair;
+  punctual_pair_certificate certificate;
+  bool is_listed;
+  size_t count;
+  OK(punctual_scene_new(PUNCTUAL_MODE_ALL, PUNCTUAL_REACH_SWEPT, &scene));
+  OK(punctual_scene_use_threads(scene, 2));
+  for (int i = 0; i < 3; i++) {
+    punctual_body body = punctual_body_new(tree, at(0.7 * i, 0, 0));
+    body.kind = i == 0 ? PUNCTUAL_BODY_KIND_FIXED : PUNCTUAL_BODY_KIND_MOVING;
+    OK(punctual_scene_insert(scene, &body, &ids[i]));
+  }
+  OK(punctual_scene_bodies(scene, listed, 3, &count));
+  CHECK(count == 3 && memcmp(ids, listed, sizeof ids) == 0);
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, &report));
+  CHECK(report.frame == 1 && report.pair_count == 3 && report.decided == 3 && report.elapsed == -1);
+  OK(punctual_scene_report(scene, &again));
+  CHECK(again.pairs == report.pairs && again.work == report.work);
+  OK(punctual_scene_pair(scene, ids[1], ids[0], &pair, &is_listed));
+  CHECK(is_listed && pair.verdict == PUNCTUAL_VERDICT_INTERSECTING && pair.complete && pair.found > 1);
+  CHECK(report.pairs[0].found == pair.found && report.pairs[0].witness.b == pair.witness.b);
+  OK(punctual_scene_certificate(scene, ids[0], ids[1], &certificate));
+  CHECK(certificate.upper_bound == pair.found && certificate.largest_extent == 0);
+
+  OK(punctual_scene_set_pose(scene, ids[1], at(0, 9, 0)));
+  OK(punctual_scene_set_filter(scene, ids[2], 1, 0));
+  OK(punctual_scene_set_importance(scene, ids[2], 2));
+  uint64_t now = 0;
+  punctual_clock clock = {tick, &now};
+  OK(punctual_scene_detect(scene, punctual_budget_time(1), &clock, NULL));
+  OK(punctual_scene_detect(scene, punctual_budget_time(1), &clock, &report));
+  CHECK(report.pair_count == 0 && report.elapsed > 0);
+  punctual_body body;
+  OK(punctual_scene_body(scene, ids[2], &body));
+  CHECK(body.tree == NULL && body.mask == 0 && body.groups == 1 && body.importance == 2 && body.pose.m[3] == 0.7 * 2);
+
+  /* A body that is deformed gets a tree of its own; the handle keeps the old one. */
+  punctual_mesh_facts facts;
+  OK(punctual_tree_mesh(tree, &mesh));
+  OK(punctual_mesh_describe(mesh, &facts));
+  float *flat = calloc(3 * facts.vertices, sizeof *flat);
+  double *wide = calloc(3 * facts.vertices, sizeof *wide);
+  OK(punctual_scene_refit_f32(scene, ids[1], flat, facts.vertices));
+  OK(punctual_scene_refit_f64(scene, ids[1], wide, facts.vertices));
+  OK(punctual_scene_tree(scene, ids[1], &shared));
+  punctual_mesh_free(mesh);
+  OK(punctual_tree_mesh(shared, &mesh));
+  OK(punctual_mesh_describe(mesh, &facts));
+  CHECK(facts.bounds.max.x == 0);
+  OK(punctual_scene_set_tree(scene, ids[1], tree));
+  punctual_mesh_free(mesh);
+  free(flat);
+  free(wide);
+
+  OK(punctual_scene_remove(scene, ids[1]));
+  FAILS(punctual_scene_remove(scene, ids[1]), NO_SUCH_BODY,
+        "punctual_scene_remove: body 1 (generation 0) is not in the scene");
+  /* The scene keeps what it shares. */
+  punctual_tree_free(tree);
+  punctual_tree_free(shared);
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, &report));
+  punctual_scene_free(scene);
+}
+
+int main(int count, char **arguments) {
+  CHECK(count == 2); /* the folder of the meshes */
+  CHECK(strcmp(punctual_version(), PUNCTUAL_VERSION) == 0);
+  CHECK(strcmp(punctual_last_error(), "") == 0);
+  meshes();
+  files(arguments[1]);
+  shapes();
+  poses();
+  triangles();
+  trees();
+  bytes();
+  queries();
+  scenes();
+  punctual_mesh_free(NULL);
+  punctual_tree_free(NULL);
+  punctual_workspace_free(NULL);
+  punctual_memory_free(NULL);
+  punctual_scene_free(NULL);
+  puts("every function of punctual.h answers as it should");
+  return 0;
+}

@@ -1,0 +1,200 @@
+//! Queries: outcomes, pairs, certificates, estimates and memories.
+
+use std::ffi::c_void;
+use std::mem::MaybeUninit;
+use std::time::Duration;
+
+use super::call::*;
+use super::common::{MODES, ORDERS};
+use punctual::{
+    Budget, CostModel, ManualClock, Mode, Order, PairMemory, Query, StopReason, Tree, Verdict, Workspace, shapes,
+};
+use punctual_capi::{punctual_status as Status, *};
+
+fn same(ours: &punctual_outcome, theirs: &punctual::Outcome) {
+    let (verdict, witness) = told(theirs.verdict);
+    assert_eq!((ours.verdict, [ours.witness.a, ours.witness.b], ours.found), (verdict, witness, theirs.found));
+    // The names are the same on both sides.
+    assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
+    let (x, y) = (ours.stats, theirs.stats);
+    assert_eq!([x.bv_tests, x.primitive_tests, x.exact_tests], [y.bv_tests, y.primitive_tests, y.exact_tests]);
+    assert_eq!((x.work, x.queue_peak, x.bv_tests_per_level), (y.work, y.queue_peak, y.bv_tests_per_level));
+    assert_eq!(x.elapsed, y.elapsed.map_or(-1, |time| time.as_nanos() as i64));
+}
+
+/// A verdict and its witness as C is told them.
+pub fn told(verdict: Verdict) -> (punctual_verdict, [u32; 2]) {
+    match verdict {
+        Verdict::Undecided => (punctual_verdict::Undecided, [0; 2]),
+        Verdict::Separated => (punctual_verdict::Separated, [0; 2]),
+        Verdict::Intersecting { witness } => (punctual_verdict::Intersecting, witness),
+    }
+}
+
+/// The number that stands for each order in C.
+fn number(order: Order) -> (u32, u64) {
+    match order {
+        Order::Penetration => (0, 0),
+        Order::LowAlpha => (1, 0),
+        Order::OverlapVolume => (2, 0),
+        Order::DepthFirst => (3, 0),
+        Order::BreadthFirst => (4, 0),
+        Order::Random(seed) => (5, seed),
+        _ => unreachable!(),
+    }
+}
+
+unsafe extern "C" fn tick(context: *mut c_void) -> u64 {
+    // SAFETY: the context is a number that nobody else uses.
+    let now = unsafe { &mut *context.cast::<u64>() };
+    *now += 700;
+    *now
+}
+
+/// A query in C and the same in Rust.
+struct Both<'t> {
+    query: punctual_query<'t>,
+    workspace: &'t mut punctual_workspace,
+    memory: Box<punctual_memory>,
+    native: Query<'t>,
+    other: &'t mut Workspace,
+    remembered: PairMemory,
+}
+
+impl<'t> Both<'t> {
+    fn new(
+        (ours, workspace): (&'t punctual_tree, &'t mut punctual_workspace),
+        (theirs, other): (&'t Tree, &'t mut Workspace),
+        mode: Mode,
+        order: Order,
+    ) -> Self {
+        let (number, seed) = number(order);
+        let mut query = punctual_query_new(Some(ours), Some(ours), raw(&tilted()));
+        (query.mode, query.order, query.seed) = (u32::from(mode == Mode::All), number, seed);
+        (query.pair_limit, query.poll_interval, query.queue_threshold, query.prior) = (30, 1000, 64.0, 0.2);
+        let native = Query::new(theirs, theirs, tilted()).mode(mode).order(order);
+        let native = native.pair_limit(30).poll_interval(1000).queue_threshold(64.0).prior(0.2);
+
+        let (memory, remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
+        let [bv_test, triangle_test, box_update, setup] = [0.5, 8.0, 30.0, 200.0];
+        let costs = punctual_cost_model { bv_test, triangle_test, box_update, setup };
+        assert_eq!(punctual_workspace_set_cost_model(Some(workspace), costs), Status::Ok);
+        other.set_cost_model(CostModel::new([bv_test, triangle_test, box_update, setup]));
+        Self { query, workspace, memory, native, other, remembered }
+    }
+
+    /// Runs, and resumes to the end.
+    fn run(&mut self, budget: punctual_budget, native_budget: Budget) {
+        let mut time = 0u64;
+        let clock = punctual_clock { now: Some(tick), context: (&raw mut time).cast() };
+        let native_clock = || ManualClock::ticking(Duration::from_nanos(700));
+        let mut outcome = made(|outcome| {
+            let (workspace, memory) = (Some(&mut *self.workspace), Some(&mut *self.memory));
+            // SAFETY: the time is there as long as the clock.
+            unsafe { punctual_query_run(Some(&self.query), workspace, memory, budget, Some(&clock), outcome) }
+        });
+        let remembered = Some(&mut self.remembered);
+        let mut expected = self.native.run_with(self.other, remembered, native_budget, &native_clock());
+        loop {
+            same(&outcome, &expected);
+            self.same_pairs();
+            self.same_certificate();
+            self.same_forecasts();
+            if matches!(expected.stop, StopReason::Finished | StopReason::FirstHit) {
+                break;
+            }
+            assert_eq!(punctual_workspace_drain_pairs(Some(&mut *self.workspace)), Status::Ok);
+            drop(self.other.drain_pairs());
+            outcome = made(|outcome| {
+                let (workspace, memory) = (Some(&mut *self.workspace), Some(&mut *self.memory));
+                // SAFETY: as above.
+                unsafe { punctual_query_resume(Some(&self.query), workspace, memory, budget, Some(&clock), outcome) }
+            });
+            let remembered = Some(&mut self.remembered);
+            expected = self.native.resume_with(self.other, remembered, native_budget, &native_clock()).unwrap();
+        }
+    }
+
+    fn same_pairs(&self) {
+        let (mut pairs, mut count) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+        let status = punctual_workspace_pairs(Some(self.workspace), Some(&mut pairs), Some(&mut count));
+        assert_eq!(status, Status::Ok);
+        // SAFETY: written, and not used again meanwhile.
+        let pairs = unsafe { std::slice::from_raw_parts(pairs.assume_init(), count.assume_init()) };
+        assert!(pairs.iter().map(|pair| [pair.a, pair.b]).eq(self.other.pairs().iter().copied()));
+    }
+
+    fn same_certificate(&self) {
+        let open = made(|open| punctual_query_certificate(Some(&self.query), Some(self.workspace), open));
+        let certificate = self.native.certificate(self.other).unwrap();
+        assert_eq!((open.open_pairs, open.upper_bound), (certificate.open_pairs(), certificate.upper_bound()));
+        assert_eq!(open.largest_extent, certificate.largest_extent());
+        let mut boxes = vec![punctual_aabb { min: NO_POINT, max: NO_POINT }; 3];
+        let count = made(|count| {
+            // SAFETY: there is room for three.
+            unsafe { punctual_query_open_boxes(Some(&self.query), Some(self.workspace), boxes.as_mut_ptr(), 3, count) }
+        });
+        assert_eq!(count, open.open_pairs);
+        for (ours, theirs) in boxes.iter().zip(certificate.boxes()) {
+            assert_eq!([ours.min.x, ours.max.z], [theirs.min.x, theirs.max.z]);
+        }
+    }
+
+    fn same_forecasts(&self) {
+        let (query, memory) = (Some(&self.query), Some(&*self.memory));
+        let prediction = made(|out| punctual_query_predict(query, memory, out));
+        let estimate = made(|out| punctual_query_estimate(query, Some(self.workspace), memory, out));
+        let expectation = self.native.predict(Some(&self.remembered));
+        let left = self.native.estimate(self.other, Some(&self.remembered)).unwrap();
+        assert_eq!([estimate.probability, estimate.recall], [left.probability, left.recall]);
+        let costs = [CostModel::default(), self.other.cost_model()];
+        let both = [(prediction, expectation), (estimate.remaining, left.remaining)];
+        for ((ours, theirs), costs) in both.into_iter().zip(&costs) {
+            assert_eq!([ours.bv_tests.p10, ours.triangle_tests.p50], [theirs.bv_tests.p10, theirs.triangle_tests.p50]);
+            assert_eq!([ours.work.p90, ours.time.p50], [theirs.work.p90, theirs.time(costs).p50]);
+        }
+        let facts = made(|facts| punctual_memory_describe(Some(&self.memory), facts));
+        assert_eq!(facts.last_verdict, self.remembered.last_verdict().map_or(-1, i32::from));
+        assert_eq!(facts.last_bv_tests, self.remembered.last_bv_tests().map_or(-1, |tests| tests as i64));
+        assert_eq!(facts.frames_undecided, self.remembered.frames_undecided());
+    }
+}
+
+/// Every mode, order, budget and option, stopped and resumed: the outcome, the pairs, the certificate and the memory are those
+/// of Rust.
+#[test]
+fn queries_answer_as_in_rust() {
+    let (ours, theirs) = (tree_of(&knot()), Tree::new(shapes::torus_knot(2, 3, 0.2, 96)));
+    let mut workspace = owned(|workspace| punctual_workspace_with_capacity(32, 40, workspace));
+    let mut other = Workspace::with_capacity(32, 40);
+    for (mode, order) in MODES.into_iter().flat_map(|mode| ORDERS.map(|order| (mode, order))) {
+        let mut both = Both::new((&ours, &mut workspace), (&theirs, &mut other), mode, order);
+        for (budget, native_budget) in [
+            (punctual_budget_work(3_000), Budget::work(3_000)),
+            (punctual_budget_time(5_000), Budget::time(Duration::from_nanos(5_000))),
+            (punctual_budget_unlimited(), Budget::unlimited()),
+        ] {
+            both.run(budget, native_budget);
+            let (workspace, out) = (Some(&mut *both.workspace), Some(&mut MaybeUninit::uninit()));
+            // SAFETY: no clock of the caller's.
+            let status = unsafe { punctual_query_resume(Some(&both.query), workspace, None, budget, None, out) };
+            let text =
+                "punctual_query_resume: the workspace does not hold a run of this query (same trees, pose and options)";
+            fails(status, Status::NotResumable, text);
+        }
+    }
+}
+
+#[test]
+fn the_portable_kernels_give_the_same_bits() {
+    let tree = tree_of(&knot());
+    let mut query = punctual_query_new(Some(&tree), Some(&tree), raw(&tilted()));
+    query.mode = punctual_mode::All as u32;
+    let mut workspace = owned(|out| punctual_workspace_new(out));
+    let answer = |workspace: &mut punctual_workspace| {
+        made(|outcome| run(&query, Some(workspace), punctual_budget_unlimited(), outcome))
+    };
+    let fast = answer(&mut workspace);
+    assert_eq!(punctual_workspace_use_portable_kernels(Some(&mut workspace)), Status::Ok);
+    assert_eq!(answer(&mut workspace), fast);
+}

@@ -1,0 +1,104 @@
+//! Eight lanes as pairs of 4-lane vectors.
+
+use super::{Kernel, Lanes};
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
+use wide::{f32x4, f64x2};
+
+/// SSE2, NEON or plain arrays.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Portable;
+
+type F = [f32x4; 2];
+type D = [f64x2; 4];
+
+#[inline(always)]
+fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> [T; N] {
+    core::array::from_fn(|i| f(a[i], b[i]))
+}
+
+#[inline(always)]
+fn transpose4(rows: [&[f32; 4]; 4]) -> [f32x4; 4] {
+    core::array::from_fn(|i| f32x4::new([rows[0][i], rows[1][i], rows[2][i], rows[3][i]]))
+}
+
+/// Operations on two vectors.
+macro_rules! lanewise {
+    ($($name:ident $type:ident $operation:expr),*) => { $(
+        #[inline(always)]
+        fn $name(self, a: $type, b: $type) -> $type {
+            zip(a, b, $operation)
+        }
+    )* };
+}
+
+impl Lanes for Portable {
+    type F = F;
+    type D = D;
+
+    lanewise!(add F Add::add, sub F Sub::sub, mul F Mul::mul, div F Div::div, max F f32x4::fast_max, min F f32x4::fast_min,
+        and F BitAnd::bitand, or F BitOr::bitor, less F |a, b| a.simd_lt(b), add_d D Add::add, sub_d D Sub::sub, mul_d D Mul::mul);
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        kernel.run(self)
+    }
+    #[inline(always)]
+    fn splat(self, x: f32) -> F {
+        [f32x4::splat(x); 2]
+    }
+    #[inline(always)]
+    fn load(self, x: &[f32; 8]) -> F {
+        [f32x4::new([x[0], x[1], x[2], x[3]]), f32x4::new([x[4], x[5], x[6], x[7]])]
+    }
+    #[inline(always)]
+    fn store(self, x: F) -> [f32; 8] {
+        let [[a, b, c, d], [e, f, g, h]] = x.map(f32x4::to_array);
+        [a, b, c, d, e, f, g, h]
+    }
+    #[inline(always)]
+    fn sqrt(self, a: F) -> F {
+        a.map(f32x4::sqrt)
+    }
+    #[inline(always)]
+    fn abs(self, a: F) -> F {
+        a.map(f32x4::abs)
+    }
+    #[inline(always)]
+    fn select(self, mask: F, a: F, b: F) -> F {
+        [mask[0].select(a[0], b[0]), mask[1].select(a[1], b[1])]
+    }
+    #[inline(always)]
+    fn mask(self, a: F) -> u32 {
+        a[0].to_bitmask() | a[1].to_bitmask() << 4
+    }
+    #[inline(always)]
+    fn transpose(self, r: [&[f32; 4]; 8]) -> [F; 4] {
+        let low = transpose4([r[0], r[1], r[2], r[3]]);
+        let high = transpose4([r[4], r[5], r[6], r[7]]);
+        core::array::from_fn(|i| [low[i], high[i]])
+    }
+    #[inline(always)]
+    fn rows(self, columns: [F; 4]) -> [[f32; 4]; 8] {
+        let half = |i: usize| f32x4::transpose(columns.map(|column| column[i])).map(f32x4::to_array);
+        let ([a, b, c, d], [e, f, g, h]) = (half(0), half(1));
+        [a, b, c, d, e, f, g, h]
+    }
+    #[inline(always)]
+    fn splat_d(self, x: f64) -> D {
+        [f64x2::splat(x); 4]
+    }
+    #[inline(always)]
+    fn load_d(self, x: &[f64; 8]) -> D {
+        core::array::from_fn(|i| f64x2::new([x[2 * i], x[2 * i + 1]]))
+    }
+    #[inline(always)]
+    fn widen(self, x: F) -> D {
+        let x = self.store(x).map(f64::from);
+        core::array::from_fn(|i| f64x2::new([x[2 * i], x[2 * i + 1]]))
+    }
+    #[inline(always)]
+    fn narrow(self, x: D) -> F {
+        let [[a, b], [c, d], [e, f], [g, h]] = x.map(f64x2::to_array);
+        self.load(&[a, b, c, d, e, f, g, h].map(|x| x as f32))
+    }
+}

@@ -1,0 +1,24 @@
+//! When a processor that takes denormal numbers for zero could make an answer false.
+
+use crate::math::{Pose, denormals};
+use crate::tree::Tree;
+
+/// Exponents below which flushing could be noticed: of coordinates, translations and their products, and of the length of a
+/// unit. The proof is in `docs/numerics.md`.
+const LEAST: i32 = -960;
+const LEAST_UNIT: i32 = -900;
+
+/// Whether denormal numbers are flushed here, and numbers of this query are small enough for it to matter.
+#[inline]
+pub(super) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
+    denormals::are_flushed() && !is_far_from_denormal(a, b, b_in_a)
+}
+
+#[cold]
+fn is_far_from_denormal(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
+    let [of_a, of_b] = [a, b].map(|tree| tree.mesh().least_exponent());
+    let rotation = denormals::least_exponent(&b_in_a.rotation().to_cols_array());
+    let translation = denormals::least_exponent(&b_in_a.translation().to_array());
+    let units = [a, b].map(|tree| tree.unit().exponent);
+    of_a.min(of_b + rotation).min(translation) >= LEAST && units.iter().all(|&unit| unit >= LEAST_UNIT)
+}
