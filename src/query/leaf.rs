@@ -1,12 +1,13 @@
 //! Triangle pairs: eight at a time through the fast filter, and one at a time through the exact test.
 
-use super::march::Crossings;
+use super::march::ALL_EDGES;
 use super::options::Mode;
 use super::traversal::{Traversal, bits};
 use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_EXACT_TEST, WORK_PER_TRIANGLE_TEST};
 use crate::tree::WIDTH;
-use crate::triangle::{batch, triangles_intersect};
+use crate::triangle::batch::{self, Crossings};
+use crate::triangle::triangles_intersect;
 
 impl Traversal<'_, '_> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.
@@ -52,18 +53,20 @@ impl Traversal<'_, '_> {
         let [p, q, r, s, t, u, v, w] = pairs;
         let of_a = |pair: [u32; 2]| &a[pair[0] as usize].0;
         let of_b = |pair: [u32; 2]| &b[pair[1] as usize].0;
+        let mut crossings = Crossings::default();
         let verdicts = batch::test(
             lanes,
             [of_a(p), of_a(q), of_a(r), of_a(s), of_a(t), of_a(u), of_a(v), of_a(w)],
             [of_b(p), of_b(q), of_b(r), of_b(s), of_b(t), of_b(u), of_b(v), of_b(w)],
             &self.relation.triangles,
+            self.strategy.march.then_some(&mut crossings),
         );
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
         let tested = (1 << count) - 1;
         for lane in bits(verdicts.hit & tested) {
-            self.report(pairs[lane], || Crossings(verdicts.crossings_of(lane)));
+            self.report(pairs[lane], || crossings.of(lane));
         }
         for lane in bits(verdicts.doubt & tested) {
             self.workspace.doubtful.push(pairs[lane]);
@@ -82,13 +85,13 @@ impl Traversal<'_, '_> {
         // The one step whose time differs a hundredfold.
         self.deadline.look_next();
         if meet {
-            self.report(pair, || Crossings::ALL);
+            self.report(pair, || ALL_EDGES);
         }
     }
 
     /// Reports a pair that meets.
     #[inline(always)]
-    fn report(&mut self, pair: [u32; 2], crossings: impl FnOnce() -> Crossings) {
+    fn report(&mut self, pair: [u32; 2], crossings: impl FnOnce() -> u32) {
         let workspace = &mut *self.workspace;
         if workspace.run.found > 0 && self.options.mode == Mode::Any {
             // One is enough; the others of its batch stay open.

@@ -14,14 +14,8 @@ use crate::tree::Tree;
 /// Leads that wait; those beyond are lost.
 const LEADS: usize = 64;
 
-/// Which edges of two triangles that meet cross the other one, a bit each: edges 01, 12 and 20 of A, then those of B.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Crossings(pub u32);
-
-impl Crossings {
-    /// Any of them may.
-    pub const ALL: Self = Self(0b111_111);
-}
+/// Any edge of two triangles that meet may cross the other one.
+pub(super) const ALL_EDGES: u32 = 0b111_111;
 
 /// The state of marching in a workspace.
 #[derive(Clone, Debug)]
@@ -67,11 +61,12 @@ impl March {
         self.visited.contains(pair)
     }
 
-    /// Takes note of where curves lead from two triangles (tree order) that meet.
+    /// Takes note of where curves lead from two triangles (tree order) that meet, and of which these edges may cross the other
+    /// one: a bit each for 01, 12 and 20 of A, then those of B.
     ///
     /// Without branches on what can't be predicted: which edges cross, and which of them lead out of the cluster.
     #[inline]
-    pub fn lead(&mut self, [a, b]: [&Tree; 2], pair: [u32; 2], Crossings(mut crossings): Crossings) {
+    pub fn lead(&mut self, [a, b]: [&Tree; 2], pair: [u32; 2], mut crossings: u32) {
         let (Some(of_a), Some(of_b)) = (a.neighbors(pair[0]), b.neighbors(pair[1])) else { return };
         if self.visited.is_full() {
             return;
@@ -111,12 +106,12 @@ mod tests {
             let mut expected = [a.neighbors(pair[0]).unwrap().cluster(), b.neighbors(pair[1]).unwrap().cluster()];
             let side = bit / 3;
             expected[side] = expected[side].wrapping_add(tree.neighbors(pair[side]).unwrap().step(bit as u32 % 3));
-            march.lead([&a, &b], pair, Crossings(1 << bit));
+            march.lead([&a, &b], pair, 1 << bit);
             assert_eq!(march.pop(), Some(Pair::new(expected[0], expected[1])));
             assert_eq!(march.pop(), None);
             assert!(march.visit(expected, || true) && !march.visit(expected, || true));
             assert!(march.has_visited(expected));
-            march.lead([&a, &b], pair, Crossings(1 << bit));
+            march.lead([&a, &b], pair, 1 << bit);
             assert_eq!(march.pop(), None);
         }
     }
@@ -127,10 +122,10 @@ mod tests {
         let mut march = March::new(2);
         assert!(march.visit([9, 9], || true));
         let pair = [border(&tree, 0); 2];
-        march.lead([&tree, &tree], pair, Crossings(1));
+        march.lead([&tree, &tree], pair, 1);
         assert!(march.visit([8, 8], || true));
         assert_eq!(march.pop(), None);
-        march.lead([&tree, &tree], pair, Crossings(1));
+        march.lead([&tree, &tree], pair, 1);
         assert_eq!(march.pop(), None);
         assert!(march.visit([7, 7], || true) && march.visit([7, 7], || true) && !march.visit([8, 8], || true));
     }
@@ -140,7 +135,7 @@ mod tests {
         let tree = Tree::new(shapes::icosphere(4));
         let mut march = March::new(8);
         for triangle in 0..tree.mesh().len() as u32 {
-            march.lead([&tree, &tree], [triangle; 2], Crossings::ALL);
+            march.lead([&tree, &tree], [triangle; 2], ALL_EDGES);
         }
         assert_eq!(core::iter::from_fn(|| march.pop()).count(), LEADS - 1);
     }

@@ -63,7 +63,7 @@ impl Kernel for &mut Traversal<'_, '_> {
                 }
             } else if let Some((pair, origin)) = self.next_pair() {
                 self.origin = origin;
-                if self.is_new(pair) {
+                if !self.strategy.march || self.is_new(pair) {
                     expand(lanes, pair, [self.a, self.b], self.relation, self);
                 }
                 self.workspace.testing = self.workspace.waiting.len() >= self.strategy.batch;
@@ -80,17 +80,16 @@ impl Traversal<'_, '_> {
     /// The pair to be opened next: what hits lead to, before the front.
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
-        let workspace = &mut *self.workspace;
-        let lead = if self.strategy.march { workspace.march.pop() } else { None };
-        lead.map_or_else(|| workspace.front.pop(), |pair| Some((pair, Origin::Stack)))
+        if self.strategy.march
+            && let Some(pair) = self.workspace.march.pop()
+        {
+            return Some((pair, Origin::Stack));
+        }
+        self.workspace.front.pop()
     }
 
-    /// Whether a pair has still to be opened.
-    #[inline(always)]
+    /// Whether a pair has still to be opened: it is none of clusters to which a hit has led before.
     fn is_new(&mut self, Pair { nodes: [a, b], .. }: Pair) -> bool {
-        if !self.strategy.march {
-            return true;
-        }
         self.workspace.run.stats.work += WORK_PER_LOOKUP;
         let are_clusters = || self.a.nodes()[a as usize].is_cluster && self.b.nodes()[b as usize].is_cluster;
         self.workspace.march.visit([a, b], are_clusters)

@@ -34,21 +34,29 @@ pub(crate) struct Placement {
 pub(crate) struct Verdicts {
     pub hit: u32,
     pub doubt: u32,
-    /// Edges that certainly cross the other triangle: 01, 12 and 20 of A, then those of B.
-    pub crossings: [u32; 6],
 }
 
-impl Verdicts {
-    /// The crossings of a lane, a bit each.
+/// Edges that certainly cross the other triangle, 01, 12 and 20 of A, then those of B, a bit for each lane.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Crossings([u32; 6]);
+
+impl Crossings {
+    /// Those of a lane, a bit for each edge.
     #[inline(always)]
-    pub fn crossings_of(&self, lane: usize) -> u32 {
-        (0..6).fold(0, |bits, i| bits | (self.crossings[i] >> lane & 1) << i)
+    pub fn of(&self, lane: usize) -> u32 {
+        (0..6).fold(0, |bits, i| bits | (self.0[i] >> lane & 1) << i)
     }
 }
 
-/// Tests `a[i]` against `b[i]` for the eight lanes.
+/// Tests `a[i]` against `b[i]` for the eight lanes; tells the crossings of hits, if they are wanted.
 #[inline(always)]
-pub(crate) fn test<L: Lanes>(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placement: &Placement) -> Verdicts {
+pub(crate) fn test<L: Lanes>(
+    lanes: L,
+    a: [&Rows; 8],
+    b: [&Rows; 8],
+    placement: &Placement,
+    crossings: Option<&mut Crossings>,
+) -> Verdicts {
     let a = Transposed::new(lanes, a);
     let b = Transposed::new(lanes, b);
     let q = first_corner(lanes, &a, &b, placement);
@@ -76,11 +84,13 @@ pub(crate) fn test<L: Lanes>(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placement: 
     });
     let [u, v, w] = per_axis!(i => edge([of_a[i], of_a[(i + 1) % 3]], bounds.plane_b, rows[i], bounds.line));
     let miss = x.miss.and(y.miss).and(z.miss).and(u.miss).and(v.miss).and(w.miss);
-    let crossings = [u, v, w, x, y, z].map(|edge| edge.hit.mask());
-    let hit = crossings.iter().fold(0, |hit, edge| hit | edge);
+    let hit = x.hit.or(y.hit).or(z.hit).or(u.hit).or(v.hit).or(w.hit);
+    if let Some(crossings) = crossings {
+        *crossings = Crossings([u.hit, v.hit, w.hit, x.hit, y.hit, z.hit].map(F8::mask));
+    }
     let one_side = Range::of(of_b).same(bounds.plane_a).or(Range::of(of_a).same(bounds.plane_b));
-    let miss = miss.or(one_side).mask();
-    Verdicts { hit, doubt: !(hit | miss) & 0xff, crossings }
+    let (hit, miss) = (hit.mask(), miss.or(one_side).mask());
+    Verdicts { hit, doubt: !(hit | miss) & 0xff }
 }
 
 /// Eight triangles by component.
