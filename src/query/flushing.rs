@@ -17,8 +17,10 @@ pub(super) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
 #[inline]
 fn is_far_from_denormal(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
     let [of_a, of_b] = [a, b].map(|tree| tree.mesh().least_exponent());
-    let rotation = denormals::least_exponent(&b_in_a.rotation().to_cols_array());
-    let translation = denormals::least_exponent(&b_in_a.translation().to_array());
+    let (rotation, translation) = (b_in_a.rotation().to_cols_array(), b_in_a.translation().to_array());
     let units = [a, b].map(|tree| tree.unit().exponent);
-    of_a.min(of_b + rotation).min(translation) >= LEAST && units.iter().all(|&unit| unit >= LEAST_UNIT)
+    of_a.min(of_b) >= LEAST
+        && units[0].min(units[1]) >= LEAST_UNIT
+        && denormals::none_below(&translation, LEAST)
+        && denormals::none_below(&rotation, LEAST - of_b.min(0))
 }

@@ -305,6 +305,7 @@ impl<'t> Query<'t> {
     }
 
     /// Spends a budget on the run in the workspace; learns what it costs.
+    #[inline]
     fn spend(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, deadline: &mut Deadline) -> Outcome {
         let before = deadline.is_timed().then(|| workspace.counts());
         let stop = self.advance(workspace, memory, deadline);

@@ -221,6 +221,7 @@ impl Workspace {
     }
 
     /// What the last query says, having ended for this reason.
+    #[inline]
     pub(super) fn outcome(&self, stop: StopReason) -> Outcome {
         let run = &self.run;
         let stats = Stats { bv_tests: run.bv_tests(), queue_peak: self.front.peak(), ..run.stats };
