@@ -180,3 +180,42 @@ fn contacts_rounded_to_the_last_bit() {
     }
     assert!(hits.iter().all(|&count| count > 600), "{hits:?}");
 }
+
+fn triangle(points: [[f64; 3]; 3]) -> Triangle {
+    points.map(DVec3::from_array)
+}
+
+#[test]
+fn one_denormal_decides() {
+    let floor = triangle([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]]);
+    for (height, expected) in [(TINY, false), (0.0, true), (-TINY, true)] {
+        let needle = triangle([[0.0, 0.0, height], [0.5, 0.0, 1.0], [0.0, 0.5, 1.0]]);
+        assert_eq!(triangles_intersect(&floor, &needle), expected, "{height:e}");
+        assert_eq!(triangles_intersect(&needle, &floor), expected, "{height:e}");
+    }
+    for (x, expected) in [(1.0, true), (1.0 + f64::EPSILON, false)] {
+        let beside = triangle([[x, -1.0, -0.5], [x, -1.0, 0.5], [2.0, -2.0, 0.0]]);
+        assert_eq!(triangles_intersect(&floor, &beside), expected, "{x:e}");
+    }
+}
+
+#[test]
+fn segments_and_points() {
+    let segment = |p: [f64; 3], q: [f64; 3]| triangle([p, q, from_fn(|i| 0.5 * (p[i] + q[i]))]);
+    let point = |p: [f64; 3]| triangle([p; 3]);
+    let x = segment([-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]);
+    assert!(triangles_intersect(&x, &segment([0.0, -2.0, 0.0], [0.0, 2.0, 0.0])));
+    assert!(triangles_intersect(&x, &segment([2.0, 0.0, 0.0], [3.0, 0.0, 0.0])));
+    assert!(!triangles_intersect(&x, &segment([2.5, 0.0, 0.0], [3.0, 0.0, 0.0])));
+    assert!(triangles_intersect(&x, &point([1.5, 0.0, 0.0])));
+    assert!(!triangles_intersect(&x, &point([1.5, TINY, 0.0])));
+    let skew = segment([-2.0, 0.0, -TINY], [2.0, 0.0, TINY]);
+    assert!(!triangles_intersect(&skew, &segment([0.0, -2.0, TINY], [0.0, 2.0, TINY])));
+    let diagonal = segment([-1.0; 3], [1.0; 3]);
+    assert!(triangles_intersect(&diagonal, &point([0.1; 3])));
+    assert!(!triangles_intersect(&diagonal, &point([0.1, 0.1, 0.2])));
+    let roof = triangle([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    assert!(triangles_intersect(&roof, &diagonal));
+    assert!(triangles_intersect(&roof, &point([0.25, 0.25, 0.5])));
+    assert!(!triangles_intersect(&roof, &point([0.25, 0.25, 0.5 + f64::EPSILON])));
+}
