@@ -1360,8 +1360,7 @@ punctual_status punctual_query_certificate(const struct punctual_query *query,
                                            struct punctual_certificate *certificate);
 
 /**
- * Boxes in A's frame, one for each open pair: every missed intersection has all its points in one of them; a box
- * may be empty. As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+ * Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
  *
  * Fails as `punctual_query_certificate`.
  */

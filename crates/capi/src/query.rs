@@ -286,8 +286,7 @@ pub extern "C" fn punctual_query_certificate(
     })
 }
 
-/// Boxes in A's frame, one for each open pair: every missed intersection has all its points in one of them; a box
-/// may be empty. As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+/// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
 ///
 /// Fails as `punctual_query_certificate`.
 #[unsafe(no_mangle)]

@@ -134,7 +134,8 @@ impl<'t> Both<'t> {
             // SAFETY: there is room for three.
             unsafe { punctual_query_open_boxes(Some(&self.query), Some(self.workspace), boxes.as_mut_ptr(), 3, count) }
         });
-        assert_eq!(count, open.open_pairs);
+        assert_eq!(count, certificate.boxes().count());
+        assert!(count <= open.open_pairs);
         for (ours, theirs) in boxes.iter().zip(certificate.boxes()) {
             assert_eq!([ours.min.x, ours.max.z], [theirs.min.x, theirs.max.z]);
         }
