@@ -244,7 +244,7 @@ static void queries(void) {
     OK(punctual_query_certificate(&query, small, &certificate));
     CHECK(certificate.upper_bound >= whole.found && certificate.largest_extent >= 0);
     OK(punctual_query_open_boxes(&query, small, boxes, 4, &count));
-    CHECK(count == certificate.open_pairs);
+    CHECK(count <= certificate.open_pairs);
     CHECK(count == 0 || boxes[0].max.x - boxes[0].min.x <= certificate.largest_extent);
     OK(punctual_workspace_pairs(small, &pairs, &count));
     drained += count;
