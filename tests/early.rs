@@ -167,6 +167,8 @@ fn without_neighbors_early_answers_are_as_right_as_with_them() {
     let bare = |tree: &Tree| Tree::with_options(tree.mesh().clone(), &options);
     let bare = Case { a: bare(&case.a), b: bare(&case.b), pose: case.pose };
     assert_eq!((bare.a.stats().bytes_neighbors, case.a.stats().bytes_neighbors), (0, 12 * case.a.mesh().len()));
+    let loaded = Tree::from_bytes(&bare.a.to_bytes()).unwrap();
+    assert_eq!(loaded.stats(), bare.a.stats());
     let mut workspace = Workspace::new();
     let outcome = run(&bare.early(), &mut workspace, ENOUGH);
     assert_complete(Mode::All, &outcome, workspace.pairs(), &case.truth());

@@ -12,7 +12,7 @@
 //! |---:|---|
 //! | 8 | `PUNCTREE` |
 //! | 4 | version, 1 |
-//! | 4 | bytes of a coordinate, 4 or 8 |
+//! | 4 | bytes of a coordinate, 4 or 8; + 256 if the neighbors of triangles are kept |
 //! | 4 x 8 | numbers of vertices, triangles, nodes, and orientations |
 //! | 4 | SAH cost after the build, `f32` |
 //! | 12 or 24 a vertex | coordinates |
@@ -39,6 +39,9 @@ use glam::{Mat3, Mat3A};
 
 const MAGIC: [u8; 8] = *b"PUNCTREE";
 const VERSION: u32 = 1;
+
+/// Beside the size of a coordinate: the neighbors of triangles are kept. They are found anew.
+const HAS_NEIGHBORS: u32 = 1 << 8;
 const HEADER: usize = 52;
 const CHECKSUM: usize = 4;
 const ORIENTATION: usize = 36;
@@ -138,6 +141,7 @@ impl From<TreeFault> for TreeFileError {
 /// What the header says.
 struct Header {
     is_f64: bool,
+    has_neighbors: bool,
     vertices: u64,
     triangles: u64,
     nodes: u64,
@@ -149,7 +153,8 @@ impl Header {
     fn write(&self, bytes: &mut Vec<u8>) {
         bytes.extend_from_slice(&MAGIC);
         bytes.extend_from_slice(&VERSION.to_le_bytes());
-        bytes.extend_from_slice(&(if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());
+        let neighbors = if self.has_neighbors { HAS_NEIGHBORS } else { 0 };
+        bytes.extend_from_slice(&(neighbors | if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());
         for count in [self.vertices, self.triangles, self.nodes, self.orientations] {
             bytes.extend_from_slice(&count.to_le_bytes());
         }
@@ -169,12 +174,13 @@ impl Header {
         if version != VERSION {
             return Err(TreeFileError::Version { found: version, supported: VERSION });
         }
-        let size = word();
+        let kind = word();
+        let (size, has_neighbors) = (kind & !HAS_NEIGHBORS, kind & HAS_NEIGHBORS != 0);
         let mut count = || u64::from(word()) | u64::from(word()) << 32;
         let [vertices, triangles, nodes, orientations] = [count(), count(), count(), count()];
         let cost = f32::from_bits(word());
         match size {
-            4 | 8 => Ok(Self { is_f64: size == 8, vertices, triangles, nodes, orientations, cost }),
+            4 | 8 => Ok(Self { is_f64: size == 8, has_neighbors, vertices, triangles, nodes, orientations, cost }),
             _ => Err(TreeFileError::CoordinateSize(size)),
         }
     }
@@ -236,6 +242,7 @@ impl Tree {
     fn header(&self) -> Header {
         Header {
             is_f64: !self.mesh.is_f32(),
+            has_neighbors: !self.neighbors.is_empty(),
             vertices: self.mesh.vertex_count() as u64,
             triangles: self.mesh.len() as u64,
             nodes: self.nodes.len() as u64,
@@ -282,7 +289,7 @@ impl Tree {
         let triangles = unit.triangles(&mesh, &ids).collect::<Box<[Triangle]>>();
         let mut profiles = Profiles::room(&mut nodes);
         update::update(&mut nodes, &triangles, &mut profiles);
-        let neighbors = adjacency::neighbors(&mesh, &ids, &nodes);
+        let neighbors = if header.has_neighbors { adjacency::neighbors(&mesh, &ids, &nodes) } else { Box::default() };
         let (built_cost, identity) = (header.cost, next_identity());
         let tree =
             Self { mesh, unit, nodes, triangles, ids, profiles, neighbors, built_cost, identity, lineage: identity };
