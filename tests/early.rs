@@ -37,7 +37,8 @@ fn pose(x: f64, y: f64, z: f64) -> Pose {
 
 /// Curves that are closed, many, and cut by open edges; aligned surfaces, where all is in doubt; a soup without neighbors.
 fn cases() -> Vec<Case> {
-    let case = |a: Mesh, b: Mesh, pose| Case { a: Tree::new(a), b: Tree::new(b), pose };
+    let tree = |mesh| Tree::with_options(mesh, &BuildOptions::default().neighbors(true));
+    let case = |a: Mesh, b: Mesh, pose| Case { a: tree(a), b: tree(b), pose };
     let sphere = || shapes::icosphere(4);
     let apart = |mesh: &Mesh| {
         let corners: Vec<DVec3> = (0..mesh.len()).flat_map(|i| mesh.triangle(i)).collect();
@@ -162,9 +163,7 @@ fn early_answers_know_more_at_a_fifth_of_the_work() {
 #[test]
 fn without_neighbors_early_answers_are_as_right_as_with_them() {
     let case = &cases()[1];
-    let mut options = BuildOptions::default();
-    options.neighbors = false;
-    let bare = |tree: &Tree| Tree::with_options(tree.mesh().clone(), &options);
+    let bare = |tree: &Tree| Tree::new(tree.mesh().clone());
     let bare = Case { a: bare(&case.a), b: bare(&case.b), pose: case.pose };
     assert_eq!((bare.a.stats().bytes_neighbors, case.a.stats().bytes_neighbors), (0, 12 * case.a.mesh().len()));
     let loaded = Tree::from_bytes(&bare.a.to_bytes()).unwrap();

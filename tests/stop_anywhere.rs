@@ -13,8 +13,8 @@ use common::reference::{Place, all_pairs, place};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, MAX_STEP_WORK, ManualClock, Mesh, Mode, Order, Outcome, Pose, Query, StopReason, Tree, Verdict, Workspace,
-    shapes,
+    Budget, BuildOptions, MAX_STEP_WORK, ManualClock, Mesh, Mode, Order, Outcome, Pose, Query, StopReason, Tree,
+    Verdict, Workspace, shapes,
 };
 
 struct Case {
@@ -28,7 +28,8 @@ struct Case {
 impl Case {
     fn new(name: &'static str, a: Mesh, b: Mesh, pose: Pose) -> Self {
         let truth = all_pairs(&a, &b, &pose);
-        let (a, b) = (Tree::new(a), Tree::new(b));
+        let options = BuildOptions::default().neighbors(true);
+        let (a, b) = (Tree::with_options(a, &options), Tree::with_options(b, &options));
         Self { name, a, b, pose, truth }
     }
 

@@ -89,7 +89,12 @@ impl March {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
+    use crate::mesh::{Mesh, shapes};
+    use crate::tree::BuildOptions;
+
+    fn tree(mesh: Mesh) -> Tree {
+        Tree::with_options(mesh, &BuildOptions::default().neighbors(true))
+    }
 
     /// A triangle with a neighbor in another cluster across edge 01, 12 or 20.
     fn border(tree: &Tree, edge: u32) -> u32 {
@@ -99,7 +104,7 @@ mod tests {
 
     #[test]
     fn a_crossing_leads_to_the_cluster_across_its_edge_until_that_is_visited() {
-        let (a, b) = (Tree::new(shapes::icosphere(2)), Tree::new(shapes::torus(1.0, 0.3, 12)));
+        let (a, b) = (tree(shapes::icosphere(2)), tree(shapes::torus(1.0, 0.3, 12)));
         for (bit, tree) in [(1, &a), (5, &b)] {
             let mut march = March::new(8);
             let pair = if bit < 3 { [border(tree, 1), 0] } else { [0, border(tree, 2)] };
@@ -118,7 +123,7 @@ mod tests {
 
     #[test]
     fn leads_end_when_visits_cannot_be_noted_any_more() {
-        let tree = Tree::new(shapes::icosphere(2));
+        let tree = tree(shapes::icosphere(2));
         let mut march = March::new(2);
         assert!(march.visit([9, 9], || true));
         let pair = [border(&tree, 0); 2];
@@ -132,7 +137,7 @@ mod tests {
 
     #[test]
     fn more_leads_than_fit_are_dropped() {
-        let tree = Tree::new(shapes::icosphere(4));
+        let tree = tree(shapes::icosphere(4));
         let mut march = March::new(8);
         for triangle in 0..tree.mesh().len() as u32 {
             march.lead([&tree, &tree], [triangle; 2], ALL_EDGES);

@@ -135,8 +135,8 @@ impl<'t> Query<'t> {
     ///
     /// Surfaces meet along curves. With this option each hit leads the query to the neighbors of its triangles, and so
     /// along the curve (`docs/performance.md` has what that is worth, and what it costs a query that is finished all the
-    /// same). Budgets of time that are expected to be too short do so anyway. It needs trees that know their neighbors
-    /// ([`crate::BuildOptions::neighbors`], the default); an unlimited query takes no notice of it.
+    /// same). Budgets of time that are expected to be too short do so anyway. It needs trees that were built with
+    /// [`crate::BuildOptions::neighbors`]; without them, and without a budget, it changes nothing.
     #[must_use]
     pub fn early(mut self, early: bool) -> Self {
         self.options.early = early;
@@ -215,7 +215,7 @@ impl<'t> Query<'t> {
             memory.bind(self.a, self.b);
         }
         let fits = |limit| self.fits(limit, memory.as_deref(), &workspace.cost_model);
-        let strategy = Strategy::choose(&self.options, budget, fits);
+        let strategy = Strategy::choose(&self.options, budget, self.can_march(), fits);
         self.begin(workspace, memory.as_deref(), strategy);
         self.spend(workspace, memory, &mut deadline)
     }
@@ -258,12 +258,17 @@ impl<'t> Query<'t> {
         Key { trees: [self.a.identity(), self.b.identity()], b_in_a: self.b_in_a, options: self.options }
     }
 
+    /// Whether both trees know what lies next to their triangles.
+    fn can_march(&self) -> bool {
+        self.a.has_neighbors() && self.b.has_neighbors()
+    }
+
     /// How a run goes about its visits that is expected to be complete, or else that has any budget of work.
     pub(crate) fn strategy(&self, complete: bool) -> Strategy {
         if complete {
             Strategy::complete(&self.options)
         } else {
-            Strategy::choose(&self.options, Budget::work(0), |_| false)
+            Strategy::choose(&self.options, Budget::work(0), self.can_march(), |_| false)
         }
     }
 

@@ -60,12 +60,18 @@ impl Strategy {
     ///
     /// What no budget can cut short, or a budget of time is not expected to, goes depth-first, unless another order was
     /// asked for. Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing.
-    pub fn choose(options: &Options, budget: Budget, fits: impl FnOnce(core::time::Duration) -> bool) -> Self {
+    pub fn choose(
+        options: &Options,
+        budget: Budget,
+        can_march: bool,
+        fits: impl FnOnce(core::time::Duration) -> bool,
+    ) -> Self {
         let mut strategy = Self::complete(options);
         let is_short = budget.time.is_some_and(|limit| !fits(limit));
         let stops = budget.work.is_some() || is_short;
-        let is_early = options.early && budget != Budget::unlimited();
-        strategy.march = options.mode == Mode::All && options.order == Order::default() && (is_early || is_short);
+        let is_early = can_march && options.early && budget != Budget::unlimited();
+        strategy.march =
+            options.mode == Mode::All && options.order == Order::default() && (is_early || can_march && is_short);
         let default_threshold = if strategy.march { MARCHING_QUEUE_THRESHOLD } else { DEFAULT_QUEUE_THRESHOLD };
         strategy.queue_threshold = match (options.order, options.mode) {
             (Order::DepthFirst, _) => f32::INFINITY,

@@ -105,7 +105,11 @@ pub(super) fn neighbors(mesh: &Mesh, ids: &[u32], nodes: &[Node]) -> Box<[Neighb
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-    use crate::tree::Tree;
+    use crate::tree::{BuildOptions, Tree};
+
+    fn tree(mesh: Mesh) -> Tree {
+        Tree::with_options(mesh, &BuildOptions::default().neighbors(true))
+    }
 
     fn across(neighbors: Neighbors, edge: u32) -> Option<u32> {
         let step = neighbors.step(edge);
@@ -146,8 +150,8 @@ mod tests {
 
     #[test]
     fn each_edge_leads_to_the_cluster_of_the_other_triangle_that_has_it() {
-        assert!(check(&Tree::new(shapes::torus_knot(2, 3, 0.2, 24))) > 500);
-        assert!(check(&Tree::new(shapes::height_field(9, 1))) > 50);
+        assert!(check(&tree(shapes::torus_knot(2, 3, 0.2, 24))) > 500);
+        assert!(check(&tree(shapes::height_field(9, 1))) > 50);
     }
 
     #[test]
@@ -155,7 +159,7 @@ mod tests {
         // A fan around the edge 01, and the same triangle twice; enough of them for several clusters.
         let vertices = (0..40).map(|i| [i as f32, (i * i % 11) as f32, (i * i % 7) as f32]);
         let triangles = (2..38).flat_map(|i| [[0, 1, i], [i, i + 1, i + 2]]).chain([[5, 6, 7], [3, 3, 9]]);
-        let tree = Tree::new(Mesh::new(vertices, triangles).unwrap());
+        let tree = tree(Mesh::new(vertices, triangles).unwrap());
         assert!(tree.nodes().len() > 5);
         check(&tree);
     }

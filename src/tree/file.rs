@@ -242,7 +242,7 @@ impl Tree {
     fn header(&self) -> Header {
         Header {
             is_f64: !self.mesh.is_f32(),
-            has_neighbors: !self.neighbors.is_empty(),
+            has_neighbors: self.has_neighbors(),
             vertices: self.mesh.vertex_count() as u64,
             triangles: self.mesh.len() as u64,
             nodes: self.nodes.len() as u64,

@@ -209,6 +209,11 @@ impl Tree {
         [parent, at]
     }
 
+    /// Whether neighbors are kept.
+    pub(crate) fn has_neighbors(&self) -> bool {
+        !self.neighbors.is_empty()
+    }
+
     /// What lies next to a triangle (tree order); `None` if neighbors are not kept.
     #[inline(always)]
     pub(crate) fn neighbors(&self, triangle: u32) -> Option<Neighbors> {

@@ -10,8 +10,9 @@ pub struct BuildOptions {
     pub effort: Effort,
     /// Whether nodes choose the orientation in which their boxes are smallest; if not, all boxes have the mesh's axes.
     pub orientations: bool,
-    /// Whether to keep the neighbors of each triangle across its edges, 12 bytes a triangle. With them a query follows a
-    /// curve of intersection from triangle to triangle, so that a stopped query has found more.
+    /// Whether to keep what lies next to each triangle, 12 bytes a triangle; a build takes 15 to 22 % longer. Queries for all
+    /// pairs between two such trees can follow the contact, so that they have found more when they are stopped
+    /// ([`crate::Query::early`]). False by default.
     pub neighbors: bool,
     /// Most threads that build at once, the caller's included; 1 by default. More than one are used only with the feature
     /// `parallel`, and only for large meshes. The tree is the same to the bit, however many there are.
@@ -32,7 +33,7 @@ pub enum Effort {
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { effort: Effort::Normal, orientations: true, neighbors: true, threads: 1 }
+        Self { effort: Effort::Normal, orientations: true, neighbors: false, threads: 1 }
     }
 }
 
@@ -47,6 +48,12 @@ impl BuildOptions {
     #[must_use]
     pub fn best() -> Self {
         Self { effort: Effort::Best, ..Self::default() }
+    }
+
+    /// Sets whether neighbors are kept.
+    #[must_use]
+    pub fn neighbors(self, neighbors: bool) -> Self {
+        Self { neighbors, ..self }
     }
 
     /// Sets the number of threads.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::{ArgGroup, ValueEnum};
-use punctual::{Budget, CostModel, Mode, Order, Tree, Verdict};
+use punctual::{Budget, BuildOptions, CostModel, Mode, Order, Tree, Verdict};
 use punctual_io::{FileError, load};
 use punctual_lab::files::{self, ListedPose};
 use punctual_lab::report::Failure;
@@ -118,7 +118,8 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let meshes = (load(&args.a)?, load(&args.b)?);
     let poses = files::poses(&args.poses)?;
     let start = Instant::now();
-    let (a, b) = (Tree::new(meshes.0), Tree::new(meshes.1));
+    let options = BuildOptions::default().neighbors(args.early);
+    let (a, b) = (Tree::with_options(meshes.0, &options), Tree::with_options(meshes.1, &options));
     let build = start.elapsed();
     let mut pairs_out = args.pairs_out.as_deref().map(PairsFile::create).transpose()?;
 

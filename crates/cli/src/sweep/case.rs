@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use punctual::glam::DVec3;
-use punctual::{Mesh, Pose, Tree};
+use punctual::{BuildOptions, Mesh, Pose, Tree};
 use punctual_lab::files;
 use punctual_lab::report::Failure;
 
@@ -18,7 +18,9 @@ pub struct Case {
 
 impl Case {
     pub fn new(name: &str, a: Mesh, b: Mesh, poses: Vec<Pose>) -> Self {
-        Self { name: name.to_owned(), a: Tree::new(a), b: Tree::new(b), poses, known: Vec::new() }
+        // For early answers.
+        let tree = |mesh| Tree::with_options(mesh, &BuildOptions::default().neighbors(true));
+        Self { name: name.to_owned(), a: tree(a), b: tree(b), poses, known: Vec::new() }
     }
 
     /// The case of a folder with a mesh `a.*`, a mesh `b.*`, `poses.txt`, and perhaps `truth.csv` with columns `hit` and
