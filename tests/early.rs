@@ -80,7 +80,9 @@ fn no_pair_is_wrong_or_told_twice_at_any_stop() {
         let case = &mut cases[stop % count];
         if stop % 50 < count {
             let random_pose = pose_about(DVec3::ZERO, 0.8, Drift::Shear, &mut random);
-            case.pose = if stop % 3 == 0 { case.pose } else { random_pose };
+            if stop % 3 != 0 {
+                case.pose = random_pose;
+            }
         }
         let truth = case.truth();
         let query = case.early().queue_threshold([0.0, 16.0, 64.0, 1e9][random.below(4)]);

@@ -8,7 +8,7 @@
 //! A lead is only a hint: it may be lost, or lead nowhere, and the answer stays the same.
 
 use super::queue::Pair;
-use super::visited::{Added, Visited};
+use super::visited::Visited;
 use crate::tree::Tree;
 
 /// Leads that wait; those beyond are lost.
@@ -48,12 +48,12 @@ impl March {
     /// Takes note of a visit to a pair of nodes, if both are clusters. False if it has been visited before.
     #[inline(always)]
     pub fn visit(&mut self, pair: [u32; 2], are_clusters: impl FnOnce() -> bool) -> bool {
-        let added = self.visited.add(pair, are_clusters);
+        let is_new = self.visited.add(pair, are_clusters);
         if self.visited.is_full() {
             // What can't be noted might be visited again.
             self.waiting = 0;
         }
-        added != Added::Known
+        is_new
     }
 
     /// Whether a pair of clusters has been visited, as far as is known.

@@ -69,13 +69,12 @@ impl Strategy {
         let mut strategy = Self::complete(options);
         let is_short = budget.time.is_some_and(|limit| !fits(limit));
         let stops = budget.work.is_some() || is_short;
-        let is_early = can_march && options.early && budget != Budget::unlimited();
-        strategy.march =
-            options.mode == Mode::All && options.order == Order::default() && (is_early || can_march && is_short);
+        let is_early = is_short || options.early && budget != Budget::unlimited();
+        strategy.march = can_march && is_early && options.mode == Mode::All && options.order == Order::default();
         let default_threshold = if strategy.march { MARCHING_QUEUE_THRESHOLD } else { DEFAULT_QUEUE_THRESHOLD };
         strategy.queue_threshold = match (options.order, options.mode) {
             (Order::DepthFirst, _) => f32::INFINITY,
-            (Order::Penetration, _) if !stops && !is_early => f32::INFINITY,
+            (Order::Penetration, _) if !stops && !strategy.march => f32::INFINITY,
             (Order::Penetration, Mode::Any) => options.queue_threshold.unwrap_or(f32::INFINITY),
             _ => options.queue_threshold.unwrap_or(default_threshold),
         };

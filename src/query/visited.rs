@@ -8,16 +8,6 @@ use alloc::vec::Vec;
 /// No pair: node numbers are below 2^31.
 const FREE: u64 = u64::MAX;
 
-/// What became of a pair that was to be added.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Added {
-    /// It is not known.
-    New,
-    Known,
-    /// There is no room.
-    Full,
-}
-
 #[derive(Debug)]
 pub(super) struct Visited {
     /// At least twice as many as there is room for, a power of two.
@@ -42,22 +32,18 @@ impl Visited {
         }
     }
 
-    /// Adds a pair that is not known, if it is wanted.
+    /// Adds a pair, if it is wanted and there is room. False if it was there.
     #[inline(always)]
-    pub fn add(&mut self, pair: [u32; 2], is_wanted: impl FnOnce() -> bool) -> Added {
+    pub fn add(&mut self, pair: [u32; 2], is_wanted: impl FnOnce() -> bool) -> bool {
         let slot = self.slot(pair);
         if self.slots[slot] != FREE {
-            return Added::Known;
+            return false;
         }
-        if !is_wanted() {
-            return Added::New;
+        if !self.is_full() && is_wanted() {
+            self.slots[slot] = key(pair);
+            self.used.push(slot as u32);
         }
-        if self.is_full() {
-            return Added::Full;
-        }
-        self.slots[slot] = key(pair);
-        self.used.push(slot as u32);
-        Added::New
+        true
     }
 
     pub fn is_full(&self) -> bool {
@@ -105,23 +91,26 @@ mod tests {
         for round in 0..3 {
             let pairs = || (0..1000).map(|i| [i % 7, i + round]);
             for pair in pairs() {
-                assert!(!visited.contains(pair));
-                assert_eq!(visited.add(pair, || true), Added::New);
+                assert!(!visited.contains(pair) && !visited.is_full());
+                assert!(visited.add(pair, || false) && !visited.contains(pair));
+                assert!(visited.add(pair, || true));
             }
             for pair in pairs() {
                 assert!(visited.contains(pair));
-                assert_eq!(visited.add(pair, || true), Added::Known);
+                assert!(!visited.add(pair, || true));
             }
-            assert_eq!(visited.add([9, 9], || true), Added::Full);
-            assert_eq!(visited.clone().add([9, 9], || true), Added::Full);
+            for mut full in [visited.clone(), visited.clone().clone()] {
+                assert!(full.is_full() && full.add([9, 9], || true) && !full.contains([9, 9]));
+            }
             visited.clear();
         }
-        assert_eq!(visited.clone().add([9, 9], || true), Added::New);
+        assert!(visited.clone().add([9, 9], || true));
     }
 
     #[test]
     fn without_room_nothing_is_known() {
         let mut visited = Visited::new(0);
-        assert_eq!([1, 2].map(|i| visited.add([i, i], || true)), [Added::Full; 2]);
+        assert!(visited.is_full());
+        assert_eq!([1, 1].map(|i| visited.add([i, i], || true)), [true; 2]);
     }
 }
