@@ -94,16 +94,16 @@ pub(crate) fn test<L: Lanes>(
 }
 
 /// Eight triangles by component.
-struct Transposed<L: Lanes> {
+pub(super) struct Transposed<L: Lanes> {
     first: V8<L>,
-    edge1: V8<L>,
-    edge2: V8<L>,
+    pub edge1: V8<L>,
+    pub edge2: V8<L>,
     rest: V8<L>,
 }
 
 impl<L: Lanes> Transposed<L> {
     #[inline(always)]
-    fn new(lanes: L, rows: [&Rows; 8]) -> Self {
+    pub fn new(lanes: L, rows: [&Rows; 8]) -> Self {
         let [a, b, c, d, e, f, g, h] = rows;
         let [[x, y, z, ex], [ey, ez, fx, fy], [fz, rx, ry, rz]] =
             per_axis!(i => F8::transpose(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
@@ -118,7 +118,7 @@ impl<L: Lanes> Transposed<L> {
 
 /// First corner of B's triangle relative to that of A's, A's units, computed in `f64`.
 #[inline(always)]
-fn first_corner<L: Lanes>(lanes: L, a: &Transposed<L>, b: &Transposed<L>, placement: &Placement) -> V8<L> {
+pub(super) fn first_corner<L: Lanes>(lanes: L, a: &Transposed<L>, b: &Transposed<L>, placement: &Placement) -> V8<L> {
     let (a, b) = (a.corner(), b.corner());
     per_axis!(k => {
         let [x, y, z] = placement.linear[k];
@@ -129,7 +129,7 @@ fn first_corner<L: Lanes>(lanes: L, a: &Transposed<L>, b: &Transposed<L>, placem
 
 /// An edge of B in A's coordinates.
 #[inline(always)]
-fn rotate<L: Lanes>(lanes: L, linear: &[[f64; 3]; 3], edge: V8<L>) -> V8<L> {
+pub(super) fn rotate<L: Lanes>(lanes: L, linear: &[[f64; 3]; 3], edge: V8<L>) -> V8<L> {
     per_axis!(k => dot(per_axis!(j => F8::splat(lanes, linear[k][j] as f32)), edge))
 }
 

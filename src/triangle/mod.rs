@@ -1,7 +1,9 @@
-//! Two triangles in, one answer out: a fast filter that is sometimes in doubt ([`batch`]), and signs that never are
-//! ([`exact`]).
+//! Two triangles in, one answer out. Do they meet: a fast filter that is sometimes in doubt ([`batch`]), and signs that
+//! never are ([`exact`]). How far apart are they: bounds of their distance ([`distance`]).
 
 pub(crate) mod batch;
+#[cfg_attr(not(test), allow(dead_code, unused_imports, reason = "no query asks for distances yet"))]
+pub(crate) mod distance;
 mod exact;
 
 use glam::DVec3;

@@ -1,0 +1,239 @@
+//! One pair in `f64`: closest points and both bounds.
+
+use glam::DVec3;
+
+type Triangle = [DVec3; 3];
+
+/// What is known of the distance of two triangles: `low <= distance <= high`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Closest {
+    /// The closest points found, of `a` and of `b`, rounded.
+    pub points: [DVec3; 2],
+    /// Unit vector from `b` to `a` along which they are at least `low` apart; zero if nothing is proven.
+    pub direction: DVec3,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// Closest points of two closed triangles, with bounds of their distance that hold for all finite coordinates up to 2^1003.
+///
+/// If the triangles are apart, `high - low` is some roundings of the extent of the pair: never more than 2e-14 of it was seen.
+/// If they meet, `low` is 0 and `high` may be anything. Which of both is for [`super::super::triangles_intersect`] to say.
+pub(crate) fn closest(a: &Triangle, b: &Triangle) -> Closest {
+    let pair = Pair::new(a, b);
+    let found = pair.closest_features();
+    let length = (found.points[0] - found.points[1]).length();
+    let rounding = f64::EPSILON * pair.reach.length();
+    let high = (length + 3.01 * rounding) * (1.0 + 3.0 * f64::EPSILON) * pair.unit;
+    let (low, direction) = pair.gap(found.direction);
+    let low = low * pair.unit;
+    Closest {
+        points: found.points.map(|point| a[0] + point * pair.unit),
+        direction,
+        // Units are powers of two, so what is above the least normal number is not rounded.
+        low: if low > f64::MIN_POSITIVE { low } else { 0.0 },
+        high: high.max(f64::MIN_POSITIVE),
+    }
+}
+
+/// Two triangles relative to the first corner of `a`, in a unit that brings the largest coordinate between 1 and 2, or as
+/// near as possible.
+struct Pair {
+    a: Triangle,
+    b: Triangle,
+    unit: f64,
+    /// The largest coordinates of `a` plus those of `b`, axis by axis.
+    reach: DVec3,
+}
+
+impl Pair {
+    fn new(a: &Triangle, b: &Triangle) -> Self {
+        let [p, q] = [a, b].map(|t| t.map(|corner| corner - a[0]));
+        let size = largest(&p).max(largest(&q)).max_element();
+        // The exponent field of the largest, at least that of the least normal number.
+        let exponent = (size.to_bits() >> 52).max(1);
+        let (scale, unit) = (f64::from_bits((2046 - exponent) << 52), f64::from_bits(exponent << 52));
+        let [a, b] = [p, q].map(|t| t.map(|corner| corner * scale));
+        Self { a, b, unit, reach: largest(&a) + largest(&b) }
+    }
+
+    fn closest_features(&self) -> Features {
+        let mut best = Features { square: f64::INFINITY, points: [DVec3::ZERO; 2], direction: DVec3::ZERO };
+        let (a, b) = (edges(&self.a), edges(&self.b));
+        // The edges that face the other triangle are the closest in most pairs, then corners and faces.
+        let to_b = (self.b[0] + self.b[1] + self.b[2]) - (self.a[0] + self.a[1] + self.a[2]);
+        let is_found = best.or_edges(&a[facing(&self.a, to_b)], &b[facing(&self.b, -to_b)])
+            || best.or_face(&self.a, &self.b, |foot, corner| [foot, corner])
+            || best.or_face(&self.b, &self.a, |foot, corner| [corner, foot]);
+        if is_found {
+            return best;
+        }
+        for d in &a {
+            for e in &b {
+                if best.or_edges(d, e) {
+                    return best;
+                }
+            }
+        }
+        best
+    }
+
+    /// The proven gap between the projections on the line along `n`, whatever its length, and its unit vector from `b` to `a`;
+    /// zero if there is none.
+    fn gap(&self, n: DVec3) -> (f64, DVec3) {
+        let n = n / n.abs().max_element();
+        let [(a_low, a_high), (b_low, b_high)] = [&self.a, &self.b].map(|t| {
+            let [x, y, z] = t.map(|corner| corner.dot(n));
+            (x.min(y).min(z), x.max(y).max(z))
+        });
+        let (above, below) = (a_low - b_high, b_low - a_high);
+        let error = 2.01 * f64::EPSILON * n.abs().dot(self.reach) + 1e-300;
+        let (gap, length) = (above.max(below) - error, n.length());
+        // False also for no number, from no direction.
+        if gap > 0.0 {
+            let towards_a = if above > below { n } else { -n };
+            (gap / length * (1.0 - 4.0 * f64::EPSILON), towards_a / length)
+        } else {
+            (0.0, DVec3::ZERO)
+        }
+    }
+}
+
+fn largest(points: &[DVec3]) -> DVec3 {
+    points.iter().fold(DVec3::ZERO, |largest, point| largest.max(point.abs()))
+}
+
+/// `x` brought into 0..=1; 0 if it is no number.
+fn clamped(x: f64) -> f64 {
+    let x = if x > 0.0 { x } else { 0.0 };
+    if x < 1.0 { x } else { 1.0 }
+}
+
+/// The closest features found: points of `a` and `b`, their squared distance, and the direction between the features.
+struct Features {
+    square: f64,
+    points: [DVec3; 2],
+    direction: DVec3,
+}
+
+/// An edge and what lies beside it.
+struct Edge {
+    start: DVec3,
+    end: DVec3,
+    step: DVec3,
+    /// `1 / |step|^2`.
+    inverse: f64,
+    /// From the start to the corner that is not on it.
+    aside: DVec3,
+}
+
+/// The edge that is opposite to the corner farthest back.
+fn facing(t: &Triangle, forward: DVec3) -> usize {
+    let [x, y, z] = t.map(|corner| corner.dot(forward));
+    let back = if y < x { 1 } else { 0 };
+    let back = if z < x.min(y) { 2 } else { back };
+    (back + 1) % 3
+}
+
+fn edges(&[x, y, z]: &Triangle) -> [Edge; 3] {
+    [[x, y, z], [y, z, x], [z, x, y]].map(|[start, end, other]| {
+        let step = end - start;
+        Edge { start, end, step, inverse: 1.0 / step.length_squared(), aside: other - start }
+    })
+}
+
+impl Edge {
+    fn point(&self, s: f64) -> DVec3 {
+        self.start * (1.0 - s) + self.end * s
+    }
+
+    /// How far along this edge and another their closest points lie: the solution for the lines, brought into the first
+    /// edge, its projection on the second brought into that, and that one's on the first.
+    fn parameters(&self, other: &Self) -> [f64; 2] {
+        let (d, e, from) = (self.step, other.step, self.start - other.start);
+        let (d_e, d_from, e_from) = (d.dot(e), d.dot(from), e.dot(from) * other.inverse);
+        let ratio = d_e * other.inverse;
+        // sin^2 of the angle.
+        let sine = 1.0 - d_e * ratio * self.inverse;
+        let s = if sine < 1e-4 {
+            let across = d.cross(e);
+            e.cross(from).dot(across) / across.length_squared()
+        } else {
+            (d_e * e_from - d_from) * self.inverse / sine
+        };
+        let t = clamped(ratio * clamped(s) + e_from);
+        [clamped((d_e * t - d_from) * self.inverse), t]
+    }
+
+    /// The direction between two edges whose closest points lie at these parameters and differ by `between`: perpendicular
+    /// to each edge that has its point inside. Whether it is as exact where the edges nearly meet.
+    fn direction(&self, other: &Self, parameters: [f64; 2], between: DVec3) -> (DVec3, bool) {
+        let (d, e) = (self.step, other.step);
+        let [d_inside, e_inside] = parameters.map(|s| s > 0.0 && s < 1.0);
+        if d_inside && e_inside {
+            let across = d.cross(e);
+            if across.length_squared() * self.inverse * other.inverse > PARALLEL {
+                return (across, true);
+            }
+        }
+        let along = |edge: &Self| edge.step * (between.dot(edge.step) * edge.inverse);
+        let direction = match (d_inside, e_inside) {
+            (true, _) => between - along(self),
+            (_, true) => between - along(other),
+            _ => between,
+        };
+        (direction, false)
+    }
+}
+
+impl Features {
+    /// A face against the corners of the other triangle: only the one closest to its plane can be the closest point, as from
+    /// the others a way leads closer. Whether these are the closest features of all: then all corners are on one side.
+    fn or_face(&mut self, face: &Triangle, other: &Triangle, in_order: impl Fn(DVec3, DVec3) -> [DVec3; 2]) -> bool {
+        let (x, y) = (face[1] - face[0], face[2] - face[0]);
+        let normal = x.cross(y);
+        let heights = other.map(|corner| normal.dot(corner - face[0]));
+        let lower = |i: usize, j: usize| if heights[j].abs() < heights[i].abs() { j } else { i };
+        let corner = other[lower(lower(0, 1), 2)];
+        let (mut s, mut t, mut foot, area) = (0.0, 0.0, face[0], normal.length_squared());
+        // Twice: on a sliver the first foot is off by as many roundings as the sliver is longer than wide.
+        for _ in 0..2 {
+            s += y.cross(normal).dot(corner - foot) / area;
+            t += normal.cross(x).dot(corner - foot) / area;
+            let is_inside = s > 0.0 && t > 0.0 && s + t < 1.0;
+            if !is_inside {
+                return false;
+            }
+            foot = face[0] * (1.0 - s - t) + face[1] * s + face[2] * t;
+        }
+        let square = (corner - foot).length_squared();
+        if square < self.square {
+            *self = Self { square, points: in_order(foot, corner), direction: normal };
+        }
+        heights.iter().all(|height| *height > 0.0) || heights.iter().all(|height| *height < 0.0)
+    }
+
+    /// Two edges. Whether these are the closest features of all: then the planes through both points, perpendicular to the
+    /// direction, part the corners beside the edges too.
+    fn or_edges(&mut self, d: &Edge, e: &Edge) -> bool {
+        let [s, t] = d.parameters(e);
+        let (on_d, on_e) = (d.step * s, e.step * t);
+        let between = d.start - e.start + on_d - on_e;
+        let square = between.length_squared();
+        if square < self.square {
+            let (direction, is_exact) = d.direction(e, [s, t], between);
+            *self = Self { square, points: [d.point(s), e.point(t)], direction };
+            let towards_a = if direction.dot(between) > 0.0 { direction } else { -direction };
+            return (is_exact || square > NEAR)
+                && towards_a.dot(d.aside - on_d) >= 0.0
+                && towards_a.dot(e.aside - on_e) <= 0.0;
+        }
+        false
+    }
+}
+
+/// Squared distance, in the unit of a pair, below which the difference of two points is too inexact to tell sides.
+const NEAR: f64 = 1e-6;
+
+/// Squared sine below which two edges have no perpendicular direction.
+const PARALLEL: f64 = 1e-12;
