@@ -12,7 +12,7 @@ use wide::f32x4;
 
 /// Eight boxes by centre and half extents, along the axes of their node.
 #[derive(Clone, Copy)]
-struct Boxes<L: Lanes> {
+pub(super) struct Boxes<L: Lanes> {
     center: V8<L>,
     half: V8<L>,
 }
@@ -20,7 +20,7 @@ struct Boxes<L: Lanes> {
 impl<L: Lanes> Boxes<L> {
     /// The children of `node`, whose unit has the length `scale`.
     #[inline(always)]
-    fn children(lanes: L, node: &Node, scale: f32) -> Self {
+    pub(super) fn children(lanes: L, node: &Node, scale: f32) -> Self {
         let scale = F8::splat(lanes, scale);
         Self {
             center: per_axis!(k => F8::load(lanes, &node.center[k]) * scale),
@@ -28,8 +28,14 @@ impl<L: Lanes> Boxes<L> {
         }
     }
 
+    /// With half extents times `factor`.
     #[inline(always)]
-    fn slabs(&self) -> Slabs<L> {
+    pub(super) fn swollen(self, lanes: L, factor: f32) -> Self {
+        Self { half: per_axis!(k => self.half[k] * F8::splat(lanes, factor)), ..self }
+    }
+
+    #[inline(always)]
+    pub(super) fn slabs(&self) -> Slabs<L> {
         Slabs {
             low: per_axis!(k => self.center[k] - self.half[k]),
             high: per_axis!(k => self.center[k] + self.half[k]),
@@ -38,7 +44,7 @@ impl<L: Lanes> Boxes<L> {
 
     /// The boxes around these along the axes of the other side.
     #[inline(always)]
-    fn seen(&self, lanes: L, view: &View) -> Slabs<L> {
+    pub(super) fn seen(&self, lanes: L, view: &View) -> Slabs<L> {
         let m = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
         let margin = F8::splat(lanes, view.margin.as_array()[0]);
         let boxes = Self {
@@ -51,7 +57,7 @@ impl<L: Lanes> Boxes<L> {
 
 /// Eight boxes by their ends on three axes.
 #[derive(Clone, Copy)]
-struct Slabs<L: Lanes> {
+pub(super) struct Slabs<L: Lanes> {
     low: V8<L>,
     high: V8<L>,
 }
@@ -79,32 +85,89 @@ impl<L: Lanes> Slabs<L> {
         x.min(y).min(z)
     }
 
+    /// How far each lane lies from the given box, axis by axis; negative where they overlap.
     #[inline(always)]
-    fn store(&self) -> Stored {
+    pub(super) fn gaps(&self, lanes: L, low: [f32; 3], high: [f32; 3]) -> V8<L> {
+        per_axis!(k => (F8::splat(lanes, low[k]) - self.high[k]).max(self.low[k] - F8::splat(lanes, high[k])))
+    }
+
+    /// The same for lane `i` of the stored boxes.
+    #[inline(always)]
+    pub(super) fn gaps_at(&self, lanes: L, other: &Stored, i: usize) -> V8<L> {
+        self.gaps(lanes, per_axis!(k => other.low[k][i]), per_axis!(k => other.high[k][i]))
+    }
+
+    #[inline(always)]
+    pub(super) fn store(&self) -> Stored {
         Stored { low: per_axis!(k => self.low[k].store()), high: per_axis!(k => self.high[k].store()) }
     }
 }
 
 /// Eight boxes, to be read one at a time.
-struct Stored {
+pub(super) struct Stored {
     low: [[f32; 8]; 3],
     high: [[f32; 8]; 3],
 }
 
 /// The ends, on three axes, of a box given by centre and half extents.
 #[inline(always)]
-fn ends(center: f32x4, half: f32x4) -> ([f32; 3], [f32; 3]) {
+pub(super) fn ends(center: f32x4, half: f32x4) -> ([f32; 3], [f32; 3]) {
     (xyz(center - half), xyz(center + half))
 }
 
-/// Whether the boxes of two nodes may meet. A child first passes the test along its parent's axes; this one is along its own.
-#[inline(always)]
-pub(super) fn own(a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
-    let scale = f32x4::splat(scale);
-    let a = (a.own_center, a.own_half);
-    let b = (b.own_center * scale, b.own_half * scale);
-    !apart(b, a, &views.of_b) && !apart(a, b, &views.of_a)
+/// Two nodes, the first of which is opened, each with its view from the other and the length of its unit in A's.
+#[derive(Clone, Copy)]
+pub(super) struct Facing<'n> {
+    pub nodes: [&'n Node; 2],
+    pub views: [&'n View; 2],
+    pub scales: [f32; 2],
 }
+
+impl Facing<'_> {
+    /// The own box of the other node: centre and half extents, A's units.
+    #[inline(always)]
+    pub(super) fn other(&self) -> (f32x4, f32x4) {
+        let scale = f32x4::splat(self.scales[1]);
+        (self.nodes[1].own_center * scale, self.nodes[1].own_half * scale)
+    }
+}
+
+/// What the box tests say of each pair of children that is of interest.
+pub(super) type Keys = [[f32; WIDTH]; WIDTH];
+
+/// A question in terms of boxes: which pairs of children are of interest, and how much. Bit `8 i + j` of an answer stands for
+/// child `i` of the opened node and child `j` of the other, and so does entry `[i][j]` of the keys.
+pub(super) trait BoxTest {
+    /// Whether a pair is of interest, by the own boxes of both nodes. A child first passes the test along its parent's axes;
+    /// this one is along its own.
+    fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool;
+
+    /// The given children of both nodes.
+    fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64;
+
+    /// The children of the opened node against the box of the other; the first row of keys.
+    fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32;
+
+    /// The given triangles of a cluster, the opened node, against the children of the other one.
+    fn triangles<'t, L: Lanes>(
+        &self,
+        lanes: L,
+        facing: Facing,
+        alive: u32,
+        triangles: impl FnOnce() -> Triangles<'t>,
+        keys: &mut Keys,
+    ) -> u64;
+}
+
+/// Triangles of a cluster, and how they are seen from the other node.
+pub(super) struct Triangles<'t> {
+    pub rows: [&'t Rows; WIDTH],
+    pub view: View,
+    pub skew: f32,
+}
+
+/// Whether boxes overlap, on the six face axes; keys tell how deep.
+pub(super) struct Overlap;
 
 /// Whether a box, seen from another, is apart from it; both by centre and half extents.
 #[inline(always)]
@@ -114,112 +177,103 @@ fn apart(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> bool {
     reach.simd_lt(distance.abs()).any()
 }
 
-/// How deep the boxes of each pair of children overlap, written by the tests for those that may meet.
-pub(super) type Depths = [[f32; WIDTH]; WIDTH];
-
-/// The given children of `a` against those of `b`: bit `8 i + j` is set where child `i` of `a` may meet child `j` of `b`.
-#[inline(always)]
-pub(super) fn both<L: Lanes>(
-    lanes: L,
-    [a, b]: [&Node; 2],
-    [alive_a, alive_b]: [u32; 2],
-    views: &Views,
-    scale: f32,
-    depths: &mut Depths,
-) -> u64 {
-    let (of_a, of_b) = (&views.of_a, &views.of_b);
-    let b_rows = Boxes::children(lanes, b, scale);
-    let b_in_a = b_rows.seen(lanes, of_b);
-    let (low, high) = ends(a.own_center, a.own_half);
-    let alive_b = alive_b & !b_in_a.apart(lanes, low, high);
-    if alive_b == 0 {
-        return 0;
+impl BoxTest for Overlap {
+    #[inline(always)]
+    fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
+        let scale = f32x4::splat(scale);
+        let a = (a.own_center, a.own_half);
+        let b = (b.own_center * scale, b.own_half * scale);
+        !apart(b, a, &views.of_b) && !apart(a, b, &views.of_a)
     }
-    let a_rows = Boxes::children(lanes, a, 1.0);
-    let a_in_b = a_rows.seen(lanes, of_a);
-    let scale = f32x4::splat(scale);
-    let (low, high) = ends(b.own_center * scale, b.own_half * scale);
-    let mut alive_a = alive_a & !a_in_b.apart(lanes, low, high);
-    let (a_rows, a_in_b) = (a_rows.slabs().store(), a_in_b.store());
-    let b_rows = b_rows.slabs();
-    let mut pairs = 0;
-    while alive_a != 0 {
-        let i = alive_a.trailing_zeros() as usize;
-        alive_a &= alive_a - 1;
-        let gap = b_in_a.gap_at(lanes, &a_rows, i).min(b_rows.gap_at(lanes, &a_in_b, i));
-        depths[i] = gap.store();
-        pairs |= u64::from(!gap.mask() & alive_b) << (WIDTH * i);
+
+    #[inline(always)]
+    fn both<L: Lanes>(&self, lanes: L, facing: Facing, [alive_a, alive_b]: [u32; 2], keys: &mut Keys) -> u64 {
+        let Facing { nodes: [a, b], views: [of_a, of_b], scales } = facing;
+        let b_rows = Boxes::children(lanes, b, scales[1]);
+        let b_in_a = b_rows.seen(lanes, of_b);
+        let (low, high) = ends(a.own_center, a.own_half);
+        let alive_b = alive_b & !b_in_a.apart(lanes, low, high);
+        if alive_b == 0 {
+            return 0;
+        }
+        let a_rows = Boxes::children(lanes, a, scales[0]);
+        let a_in_b = a_rows.seen(lanes, of_a);
+        let (center, half) = facing.other();
+        let (low, high) = ends(center, half);
+        let mut alive_a = alive_a & !a_in_b.apart(lanes, low, high);
+        let (a_rows, a_in_b) = (a_rows.slabs().store(), a_in_b.store());
+        let b_rows = b_rows.slabs();
+        let mut pairs = 0;
+        while alive_a != 0 {
+            let i = alive_a.trailing_zeros() as usize;
+            alive_a &= alive_a - 1;
+            let gap = b_in_a.gap_at(lanes, &a_rows, i).min(b_rows.gap_at(lanes, &a_in_b, i));
+            keys[i] = gap.store();
+            pairs |= u64::from(!gap.mask() & alive_b) << (WIDTH * i);
+        }
+        pairs
     }
-    pairs
-}
 
-/// The children of `opened` against the box of `other`: bit `i` is set where child `i` may meet it. The views are of each
-/// from the other.
-#[inline(always)]
-pub(super) fn children<L: Lanes>(
-    lanes: L,
-    [opened, other]: [&Node; 2],
-    [of_opened, of_other]: [&View; 2],
-    scale: [f32; 2],
-    depths: &mut [f32; WIDTH],
-) -> u32 {
-    let children = Boxes::children(lanes, opened, scale[0]);
-    let scale = f32x4::splat(scale[1]);
-    let (center, half) = (other.own_center * scale, other.own_half * scale);
-    let (low, high) = ends(of_other.point(center), of_other.half(half));
-    let gap = children.slabs().gap(lanes, low, high);
-    let (low, high) = ends(center, half);
-    let gap = gap.min(children.seen(lanes, of_opened).gap(lanes, low, high));
-    *depths = gap.store();
-    !gap.mask() & opened.valid()
-}
-
-/// The children of `node` against the given eight triangles of the other side, on the three axes of the boxes and on the
-/// triangles' normals: bit `8 i + j` is set where triangle `i` may meet child `j`.
-#[inline(always)]
-pub(super) fn triangles<L: Lanes>(
-    lanes: L,
-    node: &Node,
-    scale: f32,
-    [t0, t1, t2, t3, t4, t5, t6, t7]: [&Rows; 8],
-    mut alive: u32,
-    view: &View,
-    skew: f32,
-) -> u64 {
-    let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
-        per_axis!(i => F8::transpose(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
-    let axes = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
-    let p = per_axis!(k => dot(axes[k], [x, y, z]) + F8::splat(lanes, view.origin.as_array()[k]));
-    let e = per_axis!(k => dot(axes[k], [ex, ey, ez]));
-    let f = per_axis!(k => dot(axes[k], [fx, fy, fz]));
-    let (zero, margin) = (F8::splat(lanes, 0.0), F8::splat(lanes, view.margin.as_array()[0]));
-    let normal = cross(e, f);
-    let least = F8::splat(lanes, LEAST_EDGE_SLOP);
-    let blur = (longest(e) + least) * (longest(f) + least) * F8::splat(lanes, skew);
-    let size = per_axis!(k => normal[k].abs());
-    let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0)) + F8::splat(lanes, UNDERFLOW);
-    let rows = Planes {
-        boxes: Stored {
-            low: per_axis!(k => (p[k] + zero.min(e[k]).min(f[k]) - margin).store()),
-            high: per_axis!(k => (p[k] + zero.max(e[k]).max(f[k]) + margin).store()),
-        },
-        corner: per_axis!(k => p[k].store()),
-        normal: per_axis!(k => normal[k].store()),
-        reach: per_axis!(k => (size[k] + blur).store()),
-        blur: blur.store(),
-        slack: slack.store(),
-    };
-
-    let boxes = Boxes::children(lanes, node, scale);
-    let slabs = boxes.slabs();
-    let mut pairs = 0;
-    while alive != 0 {
-        let i = alive.trailing_zeros() as usize;
-        alive &= alive - 1;
-        let apart = slabs.gap_at(lanes, &rows.boxes, i).mask() | rows.part(lanes, &boxes, i);
-        pairs |= u64::from(!apart & node.valid()) << (WIDTH * i);
+    #[inline(always)]
+    fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32 {
+        let Facing { nodes: [opened, _], views: [of_opened, of_other], scales } = facing;
+        let children = Boxes::children(lanes, opened, scales[0]);
+        let (center, half) = facing.other();
+        let (low, high) = ends(of_other.point(center), of_other.half(half));
+        let gap = children.slabs().gap(lanes, low, high);
+        let (low, high) = ends(center, half);
+        let gap = gap.min(children.seen(lanes, of_opened).gap(lanes, low, high));
+        keys[0] = gap.store();
+        !gap.mask() & opened.valid()
     }
-    pairs
+
+    /// On the three axes of the boxes and on the triangles' normals; no keys.
+    #[inline(always)]
+    fn triangles<'t, L: Lanes>(
+        &self,
+        lanes: L,
+        facing: Facing,
+        mut alive: u32,
+        triangles: impl FnOnce() -> Triangles<'t>,
+        _keys: &mut Keys,
+    ) -> u64 {
+        let Triangles { rows: [t0, t1, t2, t3, t4, t5, t6, t7], view, skew } = triangles();
+        let node = facing.nodes[1];
+        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
+            per_axis!(i => F8::transpose(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
+        let axes = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
+        let p = per_axis!(k => dot(axes[k], [x, y, z]) + F8::splat(lanes, view.origin.as_array()[k]));
+        let e = per_axis!(k => dot(axes[k], [ex, ey, ez]));
+        let f = per_axis!(k => dot(axes[k], [fx, fy, fz]));
+        let (zero, margin) = (F8::splat(lanes, 0.0), F8::splat(lanes, view.margin.as_array()[0]));
+        let normal = cross(e, f);
+        let least = F8::splat(lanes, LEAST_EDGE_SLOP);
+        let blur = (longest(e) + least) * (longest(f) + least) * F8::splat(lanes, skew);
+        let size = per_axis!(k => normal[k].abs());
+        let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0)) + F8::splat(lanes, UNDERFLOW);
+        let rows = Planes {
+            boxes: Stored {
+                low: per_axis!(k => (p[k] + zero.min(e[k]).min(f[k]) - margin).store()),
+                high: per_axis!(k => (p[k] + zero.max(e[k]).max(f[k]) + margin).store()),
+            },
+            corner: per_axis!(k => p[k].store()),
+            normal: per_axis!(k => normal[k].store()),
+            reach: per_axis!(k => (size[k] + blur).store()),
+            blur: blur.store(),
+            slack: slack.store(),
+        };
+
+        let boxes = Boxes::children(lanes, node, facing.scales[1]);
+        let slabs = boxes.slabs();
+        let mut pairs = 0;
+        while alive != 0 {
+            let i = alive.trailing_zeros() as usize;
+            alive &= alive - 1;
+            let apart = slabs.gap_at(lanes, &rows.boxes, i).mask() | rows.part(lanes, &boxes, i);
+            pairs |= u64::from(!apart & node.valid()) << (WIDTH * i);
+        }
+        pairs
+    }
 }
 
 #[inline(always)]

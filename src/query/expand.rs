@@ -1,10 +1,10 @@
-//! What a node pair is replaced by: the pairs of its children that may meet.
+//! What a node pair is replaced by: the pairs of its children that are of interest, that may meet or come close.
 //!
 //! The boxes of the two nodes are compared first, in the orientations of both. Then the larger node is opened, or both if
 //! their sizes are alike. Triangles of a cluster that meets a smaller inner node stay together: eight of them go down the
 //! tree as one pair with a bit for each that is still of interest.
 
-use super::boxes::{self, Depths};
+use super::boxes::{BoxTest, Facing, Keys, Triangles};
 use super::queue::Pair;
 use super::views::{Relation, Views};
 use crate::math::lanes::Lanes;
@@ -16,43 +16,46 @@ pub(super) trait Sink {
     /// Takes note of BV tests on a level of the bounding volume test tree.
     fn count(&mut self, level: usize, bv_tests: u32);
 
-    /// The table into which box tests write how deep the boxes of each pair of children overlap.
-    fn depths(&mut self) -> &mut Depths;
+    /// The table into which box tests write the keys of pairs of children.
+    fn keys(&mut self) -> &mut Keys;
 
-    /// Node pairs, a bit for each; `child` makes the pair of a bit, and the depth of bit `i` is entry `i` of the table.
+    /// Node pairs, a bit for each; `child` makes the pair of a bit, and the key of bit `i` is entry `i` of the table.
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair);
 
-    /// The triangles of a cluster that are still of interest, and a child of the other side.
-    fn cluster(&mut self, pair: Pair);
+    /// The triangles of a cluster that are still of interest, rows of the table, and a child of the other side, a column.
+    fn cluster(&mut self, pair: Pair, column: usize);
 
     /// The triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`, in tree order.
     fn triangles(&mut self, hits: u64, first: [u32; 2]);
 }
 
-/// Replaces a pair by the pairs of children that may meet.
+/// Replaces a pair by the pairs of children that are of interest.
 #[inline(always)]
 pub(super) fn expand<L: Lanes>(
     lanes: L,
     Pair { nodes: [ia, ib], alive }: Pair,
     [tree_a, tree_b]: [&Tree; 2],
     relation: &Relation,
+    boxes: &mut impl BoxTest,
     sink: &mut impl Sink,
 ) {
     let scale = relation.scale;
     let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
     let level = usize::from(a.depth) + usize::from(b.depth);
     let views = Views::between(a, b, relation);
-    if !boxes::own(a, b, &views, scale) {
+    if !boxes.own(a, b, &views, scale) {
         return sink.count(level, 1);
     }
     // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
     let views = core::hint::black_box(&views);
     let valid = [u32::from(alive[0]) & a.valid(), u32::from(alive[1]) & b.valid()];
     let first = [a.first_child, b.first_child];
+    let of_a = Facing { nodes: [a, b], views: [&views.of_a, &views.of_b], scales: [1.0, scale] };
+    let of_b = Facing { nodes: [b, a], views: [&views.of_b, &views.of_a], scales: [scale, 1.0] };
     match which(a, b, scale) {
         Open::Both => {
             sink.count(level + 2, valid[0].count_ones() * valid[1].count_ones() + 1);
-            let hits = boxes::both(lanes, [a, b], valid, views, scale, sink.depths());
+            let hits = boxes.both(lanes, of_a, valid, sink.keys());
             if a.is_cluster {
                 sink.triangles(hits, first);
             } else {
@@ -61,33 +64,35 @@ pub(super) fn expand<L: Lanes>(
         }
         Open::A => {
             sink.count(level + 1, u32::from(a.children) + 1);
-            let of = [&views.of_a, &views.of_b];
-            let hits = boxes::children(lanes, [a, b], of, [1.0, scale], &mut sink.depths()[0]);
+            let hits = boxes.children(lanes, of_a, sink.keys());
             sink.pairs(hits.into(), |i| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive[1]] });
         }
         Open::B => {
             sink.count(level + 1, u32::from(b.children) + 1);
-            let of = [&views.of_b, &views.of_a];
-            let hits = boxes::children(lanes, [b, a], of, [scale, 1.0], &mut sink.depths()[0]);
+            let hits = boxes.children(lanes, of_b, sink.keys());
             sink.pairs(hits.into(), |j| Pair { nodes: [ia, first[1] + j], alive: [alive[0], u8::MAX] });
         }
         Open::TrianglesOfA => {
             sink.count(level + 2, valid[0].count_ones() * u32::from(b.children) + 1);
-            let view = views.triangles_of_a(b, relation);
-            let hits = boxes::triangles(lanes, b, scale, rows(tree_a, a), valid[0], &view, relation.skew);
-            for (child, alive) in (first[1]..).zip(transposed(hits).to_le_bytes()) {
+            let view = || views.triangles_of_a(b, relation);
+            let triangles = || Triangles { rows: rows(tree_a, a), view: view(), skew: relation.skew };
+            let hits = boxes.triangles(lanes, of_a, valid[0], triangles, sink.keys());
+            for (column, alive) in transposed(hits).to_le_bytes().into_iter().enumerate() {
                 if alive != 0 {
-                    sink.cluster(Pair { nodes: [ia, child], alive: [alive, u8::MAX] });
+                    let nodes = [ia, first[1] + column as u32];
+                    sink.cluster(Pair { nodes, alive: [alive, u8::MAX] }, column);
                 }
             }
         }
         Open::TrianglesOfB => {
             sink.count(level + 2, valid[1].count_ones() * u32::from(a.children) + 1);
-            let view = views.triangles_of_b(a, relation);
-            let hits = boxes::triangles(lanes, a, 1.0, rows(tree_b, b), valid[1], &view, relation.skew);
-            for (child, alive) in (first[0]..).zip(transposed(hits).to_le_bytes()) {
+            let view = || views.triangles_of_b(a, relation);
+            let triangles = || Triangles { rows: rows(tree_b, b), view: view(), skew: relation.skew };
+            let hits = boxes.triangles(lanes, of_b, valid[1], triangles, sink.keys());
+            for (column, alive) in transposed(hits).to_le_bytes().into_iter().enumerate() {
                 if alive != 0 {
-                    sink.cluster(Pair { nodes: [child, ib], alive: [u8::MAX, alive] });
+                    let nodes = [first[0] + column as u32, ib];
+                    sink.cluster(Pair { nodes, alive: [u8::MAX, alive] }, column);
                 }
             }
         }

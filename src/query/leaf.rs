@@ -1,5 +1,6 @@
 //! Triangle pairs: eight at a time through the fast filter, and one at a time through the exact test.
 
+use super::intersection::Intersection;
 use super::march::ALL_EDGES;
 use super::options::Mode;
 use super::traversal::{Traversal, bits};
@@ -9,19 +10,20 @@ use crate::tree::WIDTH;
 use crate::triangle::batch::{self, Crossings};
 use crate::triangle::triangles_intersect;
 
-impl Traversal<'_, '_> {
+impl Traversal<'_, '_, Intersection<'_>> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.
     ///
     /// Where copies of a surface lie side by side every pair is in doubt, and whole regions never meet. So if the first hit
     /// is all that counts, a batch with doubts but without a hit sends the traversal to another part of the stack; the pairs
     /// that wait are tested later.
     #[inline(always)]
-    pub(super) fn test<L: Lanes>(&mut self, lanes: L) {
+    pub(super) fn test_triangles<L: Lanes>(&mut self, lanes: L) {
         if let Some(pair) = self.workspace.doubtful.pop() {
             self.test_exactly(pair);
         } else {
             self.test_batch(lanes);
-            self.workspace.inconclusive = self.options.mode == Mode::Any && !self.workspace.doubtful.is_empty();
+            self.workspace.inconclusive =
+                self.question.options.mode == Mode::Any && !self.workspace.doubtful.is_empty();
         }
         let workspace = &mut *self.workspace;
         let (waiting, last) = (workspace.waiting.len(), workspace.front.is_empty());
@@ -38,7 +40,7 @@ impl Traversal<'_, '_> {
 
     #[inline(always)]
     pub(super) fn pair_limit(&self) -> usize {
-        self.options.pair_limit.min(self.workspace.found.capacity())
+        self.question.options.pair_limit.min(self.workspace.found.capacity())
     }
 
     /// Tests up to eight waiting pairs, as many as could be reported.
@@ -93,7 +95,7 @@ impl Traversal<'_, '_> {
     #[inline(always)]
     fn report(&mut self, pair: [u32; 2], crossings: impl FnOnce() -> u32) {
         let workspace = &mut *self.workspace;
-        if workspace.run.found > 0 && self.options.mode == Mode::Any {
+        if workspace.run.found > 0 && self.question.options.mode == Mode::Any {
             // One is enough; the others of its batch stay open.
             return workspace.doubtful.push(pair);
         }

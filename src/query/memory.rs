@@ -1,6 +1,7 @@
 //! What one frame tells the next about a pair of meshes.
 
 use super::flushing;
+use super::interval::Interval;
 use super::options::Mode;
 use super::outcome::{StopReason, Verdict};
 use super::queue::PATHS;
@@ -48,6 +49,8 @@ pub struct PairMemory {
     /// Triangle pairs in tree order that met: of [`Mode::Any`] the latest first, of [`Mode::All`] some from all over the last
     /// frame that found any.
     witnesses: ArrayVec<[u32; 2], PATHS>,
+    /// The triangle pair (tree order) that was closest.
+    nearest: Option<[u32; 2]>,
     last_verdict: Option<bool>,
     last_bv_tests: Option<(Mode, u64)>,
     frames_undecided: u32,
@@ -128,6 +131,7 @@ impl PairMemory {
             self.trees = trees;
             let exists = |tree: &Tree, triangle: u32| (triangle as usize) < tree.mesh().len();
             self.witnesses.retain(|&mut [x, y]| exists(a, x) && exists(b, y));
+            self.nearest = self.nearest.filter(|&[x, y]| exists(a, x) && exists(b, y));
         } else if self.trees != trees {
             *self = Self { trees, ..Self::default() };
         }
@@ -136,6 +140,17 @@ impl PairMemory {
     /// Triangle pairs of the bound pair, in tree order.
     pub(super) fn witnesses(&self) -> &[[u32; 2]] {
         &self.witnesses
+    }
+
+    /// A triangle pair (tree order) that is likely to be close.
+    pub(super) fn nearest(&self, a: &Tree, b: &Tree) -> Option<[u32; 2]> {
+        if self.is_of(a, b) { self.nearest } else { None }
+    }
+
+    /// After a call of a distance query.
+    pub(super) fn remember_nearest(&mut self, a: &Tree, b: &Tree, interval: &Interval) {
+        self.bind(a, b);
+        self.nearest = interval.nearest().map(|(pair, _)| pair).or(self.nearest);
     }
 
     /// After a call that ended for this reason. One that resumed a stopped run belongs to the same frame.

@@ -9,13 +9,18 @@ mod budget;
 mod certificate;
 mod corners;
 mod deadline;
+mod distance;
 mod estimate;
 mod expand;
 mod flushing;
+mod gaps;
+mod intersection;
+mod interval;
 mod leaf;
 mod march;
 mod measure;
 mod memory;
+mod nearest;
 #[cfg(feature = "internals")]
 pub(crate) mod opened;
 mod options;
@@ -35,6 +40,7 @@ pub use budget::SystemClock;
 pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
 pub(crate) use deadline::Deadline;
+pub use distance::{Distance, DistanceQuery, Nearest};
 pub use estimate::{Estimate, Prediction};
 pub use memory::PairMemory;
 pub use options::Mode;
@@ -49,13 +55,13 @@ use crate::math::random::Random;
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::{Tree, WIDTH};
-use corners::Corners;
+use intersection::Intersection;
 use memory::{Before, WITNESSES};
 use queue::{Origin, Pair};
 use strategy::WarmStart;
 use traversal::Traversal;
 use views::Relation;
-use workspace::Key;
+use workspace::{Asked, Key};
 
 /// The question whether, or where, two meshes intersect at a pose. Cheap to make; one for each pose.
 ///
@@ -255,7 +261,11 @@ impl<'t> Query<'t> {
     }
 
     fn key(&self) -> Key {
-        Key { trees: [self.a.identity(), self.b.identity()], b_in_a: self.b_in_a, options: self.options }
+        Key {
+            trees: [self.a.identity(), self.b.identity()],
+            b_in_a: self.b_in_a,
+            asked: Asked::Intersection(self.options),
+        }
     }
 
     /// Whether both trees know what lies next to their triangles.
@@ -299,7 +309,7 @@ impl<'t> Query<'t> {
         if !strategy.queues() {
             workspace.front.push(roots);
         } else if !workspace.front.follow(roots, paths as u16) {
-            workspace.front.queue(roots, 0, true);
+            workspace.front.queue(roots, 0.0, 0, true);
         }
         // Where triangles met last, others near them are likely to meet now: they are visited first.
         if let Some(&[x, y]) = workspace.waiting.as_slice().first() {
@@ -330,28 +340,23 @@ impl<'t> Query<'t> {
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
-        if flushing::matters(self.a, self.b, &self.b_in_a) {
-            workspace.run.stopped = true;
-            return StopReason::FlushedToZero;
-        }
         let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
-        workspace.corners.iter_mut().for_each(Corners::clear);
-        deadline.begin(workspace.run.stats.work);
-        let instructions = workspace.instructions;
-        let stop = instructions.run(&mut Traversal {
+        let stop = Traversal {
+            question: Intersection { options: &self.options },
             a: self.a,
             b: self.b,
             b_in_a: &self.b_in_a,
-            options: &self.options,
             strategy: workspace.run.strategy,
             relation: &Relation::new(self.a, self.b, &self.b_in_a),
             workspace,
             deadline,
-            depths: [[0.0; WIDTH]; WIDTH],
+            keys: [[0.0; WIDTH]; WIDTH],
             origin: Origin::Stack,
-        });
-        deadline.end(workspace.run.stats.work);
-        workspace.run.stopped = !stop.is_final();
+        }
+        .advance();
+        if stop == StopReason::FlushedToZero {
+            return stop;
+        }
         if let Some(memory) = memory {
             memory.bind(self.a, self.b);
             memory.remember(self.options.mode, stop, workspace, before);

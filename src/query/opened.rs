@@ -1,6 +1,6 @@
 //! The node pairs that a complete run opens, for those who study the order of visits: whatever the order, they are the same.
 
-use super::boxes::Depths;
+use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
 use super::queue::Pair;
 use super::views::Relation;
@@ -24,7 +24,7 @@ pub struct OpenedPair {
 pub fn opened_pairs(a: &Tree, b: &Tree, b_in_a: &Pose) -> Vec<OpenedPair> {
     let (relation, opened) = (Relation::new(a, b, b_in_a), Vec::new());
     let mut recorder =
-        Recorder { trees: [a, b], relation: &relation, depths: [[0.0; WIDTH]; WIDTH], front: Vec::new(), opened };
+        Recorder { trees: [a, b], relation: &relation, keys: [[0.0; WIDTH]; WIDTH], front: Vec::new(), opened };
     if !a.nodes().is_empty() && !b.nodes().is_empty() {
         recorder.front.push((Pair::new(0, 0), 0));
     }
@@ -35,7 +35,7 @@ pub fn opened_pairs(a: &Tree, b: &Tree, b_in_a: &Pose) -> Vec<OpenedPair> {
 struct Recorder<'r> {
     trees: [&'r Tree; 2],
     relation: &'r Relation,
-    depths: Depths,
+    keys: Keys,
     /// Pairs to be opened, with the index of their parent.
     front: Vec<(Pair, usize)>,
     /// The last one is being opened.
@@ -49,7 +49,7 @@ impl Kernel for &mut Recorder<'_> {
     fn run<L: Lanes>(self, lanes: L) {
         while let Some((pair, parent)) = self.front.pop() {
             self.opened.push(OpenedPair { parent, ..OpenedPair::default() });
-            expand(lanes, pair, self.trees, self.relation, self);
+            expand(lanes, pair, self.trees, self.relation, &mut Overlap, self);
         }
     }
 }
@@ -61,15 +61,15 @@ impl Sink for Recorder<'_> {
         }
     }
 
-    fn depths(&mut self) -> &mut Depths {
-        &mut self.depths
+    fn keys(&mut self) -> &mut Keys {
+        &mut self.keys
     }
 
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        (0..64).filter(|bit| hits >> bit & 1 == 1).for_each(|bit| self.cluster(child(bit)));
+        (0..64).filter(|bit| hits >> bit & 1 == 1).for_each(|bit| self.cluster(child(bit), 0));
     }
 
-    fn cluster(&mut self, pair: Pair) {
+    fn cluster(&mut self, pair: Pair, _column: usize) {
         self.front.push((pair, self.opened.len() - 1));
     }
 

@@ -4,7 +4,7 @@
 //! replaced by the pairs of their children that may meet, a few times; the rest is summed up. Nothing is kept, the query
 //! does not notice.
 
-use super::boxes::Depths;
+use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
 use super::queue::Pair;
 use super::views::{Relation, Views};
@@ -23,7 +23,7 @@ const PER_OPENING: usize = 2;
 pub(super) struct Probe<'q> {
     trees: [&'q Tree; 2],
     relation: &'q Relation,
-    depths: Depths,
+    keys: Keys,
     costs: [f32; ROOM],
     pairs: [Open; ROOM],
     len: usize,
@@ -45,7 +45,7 @@ impl<'q> Probe<'q> {
         Self {
             trees,
             relation,
-            depths: [[0.0; WIDTH]; WIDTH],
+            keys: [[0.0; WIDTH]; WIDTH],
             costs: [0.0; ROOM],
             pairs: [Open { pair: Pair::new(0, 0), penetration: 0.0, crossing: 0.0 }; ROOM],
             len: 0,
@@ -116,7 +116,7 @@ impl Kernel for &mut Probe<'_> {
             self.len -= 1;
             self.costs[costliest] = self.costs[self.len];
             self.pairs[costliest] = self.pairs[self.len];
-            expand(lanes, pair, self.trees, self.relation, self);
+            expand(lanes, pair, self.trees, self.relation, &mut Overlap, self);
         }
     }
 }
@@ -128,8 +128,8 @@ impl Sink for Probe<'_> {
     }
 
     #[inline(always)]
-    fn depths(&mut self) -> &mut Depths {
-        &mut self.depths
+    fn keys(&mut self) -> &mut Keys {
+        &mut self.keys
     }
 
     #[inline(always)]
@@ -141,7 +141,7 @@ impl Sink for Probe<'_> {
     }
 
     #[inline(always)]
-    fn cluster(&mut self, pair: Pair) {
+    fn cluster(&mut self, pair: Pair, _column: usize) {
         self.add(pair);
     }
 

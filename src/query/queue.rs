@@ -41,6 +41,7 @@ const NONE: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     pair: Pair,
+    key: f32,
     next: u32,
 }
 
@@ -51,6 +52,8 @@ pub(super) struct Front {
     paths: ArrayVec<(Pair, u16), PATHS>,
     /// Witness mask of the path popped last. Kept here because carrying it in [`Origin`] slowed every pop.
     path_witnesses: u16,
+    /// Key of the queued pair popped last.
+    popped_key: f32,
     stack: Box<[Pair; STACK]>,
     height: usize,
     /// Entries below this height were set aside while paths were followed; they are popped after the last path.
@@ -73,10 +76,11 @@ impl Front {
         Self {
             paths: ArrayVec::new_const(),
             path_witnesses: 0,
+            popped_key: 0.0,
             stack: Box::new([Pair::new(0, 0); STACK]),
             height: 0,
             base: 0,
-            arena: alloc::vec![Entry { pair: Pair::new(0, 0), next: NONE }; capacity].into(),
+            arena: alloc::vec![Entry { pair: Pair::new(0, 0), key: 0.0, next: NONE }; capacity].into(),
             lists: [(NONE, NONE); BUCKETS],
             occupied: 0,
             free: NONE,
@@ -136,8 +140,13 @@ impl Front {
         }
     }
 
+    /// The key of the queued pair that was popped last.
+    pub fn popped_key(&self) -> f32 {
+        self.popped_key
+    }
+
     /// Queues a pair in `bucket`, as its first or last; a pair that finds no room is finished depth-first.
-    pub fn queue(&mut self, pair: Pair, bucket: usize, first: bool) {
+    pub fn queue(&mut self, pair: Pair, key: f32, bucket: usize, first: bool) {
         let slot = if self.free != NONE {
             let next = self.arena[self.free as usize].next;
             core::mem::replace(&mut self.free, next)
@@ -151,7 +160,7 @@ impl Front {
         let empty = self.occupied & 1 << bucket == 0;
         let (head, tail) = &mut self.lists[bucket];
         let next = if first && !empty { *head } else { NONE };
-        self.arena[slot as usize] = Entry { pair, next };
+        self.arena[slot as usize] = Entry { pair, key, next };
         if empty {
             (*head, *tail) = (slot, slot);
         } else if first {
@@ -190,7 +199,8 @@ impl Front {
     fn pop_queue(&mut self) -> Pair {
         let bucket = self.occupied.trailing_zeros() as usize;
         let slot = self.lists[bucket].0;
-        let Entry { pair, next } = self.arena[slot as usize];
+        let Entry { pair, key, next } = self.arena[slot as usize];
+        self.popped_key = key;
         self.lists[bucket].0 = next;
         if next == NONE {
             self.occupied &= !(1 << bucket);
@@ -198,6 +208,15 @@ impl Front {
         self.arena[slot as usize].next = core::mem::replace(&mut self.free, slot);
         self.queued -= 1;
         pair
+    }
+
+    /// The first bucket of which a pair is left, all before which are empty: 0 unless only the queue has any, `None` if there is none.
+    pub fn least_bucket(&self) -> Option<usize> {
+        match (self.paths.is_empty() && self.height == 0, self.occupied) {
+            (false, _) => Some(0),
+            (true, 0) => None,
+            (true, occupied) => Some(occupied.trailing_zeros() as usize),
+        }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -247,7 +266,7 @@ mod tests {
     fn the_stack_goes_first_then_the_buckets_in_turn() {
         let mut front = Front::new(8);
         for (i, bucket) in [(0, 5), (1, 0), (2, 127), (3, 0)] {
-            front.queue(Pair::new(i, 0), bucket, true);
+            front.queue(Pair::new(i, 0), 0.0, bucket, true);
         }
         front.push(Pair::new(9, 0));
         front.push(Pair::new(8, 0));
@@ -264,7 +283,7 @@ mod tests {
         assert!(!front.follow(pair(9), 0) && front.follow(pair(0), 0b11));
         assert_eq!((front.pop(), front.path_witnesses()), (Some((pair(0), Origin::Path)), 0b11));
         front.push(pair(1));
-        front.queue(pair(2), 0, true);
+        front.queue(pair(2), 0.0, 0, true);
         assert!(front.follow(pair(3), 0b01) && front.follow(pair(4), 0b10));
         front.set_aside();
         assert_eq!((front.pop(), front.path_witnesses()), (Some((pair(4), Origin::Path)), 0b10));
@@ -295,7 +314,7 @@ mod tests {
     fn last_means_first_in_first_out() {
         let mut front = Front::new(8);
         for i in 0..4 {
-            front.queue(Pair::new(i, 0), 1, false);
+            front.queue(Pair::new(i, 0), 0.0, 1, false);
         }
         assert_eq!(drain(&mut front), [0, 1, 2, 3]);
     }
@@ -304,20 +323,20 @@ mod tests {
     fn a_full_queue_loses_nothing_and_uses_freed_room_again() {
         let mut front = Front::new(2);
         for i in 0..3 {
-            front.queue(Pair::new(i, 0), 0, true);
+            front.queue(Pair::new(i, 0), 0.0, 0, true);
         }
         assert_eq!(front.peak(), 2);
         assert_eq!(front.pop(), Some((Pair::new(2, 0), Origin::Stack)));
         assert_eq!(front.pop(), Some((Pair::new(1, 0), Origin::Queue)));
-        front.queue(Pair::new(7, 0), 3, true);
+        front.queue(Pair::new(7, 0), 0.0, 3, true);
         assert_eq!(drain(&mut front), [0, 7]);
     }
 
     #[test]
     fn without_room_it_is_a_stack() {
         let mut front = Front::new(0);
-        front.queue(Pair::new(1, 0), 0, true);
-        front.queue(Pair::new(2, 0), 9, true);
+        front.queue(Pair::new(1, 0), 0.0, 0, true);
+        front.queue(Pair::new(2, 0), 0.0, 9, true);
         assert_eq!(drain(&mut front), [2, 1]);
     }
 }

@@ -23,6 +23,8 @@ pub(super) struct Relation {
     margin: [f32x4; 2],
     /// The same for a direction, of either side, relative to its length.
     pub skew: f32,
+    /// What the square of a gap is multiplied with: [`super::gaps::Gaps::shrink`].
+    pub shrink: f32,
     pub triangles: Placement,
 }
 
@@ -56,6 +58,7 @@ impl Relation {
             translation: rounded(translation.to_array()),
             margin: [f32x4::splat(margin_a as f32), f32x4::splat(margin_b as f32)],
             skew: 224.0 * ROUNDING + 16.0 * deviation as f32,
+            shrink: 1.0 - 64.0 * ROUNDING - 4.0 * deviation as f32,
             triangles: Placement {
                 linear,
                 translation: translation.to_array(),
@@ -72,6 +75,7 @@ impl Relation {
         translation: f32x4::ZERO,
         margin: [f32x4::splat(1e6); 2],
         skew: 1.0,
+        shrink: 0.0,
         triangles: Placement { linear: [[0.0; 3]; 3], translation: [0.0; 3], slop: 1e6, edge_slop: 1e6 },
     };
 }

@@ -1,7 +1,9 @@
 //! Every buffer that a query needs, owned by the caller.
 
 use super::corners::Corners;
+use super::distance;
 use super::march::March;
+use super::nearest::Search;
 use super::options::Options;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
@@ -41,6 +43,8 @@ pub struct Workspace {
     pub(super) sample: Sample,
     /// Where hits lead.
     pub(super) march: March,
+    /// The state of a distance query.
+    pub(super) search: Search,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
 }
@@ -135,7 +139,14 @@ impl Sample {
 pub(super) struct Key {
     pub trees: [usize; 2],
     pub b_in_a: Pose,
-    pub options: Options,
+    pub asked: Asked,
+}
+
+/// A question and all its options.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Asked {
+    Intersection(Options),
+    Distance(distance::Options),
 }
 
 impl Workspace {
@@ -147,7 +158,7 @@ impl Workspace {
 
     /// Room for `queue` node pairs (a full queue goes depth-first and loses nothing) and `found` intersecting pairs (a
     /// full buffer stops the query with [`crate::StopReason::PairsFull`], to be drained and resumed).
-    /// `16 queue + 8 found` bytes and about 320 kB.
+    /// `20 queue + 8 found` bytes and about 320 kB.
     #[must_use]
     pub fn with_capacity(queue: usize, found: usize) -> Self {
         Self {
@@ -162,6 +173,7 @@ impl Workspace {
             witnesses: ArrayVec::new(),
             sample: Sample::default(),
             march: March::new(VISITS),
+            search: Search::new(),
             found: Vec::with_capacity(found.max(1)),
             run: NO_RUN,
         }
@@ -224,13 +236,18 @@ impl Workspace {
     #[inline]
     pub(super) fn outcome(&self, stop: StopReason) -> Outcome {
         let run = &self.run;
-        let stats = Stats { bv_tests: run.bv_tests(), queue_peak: self.front.peak(), ..run.stats };
-        Outcome { verdict: run.verdict(stop), stop, found: run.found, stats }
+        Outcome { verdict: run.verdict(stop), stop, found: run.found, stats: self.stats() }
+    }
+
+    /// What the last query has done.
+    #[inline]
+    pub(super) fn stats(&self) -> Stats {
+        Stats { bv_tests: self.run.bv_tests(), queue_peak: self.front.peak(), ..self.run.stats }
     }
 
     /// Whether nothing is left open.
     pub(super) fn is_done(&self) -> bool {
-        self.front.is_empty() && self.waiting.len() == 0 && self.doubtful.is_empty()
+        self.front.is_empty() && self.waiting.len() == 0 && self.doubtful.is_empty() && self.search.is_done()
     }
 
     /// The node pairs that the last query left open.
@@ -248,6 +265,7 @@ impl Workspace {
         self.witnesses.clear();
         self.sample.clear();
         self.march.clear();
+        self.search.clear();
         self.found.clear();
         self.run = NO_RUN;
     }
@@ -266,6 +284,7 @@ impl Clone for Workspace {
             witnesses: self.witnesses.clone(),
             sample: self.sample.clone(),
             march: self.march.clone(),
+            search: self.search.clone(),
             found,
             ..*self
         }

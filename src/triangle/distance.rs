@@ -23,5 +23,7 @@ mod pair;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use batch::{Distances, distances};
+#[cfg(test)]
+pub(crate) use batch::Distances;
+pub(crate) use batch::distances;
 pub(crate) use pair::{Closest, closest};

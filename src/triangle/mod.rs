@@ -2,7 +2,6 @@
 //! never are ([`exact`]). How far apart are they: bounds of their distance ([`distance`]).
 
 pub(crate) mod batch;
-#[cfg_attr(not(test), allow(dead_code, unused_imports, reason = "no query asks for distances yet"))]
 pub(crate) mod distance;
 mod exact;
 

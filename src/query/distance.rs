@@ -1,0 +1,271 @@
+//! How far apart two meshes are: two trees, a pose and a budget in, a [`Distance`] with proven bounds out.
+
+use super::Deadline;
+#[cfg(feature = "std")]
+use super::SystemClock;
+use super::budget::{Budget, Clock};
+use super::interval::{Interval, Tolerance};
+use super::memory::PairMemory;
+use super::nearest;
+use super::outcome::{Stats, StopReason};
+use super::queue::{Origin, Pair};
+use super::traversal::Traversal;
+use super::views::Relation;
+use super::workspace::{Asked, Key, ResumeError, Workspace};
+use crate::math::Pose;
+use crate::model::cost::MAX_STEP_WORK;
+use crate::tree::{Tree, WIDTH};
+use glam::DVec3;
+
+/// Everything about a distance query that is a choice of the caller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Options {
+    tolerance: Tolerance,
+    margins: [f64; 2],
+    /// Infinite if the distance itself is asked for.
+    limit: f64,
+    poll_interval: u64,
+}
+
+/// The question how far apart two surfaces are at a pose: 0 if they meet. Cheap to make; one for each pose.
+///
+/// **Guarantee.** Whenever it stops, `low <= distance <= high`: no point of A's surface is closer to B's than `low`, and two
+/// named points of two named triangles are `high` apart. Both bounds only ever improve, and a query that is finished ends
+/// with them as close as the tolerance asks. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
+/// meet says so, whatever the tolerance.
+///
+/// ```
+/// use punctual::{Budget, DistanceQuery, Pose, Tree, Workspace, shapes};
+/// let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
+/// let pose = Pose::new([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], [3.0, 0.0, 0.0])?;
+/// let found = DistanceQuery::new(&a, &b, pose).run(&mut Workspace::new(), Budget::work(20_000));
+/// assert!(found.low <= 0.7 && 0.7 <= found.high + 0.01);
+/// # Ok::<(), punctual::PoseError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct DistanceQuery<'t> {
+    a: &'t Tree,
+    b: &'t Tree,
+    b_in_a: Pose,
+    options: Options,
+}
+
+/// The default absolute tolerance over the size of the larger mesh.
+const DEFAULT_TOLERANCE: f64 = 1e-6;
+
+impl<'t> DistanceQuery<'t> {
+    /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The absolute tolerance is a
+    /// millionth of the larger mesh's unit ([`Tree::unit_length`], about half of its longest extent), the relative one 0.
+    #[must_use]
+    pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
+        let absolute = DEFAULT_TOLERANCE * a.unit_length().max(b.unit_length());
+        let tolerance = Tolerance { absolute, relative: 0.0 };
+        let options = Options { tolerance, margins: [0.0; 2], limit: f64::INFINITY, poll_interval: MAX_STEP_WORK };
+        Self { a, b, b_in_a, options }
+    }
+
+    /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
+    /// can tell. Surfaces with large parallel parts have many pairs of triangles that are all but equally far apart; a
+    /// tolerance spares the comparison.
+    #[must_use]
+    pub fn absolute_tolerance(mut self, length: f64) -> Self {
+        self.options.tolerance.absolute = length.max(0.0);
+        self
+    }
+
+    /// Done also as soon as `high <= (1 + share) low`; 0 (and NaN) by default.
+    #[must_use]
+    pub fn relative_tolerance(mut self, share: f64) -> Self {
+        self.options.tolerance.relative = share.max(0.0);
+        self
+    }
+
+    /// Thickens each surface by its margin (not negative; NaN counts as 0), in the length unit of the meshes: a point becomes
+    /// a ball, a segment a capsule. The distance is that of the thickened surfaces.
+    #[must_use]
+    pub fn margins(mut self, margins: [f64; 2]) -> Self {
+        self.options.margins = margins.map(|margin| margin.max(0.0));
+        self
+    }
+
+    /// Asks only whether the (thickened) surfaces are no farther apart than this: done as soon as one of the bounds tells.
+    /// [`Distance::closer`] is the answer. Takes a fraction of the time of the distance.
+    #[must_use]
+    pub fn closer_than(mut self, distance: f64) -> Self {
+        self.options.limit = distance.max(0.0);
+        self
+    }
+
+    /// Least work between looks at the clock, which come closer together towards the deadline; default
+    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
+    #[must_use]
+    pub fn poll_interval(mut self, work: u64) -> Self {
+        self.options.poll_interval = work;
+        self
+    }
+
+    /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
+    #[cfg(feature = "std")]
+    pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Distance {
+        self.run_with(workspace, None, budget, &SystemClock::default())
+    }
+
+    /// [`DistanceQuery::run`] with what is remembered of the pair from the frame before, and will be for the next: the
+    /// triangles that were closest then give an upper bound at once.
+    #[cfg(feature = "std")]
+    pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Distance {
+        self.run_with(workspace, Some(memory), budget, &SystemClock::default())
+    }
+
+    /// Goes on with the stopped run that the workspace holds, with a fresh budget.
+    ///
+    /// However it is cut into pieces by budgets of work, the outcome at the end is that of one uninterrupted run.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
+    #[cfg(feature = "std")]
+    pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Distance, ResumeError> {
+        self.resume_with(workspace, None, budget, &SystemClock::default())
+    }
+
+    /// [`DistanceQuery::run`] by a clock of the caller's, with or without a memory.
+    pub fn run_with<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &C,
+    ) -> Distance {
+        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        self.begin(workspace, memory.as_deref());
+        self.spend(workspace, memory, &mut deadline)
+    }
+
+    /// [`DistanceQuery::resume`] by a clock of the caller's, with or without a memory.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
+    pub fn resume_with<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &C,
+    ) -> Result<Distance, ResumeError> {
+        if !workspace.run.stopped || workspace.run.key != Some(self.key()) {
+            return Err(ResumeError);
+        }
+        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, self.options.poll_interval, clock)))
+    }
+
+    fn key(&self) -> Key {
+        let trees = [self.a.identity(), self.b.identity()];
+        Key { trees, b_in_a: self.b_in_a, asked: Asked::Distance(self.options) }
+    }
+
+    fn margin(&self) -> f64 {
+        self.options.margins[0] + self.options.margins[1]
+    }
+
+    /// Prepares the workspace for a run from the roots.
+    fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>) {
+        workspace.clear();
+        workspace.run.key = Some(self.key());
+        if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
+            return;
+        }
+        let guess = memory.and_then(|memory| memory.nearest(self.a, self.b));
+        let Options { tolerance, limit, .. } = self.options;
+        workspace.search.begin(Interval::new(tolerance, self.margin(), limit), guess);
+        workspace.testing = guess.is_some();
+        workspace.front.push(Pair::new(0, 0));
+    }
+
+    /// Spends a budget on the run in the workspace.
+    fn spend(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, deadline: &mut Deadline) -> Distance {
+        let relation = Relation::new(self.a, self.b, &self.b_in_a);
+        let unit = self.a.unit_length();
+        let stop = Traversal {
+            question: nearest::Distance::new(&relation, unit, &workspace.search.interval),
+            a: self.a,
+            b: self.b,
+            b_in_a: &self.b_in_a,
+            strategy: workspace.run.strategy,
+            relation: &relation,
+            workspace,
+            deadline,
+            keys: [[0.0; WIDTH]; WIDTH],
+            origin: Origin::Stack,
+        }
+        .advance();
+        workspace.search.bound(&workspace.front, unit);
+        if let Some(memory) = memory {
+            memory.remember_nearest(self.a, self.b, &workspace.search.interval);
+        }
+        self.outcome(workspace, stop, deadline)
+    }
+
+    fn outcome(&self, workspace: &mut Workspace, stop: StopReason, deadline: &Deadline) -> Distance {
+        if let Some(elapsed) = deadline.elapsed() {
+            let total = &mut workspace.run.stats.elapsed;
+            *total = Some(total.unwrap_or_default().saturating_add(elapsed));
+        }
+        let interval = &workspace.search.interval;
+        let low = less(interval.low(), self.margin(), -f64::EPSILON);
+        let touch = interval.high() <= self.margin();
+        let high = if touch { 0.0 } else { less(interval.high(), self.margin(), f64::EPSILON) };
+        let nearest = interval.nearest().map(|(pair, found)| Nearest {
+            triangles: [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]],
+            points: [
+                found.points[0] - found.direction * self.options.margins[0],
+                found.points[1] + found.direction * self.options.margins[1],
+            ],
+        });
+        let limit = self.options.limit;
+        let closer = match limit {
+            f64::INFINITY => None,
+            _ if high <= limit => Some(true),
+            _ if low > limit => Some(false),
+            _ => None,
+        };
+        Distance { low, high, nearest, closer, stop, stats: workspace.stats() }
+    }
+}
+
+/// A bound less the margins, and no less than 0. Both are sums that were rounded; so many times that is added.
+fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
+    if margin > 0.0 { (bound - margin + rounding * (bound + margin)).max(0.0) } else { bound }
+}
+
+/// The closest triangles found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Nearest {
+    /// Triangle of A, triangle of B: ids of the input meshes.
+    pub triangles: [u32; 2],
+    /// Their closest points, A's frame, rounded; moved towards each other by the margins. If the triangles meet, points near
+    /// where they do.
+    pub points: [DVec3; 2],
+}
+
+/// The answer of a distance query: `low <= distance <= high`, in the length unit of the meshes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
+#[non_exhaustive]
+pub struct Distance {
+    /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
+    pub low: f64,
+    /// Proven: the distance of [`Distance::nearest`], and 0 only if the surfaces meet. Infinite if nothing was found yet.
+    pub high: f64,
+    /// The closest triangles found.
+    pub nearest: Option<Nearest>,
+    /// Whether the surfaces are as close as [`DistanceQuery::closer_than`] asks; `None` if that is undecided, or not asked.
+    /// Undecided stays what `f64` cannot tell: distances that equal the limit to 15 digits.
+    pub closer: Option<bool>,
+    /// Why the query returned.
+    pub stop: StopReason,
+    /// What it has done.
+    pub stats: Stats,
+}

@@ -1,0 +1,157 @@
+//! Do two surfaces meet, and where? What a traversal that asks this does with node pairs; [`leaf`](super::leaf) has its
+//! triangle tests.
+//!
+//! Boxes that overlap are of interest, deepest first. A pair of clusters to which a hit leads ([`march`](super::march)) may be
+//! opened before the front comes to it; it is passed over then.
+
+use super::boxes::{Keys, Overlap};
+use super::expand::{Sink, expand};
+use super::options::{Mode, Options};
+use super::order::BoxPair;
+use super::outcome::{LEVELS, StopReason};
+use super::queue::{Origin, Pair};
+use super::traversal::{Question, Traversal, bits};
+use crate::math::lanes::Lanes;
+use crate::model::cost::{WORK_PER_EXPANSION, WORK_PER_LOOKUP};
+
+/// Whether, or where, two surfaces meet.
+pub(super) struct Intersection<'q> {
+    pub options: &'q Options,
+}
+
+impl Question for Traversal<'_, '_, Intersection<'_>> {
+    /// What hits lead to goes before the front.
+    #[inline(always)]
+    fn next_pair(&mut self) -> Option<(Pair, Origin)> {
+        if self.strategy.march
+            && let Some(pair) = self.workspace.march.pop()
+        {
+            return Some((pair, Origin::Stack));
+        }
+        self.workspace.front.pop()
+    }
+
+    #[inline(always)]
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
+        if !self.strategy.march || self.is_new(pair) {
+            expand(lanes, pair, [self.a, self.b], self.relation, &mut Overlap, self);
+        }
+    }
+
+    #[inline(always)]
+    fn waits(&self, any: bool) -> bool {
+        let enough = if any { 1 } else { self.strategy.batch };
+        self.workspace.waiting.len() >= enough
+    }
+
+    #[inline(always)]
+    fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
+        if self.workspace.found.len() >= self.pair_limit() {
+            return Some(StopReason::PairsFull);
+        }
+        self.test_triangles(lanes);
+        let is_enough = self.workspace.run.found > 0 && self.question.options.mode == Mode::Any;
+        is_enough.then_some(StopReason::FirstHit)
+    }
+}
+
+impl Traversal<'_, '_, Intersection<'_>> {
+    /// Whether a pair has still to be opened: it is none of clusters to which a hit has led before.
+    fn is_new(&mut self, Pair { nodes: [a, b], .. }: Pair) -> bool {
+        self.workspace.run.stats.work += WORK_PER_LOOKUP;
+        let are_clusters = || self.a.nodes()[a as usize].is_cluster && self.b.nodes()[b as usize].is_cluster;
+        self.workspace.march.visit([a, b], are_clusters)
+    }
+
+    #[inline(never)]
+    fn queue_all(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
+        let mut ahead = if self.origin == Origin::Path { self.workspace.front.path_witnesses() } else { 0 };
+        while hits != 0 {
+            let bit = hits.trailing_zeros();
+            hits &= hits - 1;
+            let pair = child(bit);
+            let below = self.witnesses_below(pair, ahead);
+            ahead &= !below;
+            if !self.workspace.front.follow(pair, below) {
+                self.queue(pair, self.keys.as_flattened()[bit as usize % 64]);
+            }
+        }
+        if self.origin == Origin::Path {
+            self.workspace.front.set_aside();
+        }
+    }
+
+    /// Which of these witnesses of the frame before are below a pair.
+    #[inline(always)]
+    fn witnesses_below(&self, Pair { nodes: [a, b], .. }: Pair, among: u16) -> u16 {
+        bits(among.into()).fold(0, |below, i| {
+            let [x, y] = self.workspace.witnesses[i].map(|triangle| triangle as usize);
+            let (a, b) = (&self.a.nodes()[a as usize], &self.b.nodes()[b as usize]);
+            let leads = a.triangle_range().contains(&x) && b.triangle_range().contains(&y);
+            below | u16::from(leads) << i
+        })
+    }
+
+    /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost is below the threshold.
+    fn queue(&mut self, pair: Pair, depth: f32) {
+        let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
+        if libm::sqrtf(a.self_cost * b.self_cost) >= self.strategy.queue_threshold {
+            let boxes = || BoxPair::new(a, b, self.relation);
+            let random = &mut self.workspace.run.random;
+            let depth = depth / (a.size + b.size * self.relation.scale);
+            let (bucket, first) = self.question.options.order.bucket(boxes, depth, a.alpha * b.alpha, random);
+            self.workspace.front.queue(pair, 0.0, bucket, first);
+        } else {
+            self.workspace.front.push(pair);
+        }
+    }
+}
+
+impl Sink for Traversal<'_, '_, Intersection<'_>> {
+    #[inline(always)]
+    fn count(&mut self, level: usize, bv_tests: u32) {
+        let stats = &mut self.workspace.run.stats;
+        stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
+        stats.work += WORK_PER_EXPANSION + u64::from(bv_tests);
+    }
+
+    #[inline(always)]
+    fn keys(&mut self) -> &mut Keys {
+        &mut self.keys
+    }
+
+    /// Pairs go where their parent came from: on the stack, into the queue, or on the paths to witnesses, and what is beside
+    /// these into the queue.
+    #[inline(always)]
+    fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
+        if self.origin != Origin::Stack {
+            return self.queue_all(hits, child);
+        }
+        if hits == 0 {
+            return;
+        }
+        let (mut deepest, mut at) = (f32::NEG_INFINITY, 0);
+        while hits != 0 {
+            let bit = hits.trailing_zeros();
+            hits &= hits - 1;
+            let place = self.workspace.front.push(child(bit));
+            let depth = self.keys.as_flattened()[bit as usize % 64];
+            if self.strategy.deepest_first && depth > deepest {
+                (deepest, at) = (depth, place);
+            }
+        }
+        if self.strategy.deepest_first {
+            self.workspace.front.raise(at);
+        }
+    }
+
+    #[inline(always)]
+    fn cluster(&mut self, pair: Pair, _column: usize) {
+        self.workspace.front.push(pair);
+    }
+
+    #[inline(always)]
+    fn triangles(&mut self, hits: u64, first: [u32; 2]) {
+        self.workspace.waiting.push_all(hits, first);
+    }
+}

@@ -1,0 +1,86 @@
+//! What is known of a distance: bounds that only ever close in, and which pairs can still matter.
+
+use crate::triangle::distance::Closest;
+
+/// When bounds are close enough: `high - low <= absolute`, or `high <= (1 + relative) low`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tolerance {
+    pub absolute: f64,
+    pub relative: f64,
+}
+
+/// Bounds of the distance of two surfaces, in the length unit of the meshes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Interval {
+    tolerance: Tolerance,
+    /// By how much the surfaces are thickened together, and whether they are closer than this is all that is asked.
+    margin: f64,
+    limit: f64,
+    low: f64,
+    high: f64,
+    /// The least lower bound of all pairs that were looked at in `f64`.
+    settled: f64,
+    /// The closest pair found (tree order).
+    nearest: Option<([u32; 2], Closest)>,
+}
+
+impl Interval {
+    /// Nothing is known yet. `limit` is infinite if the distance itself is asked for.
+    pub const fn new(tolerance: Tolerance, margin: f64, limit: f64) -> Self {
+        Self { tolerance, margin, limit, low: 0.0, high: f64::INFINITY, settled: f64::INFINITY, nearest: None }
+    }
+
+    /// No surface is closer than this, nor is the distance more than `high`; both without margins.
+    pub fn low(&self) -> f64 {
+        self.low
+    }
+
+    pub fn high(&self) -> f64 {
+        self.high
+    }
+
+    pub fn nearest(&self) -> Option<([u32; 2], Closest)> {
+        self.nearest
+    }
+
+    /// Pairs at least this far apart do not matter any more.
+    pub fn cut(&self) -> f64 {
+        let Self { tolerance, margin, limit, high, .. } = *self;
+        let apart = high - margin;
+        let enough = margin + (apart - tolerance.absolute).min(apart / (1.0 + tolerance.relative));
+        // More than the limit, so that what is proven then is too.
+        enough.max(margin).min(limit + margin + 4.0 * f64::EPSILON * (limit + margin))
+    }
+
+    /// Its square, not less, in units of this length. Never so small that a pair that may meet would not matter.
+    pub fn square_cut(&self, unit: f64) -> f32 {
+        let cut = (self.cut() / unit) as f32 * (1.0 + 4.0 * f32::EPSILON);
+        (cut * cut * (1.0 + 4.0 * f32::EPSILON)).max(1e-36)
+    }
+
+    /// Whether nothing that is found could change the answer: the thickened surfaces meet, or are closer than the limit.
+    pub fn is_decided(&self) -> bool {
+        self.high <= self.margin || self.limit < f64::INFINITY && self.high <= self.limit + self.margin
+    }
+
+    /// Whether a pair that is at least this far apart matters. One that may meet always does: whether the distance is 0 is no
+    /// question of tolerance.
+    pub fn matters(&self, low: f64) -> bool {
+        low < self.cut() || low == 0.0
+    }
+
+    /// Takes note of what `f64` says of a pair, and whether the triangles meet.
+    pub fn settle(&mut self, pair: [u32; 2], found: &Closest, meet: bool) {
+        self.settled = self.settled.min(found.low);
+        let high = if meet { 0.0 } else { found.high };
+        if high < self.high {
+            self.high = high;
+            self.nearest = Some((pair, *found));
+        }
+    }
+
+    /// Takes note that no pair that is left is closer than this.
+    pub fn raise(&mut self, left: f64) {
+        self.low = self.low.max(left.min(self.settled).min(self.cut()));
+    }
+}

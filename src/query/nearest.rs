@@ -1,0 +1,373 @@
+//! How far apart are two surfaces? What a traversal that asks this does with node pairs and triangle pairs.
+//!
+//! Pairs whose boxes overlap are finished depth-first, the deepest first: as long as there are any, nothing is proven. Pairs
+//! that are apart wait in the queue by their lower bounds, and are dropped when they can't matter any more. To begin with,
+//! one or two *dives* open nothing but the child that seems to be closest, down to a few triangles, so that there is an
+//! upper bound to compare with; they leave no trace.
+//!
+//! Triangles go through two tests: eight pairs at a time in `f32` for lower bounds, and one pair at a time in `f64`, for
+//! those that may be closer than the closest so far. Those that may only raise the lower bound are put off to the end.
+
+use super::boxes::Keys;
+use super::expand::{Sink, expand};
+use super::gaps::Gaps;
+use super::interval::{Interval, Tolerance};
+use super::outcome::{LEVELS, StopReason};
+use super::queue::{BUCKETS, Front, Origin, Pair};
+use super::traversal::{Question, Traversal};
+use super::views::Relation;
+use crate::math::lanes::Lanes;
+use crate::model::cost::{
+    WORK_PER_CLOSEST_POINTS, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_LOOKUP,
+};
+use crate::tree::WIDTH;
+use crate::triangle::distance::{closest, distances};
+use crate::triangle::triangles_intersect;
+use arrayvec::ArrayVec;
+
+/// How far apart two surfaces are.
+pub(super) struct Distance {
+    /// Length of A's unit.
+    pub unit: f64,
+    /// What covers the rounding of squares of gaps: [`Gaps::shrink`].
+    pub shrink: f32,
+    /// Squared distance from which on nothing matters, in A's units: that of the interval.
+    pub cut: f32,
+    /// The least key of children met by a dive.
+    pub guess: f32,
+}
+
+impl Distance {
+    pub fn new(relation: &Relation, unit: f64, interval: &Interval) -> Self {
+        Self { unit, shrink: relation.shrink, cut: interval.square_cut(unit), guess: f32::INFINITY }
+    }
+}
+
+/// Factors of half extents with which dives guess.
+const DIVES: [f32; 2] = [-0.7, 0.0];
+
+/// Triangle pairs that are put off; others are looked at when they are met.
+const PUT_OFF: usize = 1024;
+
+/// A triangle pair (tree order) and what is proven of its distance.
+#[derive(Clone, Copy, Debug)]
+struct Bounded {
+    pair: [u32; 2],
+    /// Of pairs that wait for the first test, a key: the square. Of others, the distance, A's units.
+    low: f32,
+}
+
+/// Before the first query, and where one of the meshes is empty.
+const NOTHING: Interval = Interval::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY);
+
+/// The state of a distance query in a workspace.
+#[derive(Clone, Debug)]
+pub(super) struct Search {
+    pub interval: Interval,
+    /// Dives that are left.
+    dives: usize,
+    /// Where the dive at hand goes on.
+    dive: Option<Pair>,
+    /// Triangle pairs that wait for the `f32` test.
+    waiting: ArrayVec<Bounded, { WIDTH * (WIDTH + 1) }>,
+    /// Those that may be closest, after it; the most likely is the last.
+    proposed: ArrayVec<Bounded, WIDTH>,
+    put_off: ArrayVec<Bounded, PUT_OFF>,
+    /// The bits of a key that make the first bucket.
+    first_bucket: Option<u32>,
+}
+
+impl Search {
+    pub const fn new() -> Self {
+        Self {
+            interval: NOTHING,
+            dives: 0,
+            dive: None,
+            waiting: ArrayVec::new_const(),
+            proposed: ArrayVec::new_const(),
+            put_off: ArrayVec::new_const(),
+            first_bucket: None,
+        }
+    }
+
+    pub fn clear(&mut self) {
+        (self.interval, self.dives, self.dive, self.first_bucket) = (NOTHING, 0, None, None);
+        self.waiting.clear();
+        self.proposed.clear();
+        self.put_off.clear();
+    }
+
+    /// Begins with a triangle pair that is likely to be close, or else with dives.
+    pub fn begin(&mut self, interval: Interval, guess: Option<[u32; 2]>) {
+        self.interval = interval;
+        match guess {
+            Some(pair) => self.proposed.push(Bounded { pair, low: 0.0 }),
+            None => self.dives = DIVES.len(),
+        }
+    }
+
+    /// Whether no dive and no triangle pair is left.
+    pub fn is_done(&self) -> bool {
+        self.dives == 0 && self.pairs().next().is_none()
+    }
+
+    /// All triangle pairs that are left.
+    pub fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        self.waiting.iter().chain(&self.proposed).chain(&self.put_off).map(|left| left.pair)
+    }
+
+    /// Tells the interval what is proven of all pairs that are left, with A's unit of this length.
+    pub fn bound(&mut self, front: &Front, unit: f64) {
+        let nodes = match front.least_bucket() {
+            _ if self.dives > 0 => 0.0,
+            None => f64::INFINITY,
+            Some(bucket) => root(self.least_key(bucket)),
+        };
+        let waiting = self.waiting.iter().map(|left| root(left.low));
+        let others = self.proposed.iter().chain(&self.put_off).map(|left| left.low.into());
+        self.interval.raise(waiting.chain(others).fold(nodes, f64::min) * unit);
+    }
+
+    /// The bucket of a key: eight for each factor of two, so that bounds differ by 4 to 6 percent. The last but few hold
+    /// what is as far as the first upper bound.
+    fn bucket(&mut self, key: f32, cut: f32) -> usize {
+        let bits = key.to_bits() >> BUCKET_BITS;
+        let first = *self.first_bucket.get_or_insert((cut.to_bits() >> BUCKET_BITS).saturating_sub(BUCKETS as u32 - 2));
+        (bits.saturating_sub(first) as usize).min(BUCKETS - 1)
+    }
+
+    /// The least key of a bucket.
+    fn least_key(&self, bucket: usize) -> f32 {
+        let first = self.first_bucket.unwrap_or(0);
+        if bucket == 0 { 0.0 } else { f32::from_bits((first + bucket as u32) << BUCKET_BITS) }
+    }
+}
+
+/// Bits of a key that do not matter for its bucket.
+const BUCKET_BITS: u32 = 20;
+
+/// The distance that a key stands for, rounded down.
+fn root(key: f32) -> f64 {
+    libm::sqrt(key.max(0.0).into()) * (1.0 - f64::EPSILON)
+}
+
+impl Question for Traversal<'_, '_, Distance> {
+    #[inline(always)]
+    fn next_pair(&mut self) -> Option<(Pair, Origin)> {
+        let search = &mut self.workspace.search;
+        if search.dives > 0 {
+            return Some((search.dive.take().unwrap_or(Pair::new(0, 0)), Origin::Path));
+        }
+        self.workspace.front.pop()
+    }
+
+    #[inline(always)]
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
+        let mut gaps =
+            Gaps { cut: self.question.cut, shrink: self.question.shrink, swell: 1.0, least: f32::NEG_INFINITY };
+        match self.origin {
+            Origin::Path => {
+                self.question.guess = f32::INFINITY;
+                (gaps.cut, gaps.swell) = (f32::INFINITY, DIVES[DIVES.len() - self.workspace.search.dives]);
+            }
+            Origin::Queue => {
+                gaps.least = self.workspace.front.popped_key();
+                if gaps.least >= gaps.cut {
+                    self.workspace.run.stats.work += WORK_PER_LOOKUP;
+                    return;
+                }
+            }
+            Origin::Stack => {}
+        }
+        expand(lanes, pair, [self.a, self.b], self.relation, &mut gaps, self);
+    }
+
+    #[inline(always)]
+    fn waits(&self, any: bool) -> bool {
+        let search = &self.workspace.search;
+        if search.dives > 0 {
+            return !search.waiting.is_empty();
+        }
+        search.waiting.len() >= WIDTH || any && !search.is_done()
+    }
+
+    #[inline(always)]
+    fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
+        let search = &mut self.workspace.search;
+        if let Some(proposed) = search.proposed.pop() {
+            self.consider(proposed);
+        } else if !search.waiting.is_empty() {
+            self.test_batch(lanes);
+        } else if let Some(left) = search.put_off.pop() {
+            self.consider(left);
+        }
+        let (search, last) =
+            (&self.workspace.search, self.workspace.front.is_empty() && self.workspace.search.dives == 0);
+        self.workspace.testing =
+            !search.proposed.is_empty() || search.waiting.len() >= WIDTH || last && !search.is_done();
+        search.interval.is_decided().then_some(StopReason::Finished)
+    }
+}
+
+impl Traversal<'_, '_, Distance> {
+    /// Lower bounds of up to eight waiting pairs.
+    #[inline(always)]
+    fn test_batch<L: Lanes>(&mut self, lanes: L) {
+        let search = &mut self.workspace.search;
+        let mut pairs = [[0; 2]; WIDTH];
+        let mut count = 0;
+        while let Some(left) = search.waiting.pop() {
+            if left.low < self.question.cut {
+                pairs[count] = left.pair;
+                count += 1;
+                if count == WIDTH {
+                    break;
+                }
+            }
+        }
+        if count == 0 {
+            return;
+        }
+        for i in count..WIDTH {
+            pairs[i] = pairs[0];
+        }
+        let (a, b) = (self.a.triangles(), self.b.triangles());
+        let [p, q, r, s, t, u, v, w] = pairs;
+        let of_a = |pair: [u32; 2]| &a[pair[0] as usize].0;
+        let of_b = |pair: [u32; 2]| &b[pair[1] as usize].0;
+        let found = distances(
+            lanes,
+            [of_a(p), of_a(q), of_a(r), of_a(s), of_a(t), of_a(u), of_a(v), of_a(w)],
+            [of_b(p), of_b(q), of_b(r), of_b(s), of_b(t), of_b(u), of_b(v), of_b(w)],
+            &self.relation.triangles,
+        );
+        let stats = &mut self.workspace.run.stats;
+        stats.primitive_tests += count as u64;
+        stats.work += count as u64 * WORK_PER_DISTANCE_TEST;
+        self.propose(&pairs[..count], &found.low, &found.about);
+    }
+
+    /// What may be closest is looked at next, the most likely first; what may only bound the distance is put off.
+    #[inline(never)]
+    fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], about: &[f32; WIDTH]) {
+        let search = &mut self.workspace.search;
+        let (interval, unit) = (search.interval, self.question.unit);
+        let closer = (interval.high() / unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
+        let matters = |&i: &usize| interval.matters(f64::from(low[i]) * unit);
+        let mut order: ArrayVec<usize, WIDTH> = (0..pairs.len()).filter(matters).collect();
+        order.sort_unstable_by(|&i, &j| about[j].total_cmp(&about[i]).then(j.cmp(&i)));
+        for i in order {
+            let proposed = Bounded { pair: pairs[i], low: low[i] };
+            if low[i] > 0.0 && about[i] > closer && !search.put_off.is_full() && search.dives == 0 {
+                search.put_off.push(proposed);
+            } else {
+                search.proposed.push(proposed);
+            }
+        }
+        if search.dives > 0 {
+            // The most likely one is enough for a guess; the others are met again.
+            let best = search.proposed.pop();
+            search.proposed.clear();
+            search.proposed.extend(best);
+            search.waiting.clear();
+            search.dives -= 1;
+        }
+    }
+
+    /// Looks at a pair in `f64`, unless it does not matter any more.
+    fn consider(&mut self, Bounded { pair, low }: Bounded) {
+        let is_settled = self.workspace.search.interval.nearest().is_some_and(|(nearest, _)| nearest == pair);
+        let stats = &mut self.workspace.run.stats;
+        if is_settled || !self.workspace.search.interval.matters(f64::from(low) * self.question.unit) {
+            stats.work += WORK_PER_LOOKUP;
+            return;
+        }
+        let [of_a, of_b] = &mut self.workspace.corners;
+        let a = of_a.of(self.a, pair[0], |v| v);
+        let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
+        let found = closest(a, b);
+        stats.work += WORK_PER_CLOSEST_POINTS;
+        let meet = found.low == 0.0 && {
+            stats.exact_tests += 1;
+            stats.work += WORK_PER_EXACT_TEST;
+            triangles_intersect(a, b)
+        };
+        self.deadline.look_next();
+        self.workspace.search.interval.settle(pair, &found, meet);
+        self.question.cut = self.workspace.search.interval.square_cut(self.question.unit);
+    }
+}
+
+impl Sink for Traversal<'_, '_, Distance> {
+    #[inline(always)]
+    fn count(&mut self, level: usize, bv_tests: u32) {
+        let stats = &mut self.workspace.run.stats;
+        stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
+        stats.work += WORK_PER_EXPANSION + 2 * u64::from(bv_tests);
+    }
+
+    #[inline(always)]
+    fn keys(&mut self) -> &mut Keys {
+        &mut self.keys
+    }
+
+    #[inline(always)]
+    fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
+        let mut deepest = (0.0, None);
+        while hits != 0 {
+            let bit = hits.trailing_zeros();
+            hits &= hits - 1;
+            let key = self.keys.as_flattened()[bit as usize % 64];
+            self.place(child(bit), key, &mut deepest);
+        }
+        if let Some(at) = deepest.1 {
+            self.workspace.front.raise(at);
+        }
+    }
+
+    #[inline(always)]
+    fn cluster(&mut self, pair: Pair, column: usize) {
+        let alive = pair.alive[0] & pair.alive[1];
+        let least = (0..WIDTH).filter(|row| alive >> row & 1 != 0).map(|row| self.keys[row][column]);
+        let key = least.fold(f32::INFINITY, f32::min);
+        self.place(pair, key, &mut (0.0, None));
+    }
+
+    #[inline(always)]
+    fn triangles(&mut self, mut hits: u64, first: [u32; 2]) {
+        let search = &mut self.workspace.search;
+        while hits != 0 {
+            let bit = hits.trailing_zeros();
+            hits &= hits - 1;
+            let low = self.keys.as_flattened()[bit as usize % 64];
+            search.waiting.push(Bounded { pair: [first[0] + bit / 8, first[1] + bit % 8], low });
+        }
+        if search.dives > 0 {
+            // A guess is no bound.
+            search.waiting.sort_unstable_by(|x, y| x.low.total_cmp(&y.low));
+            search.waiting.truncate(WIDTH);
+            search.waiting.iter_mut().for_each(|left| left.low = f32::NEG_INFINITY);
+        }
+    }
+}
+
+impl Traversal<'_, '_, Distance> {
+    #[inline(always)]
+    fn place(&mut self, pair: Pair, key: f32, deepest: &mut (f32, Option<usize>)) {
+        let workspace = &mut *self.workspace;
+        if self.origin == Origin::Path {
+            if key < self.question.guess {
+                self.question.guess = key;
+                workspace.search.dive = Some(pair);
+            }
+        } else if key > 0.0 {
+            let bucket = workspace.search.bucket(key, self.question.cut);
+            workspace.front.queue(pair, key, bucket, true);
+        } else {
+            let at = workspace.front.push(pair);
+            if key < deepest.0 {
+                *deepest = (key, Some(at));
+            }
+        }
+    }
+}
