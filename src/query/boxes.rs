@@ -13,8 +13,8 @@ use wide::f32x4;
 /// Eight boxes by centre and half extents, along the axes of their node.
 #[derive(Clone, Copy)]
 pub(super) struct Boxes<L: Lanes> {
-    center: V8<L>,
-    half: V8<L>,
+    pub center: V8<L>,
+    pub half: V8<L>,
 }
 
 impl<L: Lanes> Boxes<L> {
@@ -44,14 +44,13 @@ impl<L: Lanes> Boxes<L> {
 
     /// The boxes around these along the axes of the other side.
     #[inline(always)]
-    pub(super) fn seen(&self, lanes: L, view: &View) -> Slabs<L> {
+    pub(super) fn seen(&self, lanes: L, view: &View) -> Self {
         let m = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
         let margin = F8::splat(lanes, view.margin.as_array()[0]);
-        let boxes = Self {
+        Self {
             center: per_axis!(k => dot(m[k], self.center) + F8::splat(lanes, view.origin.as_array()[k])),
             half: per_axis!(k => dot(per_axis!(j => m[k][j].abs()), self.half) + margin),
-        };
-        boxes.slabs()
+        }
     }
 }
 
@@ -121,6 +120,8 @@ pub(super) struct Facing<'n> {
     pub nodes: [&'n Node; 2],
     pub views: [&'n View; 2],
     pub scales: [f32; 2],
+    /// Whether the first is of A.
+    pub is_a: bool,
 }
 
 impl Facing<'_> {
@@ -188,16 +189,16 @@ impl BoxTest for Overlap {
 
     #[inline(always)]
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, [alive_a, alive_b]: [u32; 2], keys: &mut Keys) -> u64 {
-        let Facing { nodes: [a, b], views: [of_a, of_b], scales } = facing;
+        let Facing { nodes: [a, b], views: [of_a, of_b], scales, .. } = facing;
         let b_rows = Boxes::children(lanes, b, scales[1]);
-        let b_in_a = b_rows.seen(lanes, of_b);
+        let b_in_a = b_rows.seen(lanes, of_b).slabs();
         let (low, high) = ends(a.own_center, a.own_half);
         let alive_b = alive_b & !b_in_a.apart(lanes, low, high);
         if alive_b == 0 {
             return 0;
         }
         let a_rows = Boxes::children(lanes, a, scales[0]);
-        let a_in_b = a_rows.seen(lanes, of_a);
+        let a_in_b = a_rows.seen(lanes, of_a).slabs();
         let (center, half) = facing.other();
         let (low, high) = ends(center, half);
         let mut alive_a = alive_a & !a_in_b.apart(lanes, low, high);
@@ -216,13 +217,13 @@ impl BoxTest for Overlap {
 
     #[inline(always)]
     fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32 {
-        let Facing { nodes: [opened, _], views: [of_opened, of_other], scales } = facing;
+        let Facing { nodes: [opened, _], views: [of_opened, of_other], scales, .. } = facing;
         let children = Boxes::children(lanes, opened, scales[0]);
         let (center, half) = facing.other();
         let (low, high) = ends(of_other.point(center), of_other.half(half));
         let gap = children.slabs().gap(lanes, low, high);
         let (low, high) = ends(center, half);
-        let gap = gap.min(children.seen(lanes, of_opened).gap(lanes, low, high));
+        let gap = gap.min(children.seen(lanes, of_opened).slabs().gap(lanes, low, high));
         keys[0] = gap.store();
         !gap.mask() & opened.valid()
     }

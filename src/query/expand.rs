@@ -50,8 +50,8 @@ pub(super) fn expand<L: Lanes>(
     let views = core::hint::black_box(&views);
     let valid = [u32::from(alive[0]) & a.valid(), u32::from(alive[1]) & b.valid()];
     let first = [a.first_child, b.first_child];
-    let of_a = Facing { nodes: [a, b], views: [&views.of_a, &views.of_b], scales: [1.0, scale] };
-    let of_b = Facing { nodes: [b, a], views: [&views.of_b, &views.of_a], scales: [scale, 1.0] };
+    let of_a = Facing { nodes: [a, b], views: [&views.of_a, &views.of_b], scales: [1.0, scale], is_a: true };
+    let of_b = Facing { nodes: [b, a], views: [&views.of_b, &views.of_a], scales: [scale, 1.0], is_a: false };
     match which(a, b, scale) {
         Open::Both => {
             sink.count(level + 2, valid[0].count_ones() * valid[1].count_ones() + 1);

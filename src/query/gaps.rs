@@ -1,13 +1,14 @@
 //! How far apart boxes are at least: lower bounds of distances, eight at a time.
 //!
 //! Two boxes that are `x, y, z` apart along the axes of one of them are at least `sqrt(x^2 + y^2 + z^2)` apart, where
-//! negative gaps count as 0; the axes of the other give a second bound. All is in A's units, with the views and margins of
-//! the overlap test; the proof is in `docs/numerics.md`, "Distances of boxes".
+//! negative gaps count as 0; the axes of the other give a second bound. A third is how far they are apart in the direction in
+//! which the closest triangles found so far lie from one another. All is in A's units, with the views and margins of the
+//! overlap test; the proof is in `docs/numerics.md`, "Distances of boxes".
 
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, ends};
 use super::views::{View, Views};
-use crate::math::lanes::{F8, Lanes, V8};
-use crate::tree::{Node, xyz};
+use crate::math::lanes::{F8, Lanes, V8, dot, per_axis};
+use crate::tree::{Node, WIDTH, xyz};
 use wide::f32x4;
 
 /// Whether boxes are closer than `cut`. Keys are squared lower bounds of distances, or minus the depth of the overlap.
@@ -20,6 +21,11 @@ pub(super) struct Gaps {
     pub swell: f32,
     /// The key of the pair at hand; its children's are no less. Negative infinity where boxes overlap.
     pub least: f32,
+    /// Unit vector from A to B (A's unit coordinates), no longer than 1, or 0; and in the orientations of the nodes at hand.
+    pub direction: f32x4,
+    in_a: f32x4,
+    in_b: f32x4,
+    margin: f32,
 }
 
 /// Squared length of the gaps along three axes, and the largest gap.
@@ -38,13 +44,59 @@ fn measure_one(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> [f32
     [u * u + v * v + w * w, x.max(y).max(z)]
 }
 
+#[inline(always)]
+fn dot_one(a: f32x4, b: f32x4) -> f32 {
+    let [x, y, z] = xyz(a * b);
+    x + y + z
+}
+
+#[inline(always)]
+fn splat<L: Lanes>(lanes: L, v: f32x4) -> V8<L> {
+    per_axis!(k => F8::splat(lanes, v.as_array()[k]))
+}
+
 impl Gaps {
-    /// The keys of boxes that were measured along the axes of both sides.
+    pub fn new(cut: f32, shrink: f32, direction: f32x4) -> Self {
+        let (swell, least, zero) = (1.0, f32::NEG_INFINITY, f32x4::ZERO);
+        Self { cut, shrink, swell, least, direction, in_a: zero, in_b: zero, margin: 0.0 }
+    }
+
+    /// How far along the direction boxes of A end, less than 0, by their own axes.
     #[inline(always)]
-    fn keys<L: Lanes>(&self, lanes: L, [square, gap]: [F8<L>; 2], [other_square, other_gap]: [F8<L>; 2]) -> F8<L> {
-        let (square, gap) = (square.max(other_square), gap.max(other_gap));
-        let key = square * F8::splat(lanes, self.shrink) + gap.min(F8::splat(lanes, 0.0));
-        key.max(F8::splat(lanes, self.least))
+    fn ends_of_a<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>) -> F8<L> {
+        -(dot(splat(lanes, self.in_a), boxes.center) + dot(splat(lanes, self.in_a.abs()), boxes.half))
+    }
+
+    /// Where along the direction boxes of B begin: centres as seen from A, half extents by their own axes.
+    #[inline(always)]
+    fn starts_of_b<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, seen: &Boxes<L>) -> F8<L> {
+        let half = dot(splat(lanes, self.in_b.abs()), boxes.half);
+        dot(splat(lanes, self.in_a), seen.center) - half - F8::splat(lanes, self.margin)
+    }
+
+    #[inline(always)]
+    fn along<L: Lanes>(&self, lanes: L, is_a: bool, boxes: &Boxes<L>, seen: &Boxes<L>) -> F8<L> {
+        if is_a { self.ends_of_a(lanes, boxes) } else { self.starts_of_b(lanes, boxes, seen) }
+    }
+
+    /// The same for the own box of a node.
+    #[inline(always)]
+    fn along_one(&self, is_a: bool, center: f32x4, half: f32x4, view: &View) -> f32 {
+        if is_a {
+            -(dot_one(self.in_a, center) + dot_one(self.in_a.abs(), half))
+        } else {
+            dot_one(self.in_a, view.point(center)) - dot_one(self.in_b.abs(), half) - self.margin
+        }
+    }
+
+    /// The keys of boxes that were measured along the axes of both sides, and along the direction.
+    #[inline(always)]
+    fn keys<L: Lanes>(&self, lanes: L, in_x: V8<L>, in_y: V8<L>, along: F8<L>) -> F8<L> {
+        let zero = F8::splat(lanes, 0.0);
+        let ([square, gap], [other_square, other_gap]) = (measure(lanes, in_x), measure(lanes, in_y));
+        let ahead = along.max(zero);
+        let (square, gap) = (square.max(other_square).max(ahead * ahead), gap.max(other_gap).max(along));
+        (square * F8::splat(lanes, self.shrink) + gap.min(zero)).max(F8::splat(lanes, self.least))
     }
 
     /// The lanes with keys below the cut.
@@ -65,62 +117,73 @@ impl BoxTest for Gaps {
         if self.swell < 1.0 {
             return true;
         }
+        let (in_a, in_b) = views.direction(a, self.direction);
+        (self.in_a, self.in_b, self.margin) = (in_a, in_b, 2.0 * views.of_b.margin.as_array()[0]);
         let scale = f32x4::splat(scale);
         let a = (a.own_center, a.own_half);
         let b = (b.own_center * scale, b.own_half * scale);
         let ([square, gap], [other_square, other_gap]) =
             (measure_one(b, a, &views.of_b), measure_one(a, b, &views.of_a));
-        let key = square.max(other_square) * self.shrink;
-        if gap.max(other_gap) > 0.0 {
+        let along = self.along_one(true, a.0, a.1, &views.of_a) + self.along_one(false, b.0, b.1, &views.of_b);
+        let key = square.max(other_square).max(along.max(0.0) * along) * self.shrink;
+        if gap.max(other_gap).max(along) > 0.0 {
             self.least = self.least.max(key);
         }
         self.least < self.cut
     }
 
     #[inline(always)]
-    fn both<L: Lanes>(&self, lanes: L, facing: Facing, [alive_a, alive_b]: [u32; 2], keys: &mut Keys) -> u64 {
-        let Facing { nodes: [a, b], views: [of_a, of_b], scales } = facing;
-        let b_rows = self.boxes(lanes, b, scales[1]);
-        let b_in_a = b_rows.seen(lanes, of_b);
+    fn both<L: Lanes>(&self, lanes: L, facing: Facing, [alive_x, alive_y]: [u32; 2], keys: &mut Keys) -> u64 {
+        let Facing { nodes: [x, y], views: [of_x, of_y], scales, is_a } = facing;
+        let y_rows = self.boxes(lanes, y, scales[1]);
+        let seen = y_rows.seen(lanes, of_y);
+        let (y_along, y_in_x) = (self.along(lanes, !is_a, &y_rows, &seen), seen.slabs());
         let scale = f32x4::splat(scales[0]);
-        let (low, high) = ends(a.own_center * scale, a.own_half * scale);
-        let measured = measure(lanes, b_in_a.gaps(lanes, low, high));
-        let alive_b = alive_b & self.near(lanes, self.keys(lanes, measured, measured));
-        if alive_b == 0 {
+        let (center, half) = (x.own_center * scale, x.own_half * scale);
+        let (low, high) = ends(center, half);
+        let gaps = y_in_x.gaps(lanes, low, high);
+        let along = y_along + F8::splat(lanes, self.along_one(is_a, center, half, of_x));
+        let alive_y = alive_y & self.near(lanes, self.keys(lanes, gaps, gaps, along));
+        if alive_y == 0 {
             return 0;
         }
-        let a_rows = self.boxes(lanes, a, scales[0]);
-        let a_in_b = a_rows.seen(lanes, of_a);
+        let x_rows = self.boxes(lanes, x, scales[0]);
+        let seen = x_rows.seen(lanes, of_x);
+        let (x_along, x_in_y) = (self.along(lanes, is_a, &x_rows, &seen), seen.slabs());
         let (center, half) = facing.other();
         let (low, high) = ends(center, half);
-        let measured = measure(lanes, a_in_b.gaps(lanes, low, high));
-        let mut alive_a = alive_a & self.near(lanes, self.keys(lanes, measured, measured));
-        let (a_rows, a_in_b) = (a_rows.slabs().store(), a_in_b.store());
-        let b_rows = b_rows.slabs();
+        let gaps = x_in_y.gaps(lanes, low, high);
+        let along = x_along + F8::splat(lanes, self.along_one(!is_a, center, half, of_y));
+        let mut alive_x = alive_x & self.near(lanes, self.keys(lanes, gaps, gaps, along));
+        let (x_rows, x_in_y, x_along) = (x_rows.slabs().store(), x_in_y.store(), x_along.store());
+        let y_rows = y_rows.slabs();
         let mut pairs = 0;
-        while alive_a != 0 {
-            let i = alive_a.trailing_zeros() as usize;
-            alive_a &= alive_a - 1;
-            let in_a = measure(lanes, b_in_a.gaps_at(lanes, &a_rows, i));
-            let in_b = measure(lanes, b_rows.gaps_at(lanes, &a_in_b, i));
-            let near = self.keys(lanes, in_a, in_b);
+        while alive_x != 0 {
+            let i = alive_x.trailing_zeros() as usize;
+            alive_x &= alive_x - 1;
+            let in_x = y_in_x.gaps_at(lanes, &x_rows, i);
+            let in_y = y_rows.gaps_at(lanes, &x_in_y, i);
+            let near = self.keys(lanes, in_x, in_y, y_along + F8::splat(lanes, x_along[i]));
             keys[i] = near.store();
-            pairs |= u64::from(self.near(lanes, near) & alive_b) << (8 * i);
+            pairs |= u64::from(self.near(lanes, near) & alive_y) << (WIDTH * i);
         }
         pairs
     }
 
     #[inline(always)]
     fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32 {
-        let Facing { nodes: [opened, _], views: [of_opened, of_other], scales } = facing;
+        let Facing { nodes: [opened, _], views: [of_opened, of_other], scales, is_a } = facing;
         let children = self.boxes(lanes, opened, scales[0]);
         let (center, half) = facing.other();
         let half = half * f32x4::splat(self.swell);
         let (low, high) = ends(of_other.point(center), of_other.half(half));
-        let in_opened = measure(lanes, children.slabs().gaps(lanes, low, high));
+        let in_opened = children.slabs().gaps(lanes, low, high);
         let (low, high) = ends(center, half);
-        let in_other = measure(lanes, children.seen(lanes, of_opened).gaps(lanes, low, high));
-        let near = self.keys(lanes, in_opened, in_other);
+        let seen = children.seen(lanes, of_opened);
+        let in_other = seen.slabs().gaps(lanes, low, high);
+        let along = self.along(lanes, is_a, &children, &seen);
+        let along = along + F8::splat(lanes, self.along_one(!is_a, center, half, of_other));
+        let near = self.keys(lanes, in_opened, in_other, along);
         keys[0] = near.store();
         self.near(lanes, near) & opened.valid()
     }

@@ -15,7 +15,6 @@ use super::interval::{Interval, Tolerance};
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{BUCKETS, Front, Origin, Pair};
 use super::traversal::{Question, Traversal};
-use super::views::Relation;
 use crate::math::lanes::Lanes;
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_LOOKUP,
@@ -24,22 +23,34 @@ use crate::tree::WIDTH;
 use crate::triangle::distance::{closest, distances};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
+use glam::DVec3;
+use wide::f32x4;
 
 /// How far apart two surfaces are.
 pub(super) struct Distance {
     /// Length of A's unit.
     pub unit: f64,
-    /// What covers the rounding of squares of gaps: [`Gaps::shrink`].
-    pub shrink: f32,
     /// Squared distance from which on nothing matters, in A's units: that of the interval.
     pub cut: f32,
+    /// From A to B, where the closest triangles found are: [`Gaps::direction`].
+    pub direction: f32x4,
     /// The least key of children met by a dive.
     pub guess: f32,
 }
 
 impl Distance {
-    pub fn new(relation: &Relation, unit: f64, interval: &Interval) -> Self {
-        Self { unit, shrink: relation.shrink, cut: interval.square_cut(unit), guess: f32::INFINITY }
+    pub fn new(unit: f64, interval: &Interval) -> Self {
+        let mut distance = Self { unit, cut: 0.0, direction: f32x4::ZERO, guess: f32::INFINITY };
+        distance.update(interval);
+        distance
+    }
+
+    /// After a change of the interval.
+    fn update(&mut self, interval: &Interval) {
+        self.cut = interval.square_cut(self.unit);
+        let towards_a = interval.nearest().map_or(DVec3::ZERO, |(_, found)| found.direction);
+        let [x, y, z] = (towards_a * -(1.0 - 1e-5)).as_vec3().to_array();
+        self.direction = f32x4::new([x, y, z, 0.0]);
     }
 }
 
@@ -163,8 +174,8 @@ impl Question for Traversal<'_, '_, Distance> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let mut gaps =
-            Gaps { cut: self.question.cut, shrink: self.question.shrink, swell: 1.0, least: f32::NEG_INFINITY };
+        let Distance { cut, direction, .. } = self.question;
+        let mut gaps = Gaps::new(cut, self.relation.shrink, direction);
         match self.origin {
             Origin::Path => {
                 self.question.guess = f32::INFINITY;
@@ -294,7 +305,7 @@ impl Traversal<'_, '_, Distance> {
         };
         self.deadline.look_next();
         self.workspace.search.interval.settle(pair, &found, meet);
-        self.question.cut = self.workspace.search.interval.square_cut(self.question.unit);
+        self.question.update(&self.workspace.search.interval);
     }
 }
 

@@ -150,6 +150,13 @@ impl Views {
         }
     }
 
+    /// A direction in A's unit coordinates, seen from the orientation of `a` and from that of the other node.
+    #[inline(always)]
+    pub fn direction(&self, a: &Node, direction: f32x4) -> (f32x4, f32x4) {
+        let in_a = times(&transposed(a.rotation), direction);
+        (in_a, times(&self.of_a.columns, in_a))
+    }
+
     /// Triangles of A's mesh, seen from the orientation of `b`.
     #[inline(always)]
     pub fn triangles_of_a(&self, b: &Node, relation: &Relation) -> View {
