@@ -146,6 +146,19 @@ pub(super) trait BoxTest {
     /// The given children of both nodes.
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64;
 
+    /// The given triangles of two clusters.
+    #[inline(always)]
+    fn clusters<'t, L: Lanes>(
+        &self,
+        lanes: L,
+        facing: Facing,
+        alive: [u32; 2],
+        _rows: impl FnOnce() -> [[&'t Rows; WIDTH]; 2],
+        keys: &mut Keys,
+    ) -> u64 {
+        self.both(lanes, facing, alive, keys)
+    }
+
     /// The children of the opened node against the box of the other; the first row of keys.
     fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32;
 

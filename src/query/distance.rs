@@ -186,7 +186,7 @@ impl<'t> DistanceQuery<'t> {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
         let unit = self.a.unit_length();
         let stop = Traversal {
-            question: nearest::Distance::new(unit, &workspace.search.interval),
+            question: nearest::Distance::new(unit, &relation, &workspace.search.interval),
             a: self.a,
             b: self.b,
             b_in_a: &self.b_in_a,

@@ -55,10 +55,12 @@ pub(super) fn expand<L: Lanes>(
     match which(a, b, scale) {
         Open::Both => {
             sink.count(level + 2, valid[0].count_ones() * valid[1].count_ones() + 1);
-            let hits = boxes.both(lanes, of_a, valid, sink.keys());
             if a.is_cluster {
+                let rows = || [rows(tree_a, a), rows(tree_b, b)];
+                let hits = boxes.clusters(lanes, of_a, valid, rows, sink.keys());
                 sink.triangles(hits, first);
             } else {
+                let hits = boxes.both(lanes, of_a, valid, sink.keys());
                 sink.pairs(hits, |bit| Pair::new(first[0] + bit / 8, first[1] + bit % 8));
             }
         }

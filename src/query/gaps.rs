@@ -6,9 +6,11 @@
 //! overlap test; the proof is in `docs/numerics.md`, "Distances of boxes".
 
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, ends};
-use super::views::{View, Views};
+use super::views::{Relation, View, Views};
 use crate::math::lanes::{F8, Lanes, V8, dot, per_axis};
 use crate::tree::{Node, WIDTH, xyz};
+use crate::triangle::batch::Rows;
+use glam::DVec3;
 use wide::f32x4;
 
 /// Whether boxes are closer than `cut`. Keys are squared lower bounds of distances, or minus the depth of the overlap.
@@ -21,8 +23,8 @@ pub(super) struct Gaps {
     pub swell: f32,
     /// The key of the pair at hand; its children's are no less. Negative infinity where boxes overlap.
     pub least: f32,
-    /// Unit vector from A to B (A's unit coordinates), no longer than 1, or 0; and in the orientations of the nodes at hand.
-    pub direction: f32x4,
+    pub direction: Direction,
+    /// In the orientations of the nodes at hand.
     in_a: f32x4,
     in_b: f32x4,
     margin: f32,
@@ -44,6 +46,16 @@ fn measure_one(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> [f32
     [u * u + v * v + w * w, x.max(y).max(z)]
 }
 
+/// Where triangles begin along a direction that need not be a unit vector.
+#[inline(always)]
+fn start<L: Lanes>(lanes: L, [a, b, c, d, e, f, g, h]: [&Rows; WIDTH], direction: f32x4) -> F8<L> {
+    let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
+        per_axis!(i => F8::transpose(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
+    let direction = splat(lanes, direction);
+    let edges = dot(direction, [ex, ey, ez]).min(dot(direction, [fx, fy, fz]));
+    dot(direction, [x, y, z]) + edges.min(F8::splat(lanes, 0.0))
+}
+
 #[inline(always)]
 fn dot_one(a: f32x4, b: f32x4) -> f32 {
     let [x, y, z] = xyz(a * b);
@@ -55,8 +67,27 @@ fn splat<L: Lanes>(lanes: L, v: f32x4) -> V8<L> {
     per_axis!(k => F8::splat(lanes, v.as_array()[k]))
 }
 
+/// A direction from A to B.
+#[derive(Clone, Copy)]
+pub(super) struct Direction {
+    /// In A's unit coordinates, no longer than 1; 0 if none is known.
+    unit: f32x4,
+    /// In B's unit coordinates, for points of B; and what is added to these for where B lies.
+    of_b: f32x4,
+    offset: f32,
+}
+
+impl Direction {
+    pub fn new(unit: DVec3, relation: &Relation) -> Self {
+        let [x, y, z] = (unit * (1.0 - 1e-5)).as_vec3().to_array();
+        let unit = f32x4::new([x, y, z, 0.0]);
+        let (of_b, offset) = relation.of_b(unit);
+        Self { unit, of_b, offset }
+    }
+}
+
 impl Gaps {
-    pub fn new(cut: f32, shrink: f32, direction: f32x4) -> Self {
+    pub fn new(cut: f32, shrink: f32, direction: Direction) -> Self {
         let (swell, least, zero) = (1.0, f32::NEG_INFINITY, f32x4::ZERO);
         Self { cut, shrink, swell, least, direction, in_a: zero, in_b: zero, margin: 0.0 }
     }
@@ -117,7 +148,7 @@ impl BoxTest for Gaps {
         if self.swell < 1.0 {
             return true;
         }
-        let (in_a, in_b) = views.direction(a, self.direction);
+        let (in_a, in_b) = views.direction(a, self.direction.unit);
         (self.in_a, self.in_b, self.margin) = (in_a, in_b, 2.0 * views.of_b.margin.as_array()[0]);
         let scale = f32x4::splat(scale);
         let a = (a.own_center, a.own_half);
@@ -186,6 +217,35 @@ impl BoxTest for Gaps {
         let near = self.keys(lanes, in_opened, in_other, along);
         keys[0] = near.store();
         self.near(lanes, near) & opened.valid()
+    }
+
+    /// By their boxes, and where those leave any by their own ends along the direction.
+    #[inline(always)]
+    fn clusters<'t, L: Lanes>(
+        &self,
+        lanes: L,
+        facing: Facing,
+        alive: [u32; 2],
+        rows: impl FnOnce() -> [[&'t Rows; WIDTH]; 2],
+        keys: &mut Keys,
+    ) -> u64 {
+        let mut hits = self.both(lanes, facing, alive, keys);
+        if hits == 0 || self.swell < 1.0 {
+            return hits;
+        }
+        let [of_a, of_b] = rows();
+        let Direction { unit, of_b: in_b, offset } = self.direction;
+        let a = start(lanes, of_a, f32x4::ZERO - unit).store();
+        let b = start(lanes, of_b, in_b) + F8::splat(lanes, offset - self.margin);
+        for i in 0..WIDTH {
+            if (hits >> (WIDTH * i)) & 0xff == 0 {
+                continue;
+            }
+            let ahead = (b + F8::splat(lanes, a[i])).max(F8::splat(lanes, 0.0));
+            let near = F8::load(lanes, &keys[i]).max(ahead * ahead * F8::splat(lanes, self.shrink));
+            hits &= !(u64::from(!self.near(lanes, near) & 0xff) << (WIDTH * i));
+        }
+        hits
     }
 
     /// By their boxes.

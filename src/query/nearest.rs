@@ -10,11 +10,12 @@
 
 use super::boxes::Keys;
 use super::expand::{Sink, expand};
-use super::gaps::Gaps;
+use super::gaps::{Direction, Gaps};
 use super::interval::{Interval, Tolerance};
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{BUCKETS, Front, Origin, Pair};
 use super::traversal::{Question, Traversal};
+use super::views::Relation;
 use crate::math::lanes::Lanes;
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_LOOKUP,
@@ -24,7 +25,6 @@ use crate::triangle::distance::{closest, distances};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
 use glam::DVec3;
-use wide::f32x4;
 
 /// How far apart two surfaces are.
 pub(super) struct Distance {
@@ -33,24 +33,25 @@ pub(super) struct Distance {
     /// Squared distance from which on nothing matters, in A's units: that of the interval.
     pub cut: f32,
     /// From A to B, where the closest triangles found are: [`Gaps::direction`].
-    pub direction: f32x4,
+    pub direction: Direction,
     /// The least key of children met by a dive.
     pub guess: f32,
 }
 
 impl Distance {
-    pub fn new(unit: f64, interval: &Interval) -> Self {
-        let mut distance = Self { unit, cut: 0.0, direction: f32x4::ZERO, guess: f32::INFINITY };
-        distance.update(interval);
+    pub fn new(unit: f64, relation: &Relation, interval: &Interval) -> Self {
+        let direction = Direction::new(DVec3::ZERO, relation);
+        let mut distance = Self { unit, cut: 0.0, direction, guess: f32::INFINITY };
+        distance.update(relation, interval);
         distance
     }
 
     /// After a change of the interval.
-    fn update(&mut self, interval: &Interval) {
+    fn update(&mut self, relation: &Relation, interval: &Interval) {
         self.cut = interval.square_cut(self.unit);
-        let towards_a = interval.nearest().map_or(DVec3::ZERO, |(_, found)| found.direction);
-        let [x, y, z] = (towards_a * -(1.0 - 1e-5)).as_vec3().to_array();
-        self.direction = f32x4::new([x, y, z, 0.0]);
+        if let Some((_, found)) = interval.nearest() {
+            self.direction = Direction::new(-found.direction, relation);
+        }
     }
 }
 
@@ -305,7 +306,7 @@ impl Traversal<'_, '_, Distance> {
         };
         self.deadline.look_next();
         self.workspace.search.interval.settle(pair, &found, meet);
-        self.question.update(&self.workspace.search.interval);
+        self.question.update(self.relation, &self.workspace.search.interval);
     }
 }
 

@@ -4,7 +4,7 @@ use crate::math::Pose;
 use crate::math::lanes::per_axis;
 use crate::math::pose::rotation_deviation;
 use crate::math::tolerance::ROUNDING;
-use crate::tree::{Node, Tree, Unit, power_of_two};
+use crate::tree::{Node, Tree, Unit, power_of_two, xyz};
 use crate::triangle::batch::{EDGE_SLOP, LEAST_EDGE_SLOP, Placement};
 use glam::DVec3;
 use wide::f32x4;
@@ -66,6 +66,12 @@ impl Relation {
                 edge_slop: (8.0 * EDGE_SLOP * scale as f32).max(LEAST_EDGE_SLOP),
             },
         }
+    }
+
+    /// A direction in A's unit coordinates, for points in B's, and what is added for B's place.
+    pub fn of_b(&self, direction: f32x4) -> (f32x4, f32) {
+        let [x, y, z] = xyz(self.translation * direction);
+        (times(&transposed(self.rotation), direction) * f32x4::splat(self.scale), x + y + z)
     }
 
     /// For what `f32` cannot hold: every box overlaps and every triangle pair is in doubt.
