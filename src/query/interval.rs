@@ -43,13 +43,21 @@ impl Interval {
         self.nearest
     }
 
+    /// Whether all that is asked is if the surfaces are closer than a limit.
+    pub fn has_limit(&self) -> bool {
+        self.limit < f64::INFINITY
+    }
+
     /// Pairs at least this far apart do not matter any more.
     pub fn cut(&self) -> f64 {
         let Self { tolerance, margin, limit, high, .. } = *self;
+        if self.has_limit() {
+            // More than the limit, so that what is proven then is too.
+            return (limit + margin) * (1.0 + 4.0 * f64::EPSILON);
+        }
         let apart = high - margin;
         let enough = margin + (apart - tolerance.absolute).min(apart / (1.0 + tolerance.relative));
-        // More than the limit, so that what is proven then is too.
-        enough.max(margin).min(limit + margin + 4.0 * f64::EPSILON * (limit + margin))
+        enough.max(margin)
     }
 
     /// Its square, not less, in units of this length. Never so small that a pair that may meet would not matter.
@@ -60,7 +68,7 @@ impl Interval {
 
     /// Whether nothing that is found could change the answer: the thickened surfaces meet, or are closer than the limit.
     pub fn is_decided(&self) -> bool {
-        self.high <= self.margin || self.limit < f64::INFINITY && self.high <= self.limit + self.margin
+        self.high <= self.margin || self.has_limit() && self.high <= self.limit + self.margin
     }
 
     /// Whether a pair that is at least this far apart matters. One that may meet always does: whether the distance is 0 is no

@@ -114,7 +114,8 @@ impl Search {
         self.interval = interval;
         match guess {
             Some(pair) => self.proposed.push(Bounded { pair, low: 0.0 }),
-            None => self.dives = DIVES.len(),
+            // With a limit there is something to compare with already.
+            None => self.dives = if interval.has_limit() { 0 } else { DIVES.len() },
         }
     }
 
