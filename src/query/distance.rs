@@ -198,7 +198,7 @@ impl<'t> DistanceQuery<'t> {
             origin: Origin::Stack,
         }
         .advance();
-        workspace.search.bound(&workspace.front, unit);
+        workspace.search.bound(&workspace.front, f32::INFINITY, unit);
         if let Some(memory) = memory {
             memory.remember_nearest(self.a, self.b, &workspace.search.interval);
         }
