@@ -4,6 +4,7 @@ use super::Deadline;
 #[cfg(feature = "std")]
 use super::SystemClock;
 use super::budget::{Budget, Clock};
+use super::certificate::Certificate;
 use super::interval::{Interval, Tolerance};
 use super::memory::PairMemory;
 use super::nearest;
@@ -156,6 +157,18 @@ impl<'t> DistanceQuery<'t> {
             return Err(ResumeError);
         }
         Ok(self.spend(workspace, memory, &mut Deadline::of(budget, self.options.poll_interval, clock)))
+    }
+
+    /// Where the last run of this query in `workspace` may have missed what is closer than its upper bound.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options.
+    pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
+        if workspace.run.key != Some(self.key()) {
+            return Err(ResumeError);
+        }
+        let reach = workspace.search.interval.high().min(self.options.limit + self.margin());
+        Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, reach))
     }
 
     fn key(&self) -> Key {

@@ -24,7 +24,6 @@ use crate::tree::WIDTH;
 use crate::triangle::distance::{closest, distances};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
-use glam::DVec3;
 
 /// How far apart two surfaces are.
 pub(super) struct Distance {
@@ -40,7 +39,8 @@ pub(super) struct Distance {
 
 impl Distance {
     pub fn new(unit: f64, relation: &Relation, interval: &Interval) -> Self {
-        let direction = Direction::new(DVec3::ZERO, relation);
+        // To begin with, that of the middles.
+        let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
         let mut distance = Self { unit, cut: 0.0, direction, guess: f32::INFINITY };
         distance.update(relation, interval);
         distance
