@@ -7,6 +7,8 @@ use crate::triangle::distance::Closest;
 pub(super) struct Tolerance {
     pub absolute: f64,
     pub relative: f64,
+    /// Whether the absolute one is close enough even where it leaves open if the surfaces meet.
+    pub spans_contact: bool,
 }
 
 /// Bounds of the distance of two surfaces, in the length unit of the meshes.
@@ -66,13 +68,14 @@ impl Interval {
         (cut * cut * (1.0 + 4.0 * f32::EPSILON)).max(1e-36)
     }
 
-    /// Whether nothing that is found could change the answer: the thickened surfaces meet, or are closer than the limit.
+    /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are closer than the limit or the
+    /// tolerance.
     pub fn is_decided(&self) -> bool {
-        self.high <= self.margin || self.has_limit() && self.high <= self.limit + self.margin
+        let enough = if self.tolerance.spans_contact { self.tolerance.absolute } else { 0.0 };
+        self.high <= self.margin + enough || self.has_limit() && self.high <= self.limit + self.margin
     }
 
-    /// Whether a pair that is at least this far apart matters. One that may meet always does: whether the distance is 0 is no
-    /// question of tolerance.
+    /// Whether a pair that is at least this far apart matters. One that may meet does as long as nothing is decided.
     pub fn matters(&self, low: f64) -> bool {
         low < self.cut() || low == 0.0
     }
