@@ -7,7 +7,7 @@
 //! | what is known of the query | what is told |
 //! |---|---|
 //! | its front after a probe ([`front`]) | BV tests left ([`prediction`]), probability of a hit and recall ([`confidence`]) |
-//! | what the last frame cost | the same, blended with it ([`history`]) |
+//! | what the last frame cost | the same, blended with it |
 //! | counts | time ([`cost`]) |
 //! | what it told before, and what came of it | a corrected probability ([`calibration`]) |
 //!
@@ -18,6 +18,5 @@ pub mod confidence;
 mod constants;
 pub mod cost;
 pub mod front;
-mod history;
 pub mod least_squares;
 pub mod prediction;
