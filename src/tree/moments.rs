@@ -40,7 +40,7 @@ pub(super) struct Surfaces<L: Lanes> {
 }
 
 /// The same in memory.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 #[repr(C, align(32))]
 pub(super) struct Moments {
     area: [f32; WIDTH],
@@ -89,15 +89,6 @@ impl<L: Lanes> Surfaces<L> {
 }
 
 impl Moments {
-    pub const EMPTY: Self = Self {
-        area: [0.0; WIDTH],
-        mean: [[0.0; WIDTH]; 3],
-        covariance: [[0.0; WIDTH]; 6],
-        normals: [[0.0; WIDTH]; 6],
-        largest_area: [0.0; WIDTH],
-        largest: [0; WIDTH],
-    };
-
     /// Puts all lanes of `parts` together into lane `lane`.
     #[inline(always)]
     pub fn set<L: Lanes>(&mut self, lanes: L, lane: usize, parts: &Surfaces<L>) {
