@@ -39,31 +39,28 @@ impl Vertices {
 impl Mesh {
     /// Replaces all vertices; on an error nothing has changed. Allocates nothing.
     pub(crate) fn set_vertices<V: Copy + Into<[f32; 3]>>(&mut self, vertices: &[V]) -> Result<(), MeshError> {
-        let new = |i: usize| DVec3::from_array(vertices[i].into().map(f64::from));
-        self.check_new(vertices.len(), new)?;
-        match &mut self.vertices {
-            Vertices::F32(old) => old.iter_mut().zip(vertices).for_each(|(old, &new)| *old = new.into()),
-            Vertices::F64(old) => {
-                old.iter_mut().zip(vertices).for_each(|(old, &new)| *old = new.into().map(f64::from));
-            }
-        }
-        self.measure();
-        Ok(())
+        self.replace(vertices.len(), |i| vertices[i].into().map(f64::from), |_| true)
     }
 
     /// The same with f64 vertices. Allocates only to go over from f32 to f64.
     pub(crate) fn set_vertices_f64<V: Copy + Into<[f64; 3]>>(&mut self, vertices: &[V]) -> Result<(), MeshError> {
-        let new = |i: usize| DVec3::from_array(vertices[i].into());
-        self.check_new(vertices.len(), new)?;
-        let exact = |vertex: DVec3| vertex.to_array().into_iter().all(is_f32_exact);
-        let stays =
-            !self.is_f32() || (0..vertices.len()).all(|i| exact(new(i))) || self.in_use().all(|i| exact(new(i)));
+        let is_exact = |i: usize| vertices[i].into().into_iter().all(is_f32_exact);
+        self.replace(vertices.len(), |i| vertices[i].into(), is_exact)
+    }
+
+    /// Replaces all vertices by `count` new ones; `is_exact` tells of each whether f32 keeps every bit of it.
+    fn replace(
+        &mut self,
+        count: usize,
+        new: impl Fn(usize) -> [f64; 3],
+        is_exact: impl Fn(usize) -> bool,
+    ) -> Result<(), MeshError> {
+        self.check_new(count, |i| DVec3::from_array(new(i)))?;
+        let stays = !self.is_f32() || (0..count).all(&is_exact) || self.in_use().all(&is_exact);
         match &mut self.vertices {
-            Vertices::F32(old) if stays => {
-                old.iter_mut().zip(vertices).for_each(|(old, &new)| *old = new.into().map(|x| x as f32));
-            }
-            Vertices::F64(old) => old.iter_mut().zip(vertices).for_each(|(old, &new)| *old = new.into()),
-            Vertices::F32(_) => self.vertices = Vertices::F64(vertices.iter().map(|&new| new.into()).collect()),
+            Vertices::F32(old) if stays => (0..).zip(old).for_each(|(i, old)| *old = new(i).map(|x| x as f32)),
+            Vertices::F32(_) => self.vertices = Vertices::F64((0..count).map(new).collect()),
+            Vertices::F64(old) => (0..).zip(old).for_each(|(i, old)| *old = new(i)),
         }
         self.measure();
         Ok(())
