@@ -24,7 +24,7 @@ use super::body::Bodies;
 use super::deal::{BATCHES, Deal};
 use super::forecast::Forecast;
 use super::id::{PairKey, bodies_of};
-use super::job::{Job, Progress, rank};
+use super::job::{Job, rank};
 use super::pairs::Pairs;
 use super::report::{PairCertificate, Report};
 use super::room::reserve;
@@ -116,7 +116,8 @@ pub(super) struct Schedule {
     batches: Vec<Batch>,
     /// Those of the frame, ascending by pair.
     jobs: Vec<Job>,
-    deal: Deal,
+    /// Buffer for dealing them.
+    order: Vec<(u64, u32)>,
     /// The pair that the round robin begins with, and whether it has used up a guaranteed share.
     cursor: PairKey,
     overspent: bool,
@@ -133,7 +134,7 @@ impl Schedule {
         Self {
             batches: (0..BATCHES).map(|_| Batch::new()).collect(),
             jobs: Vec::new(),
-            deal: Deal::default(),
+            order: Vec::new(),
             cursor: 0,
             overspent: false,
             speed: Speed::GUESS,
@@ -147,7 +148,7 @@ impl Schedule {
     pub fn reserve(&mut self, pairs: usize, report: &mut Report) {
         reserve(&mut self.jobs, pairs);
         reserve(&mut report.pairs, pairs);
-        self.deal.reserve(pairs);
+        reserve(&mut self.order, pairs);
         for batch in &mut self.batches {
             reserve(&mut batch.turns, pairs);
         }
@@ -219,18 +220,19 @@ impl Schedule {
         first: bool,
         pairs: &mut Pairs,
     ) {
-        let Self { deal, jobs, batches, cursor, .. } = self;
-        deal.start(jobs, *cursor);
+        let Self { jobs, batches, order, cursor, .. } = self;
+        let first_turn = jobs.partition_point(|job| job.key < *cursor);
+        let mut deal = Deal { jobs, batches, pairs, order, first_turn };
         let timed = round.end.map(|_| frame.threads);
-        let [expected, high] = deal.expected(jobs);
+        let [expected, high] = deal.expected();
         (round.to_the_end, round.witnesses_only) = (high <= left - reserve, false);
         if round.to_the_end {
-            deal.all(jobs, batches, pairs, [left, reserve, expected], timed.is_some());
+            deal.all([left, reserve, expected], timed.is_some());
             return;
         }
-        round.witnesses_only = first && deal.witnesses(jobs, batches, pairs, left.saturating_sub(2 * reserve));
+        round.witnesses_only = first && deal.witnesses(left.saturating_sub(2 * reserve));
         if !round.witnesses_only {
-            deal.shares(jobs, batches, pairs, [left, reserve], timed);
+            deal.shares([left, reserve], timed);
         }
     }
 
@@ -315,7 +317,7 @@ impl Schedule {
                     rank: rank(x.importance.max(y.importance), &forecast),
                     home: None,
                     witnessed: hit && state.refuted < changed,
-                    progress: Progress::Open,
+                    open: true,
                 });
             }
             report.push([a, b].map(|body| frame.bodies.id(body)), state, probability, complete);
@@ -350,7 +352,7 @@ impl Schedule {
             state.teach(&mut self.calibration, round.frame);
             let complete = state.completed == round.frame;
             let job = &mut self.jobs[state.turn.index as usize];
-            job.progress = if complete { Progress::Done } else { Progress::Open };
+            job.open = !complete;
             if !state.turn.witnessed && core::mem::replace(&mut job.witnessed, false) {
                 job.forecast.median = job.forecast.search;
                 report.pairs[job.place as usize].probability = job.forecast.chance.into();
