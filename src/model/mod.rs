@@ -15,6 +15,7 @@
 
 pub mod calibration;
 pub mod confidence;
+#[rustfmt::skip]
 mod constants;
 pub mod cost;
 pub mod front;
