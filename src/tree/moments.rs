@@ -14,13 +14,7 @@ pub(super) type Symmetric<L> = [F8<L>; 6];
 /// `[e(0), .., e(5)]`: a symmetric matrix entry by entry.
 macro_rules! per_entry {
     ($k:ident => $e:expr) => {
-        per_entry!(@ $k => $e; 0, 1, 2, 3, 4, 5)
-    };
-    (@ $k:ident => $e:expr; $($i:literal),*) => {
-        [$({
-            let $k = $i;
-            $e
-        }),*]
+        $crate::math::lanes::unrolled!($k in [0, 1, 2, 3, 4, 5] => $e)
     };
 }
 pub(super) use per_entry;
