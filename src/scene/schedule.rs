@@ -46,7 +46,7 @@ const ESTIMATES: Duration = Duration::from_millis(1);
 const ROUNDS: u64 = 8;
 
 /// What a frame asks of the schedule.
-pub(super) struct Frame<'f, C> {
+pub(super) struct Frame<'f> {
     pub number: u64,
     pub mode: Mode,
     /// The frame in which this mode was first asked for; what older ones found is of another question.
@@ -54,12 +54,12 @@ pub(super) struct Frame<'f, C> {
     pub budget: Budget,
     /// When it began, for a budget of time.
     pub started: Option<Duration>,
-    pub clock: &'f C,
+    pub clock: &'f dyn Clock,
     pub bodies: &'f Bodies,
     pub threads: usize,
 }
 
-impl<C: Clock> Frame<'_, C> {
+impl Frame<'_> {
     /// When the budget ends, less what has to be kept for the rest of the frame.
     fn end(&self, rest: Duration) -> Option<Duration> {
         let end = self.started.zip(self.budget.time_limit()).map(|(start, limit)| start.saturating_add(limit));
@@ -85,9 +85,14 @@ struct Speed {
     nanos: f64,
 }
 
-impl Speed {
-    const GUESS: Self = Self { work: 1e5, nanos: 1e5 * TYPICAL_UNIT };
+impl Default for Speed {
+    /// A guess that soon fades.
+    fn default() -> Self {
+        Self { work: 1e5, nanos: 1e5 * TYPICAL_UNIT }
+    }
+}
 
+impl Speed {
     /// Other programs may have had the processor, for any time: a unit counts no more than four times what is usual.
     fn learn(&mut self, work: f64, nanos: f64) {
         self.work = 0.9 * self.work + work;
@@ -111,7 +116,7 @@ impl Kept {
     }
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Schedule {
     batches: Vec<Batch>,
     /// Those of the frame, ascending by pair.
@@ -131,17 +136,7 @@ pub(super) struct Schedule {
 
 impl Schedule {
     pub fn new() -> Self {
-        Self {
-            batches: (0..BATCHES).map(|_| Batch::new()).collect(),
-            jobs: Vec::new(),
-            order: Vec::new(),
-            cursor: 0,
-            overspent: false,
-            speed: Speed::GUESS,
-            rest: Kept::default(),
-            estimate: Kept::default(),
-            calibration: Calibration::default(),
-        }
+        Self { batches: (0..BATCHES).map(|_| Batch::new()).collect(), ..Self::default() }
     }
 
     /// Makes room for this many pairs.
@@ -157,16 +152,15 @@ impl Schedule {
     /// What the stopped run of a pair left open, if it is kept.
     pub fn certificate(&self, key: PairKey, trees: [&Tree; 2], b_in_a: Pose, mode: Mode) -> Option<PairCertificate> {
         let query = query(trees, b_in_a, mode);
-        let held = self.batches.iter().filter_map(Batch::stopped).filter(|&(held, _)| held == key);
-        let mut open = held.filter_map(|(_, workspace)| query.certificate(workspace).ok());
-        open.next()
-            .map(|open| PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
+        let mut held = self.batches.iter().filter_map(Batch::stopped).filter(|&(held, _)| held == key);
+        let open = held.find_map(|(_, workspace)| query.certificate(workspace).ok())?;
+        Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
     }
 
     /// Runs the overlapping pairs as far as the budget goes and fills the report. `execute` runs batches.
-    pub fn run<C: Clock>(
+    pub fn run(
         &mut self,
-        frame: &Frame<C>,
+        frame: &Frame,
         pairs: &mut Pairs,
         report: &mut Report,
         mut execute: impl FnMut(&mut [Batch], &Round),
@@ -211,15 +205,7 @@ impl Schedule {
     }
 
     /// Decides what the round is for and deals the jobs.
-    fn plan<C>(
-        &mut self,
-        frame: &Frame<C>,
-        round: &mut Round,
-        left: u64,
-        reserve: u64,
-        first: bool,
-        pairs: &mut Pairs,
-    ) {
+    fn plan(&mut self, frame: &Frame, round: &mut Round, left: u64, reserve: u64, first: bool, pairs: &mut Pairs) {
         let Self { jobs, batches, order, cursor, .. } = self;
         let first_turn = jobs.partition_point(|job| job.key < *cursor);
         let mut deal = Deal { jobs, batches, pairs, order, first_turn };
@@ -238,7 +224,7 @@ impl Schedule {
 
     /// Estimates the queries that were stopped, at most one a batch and as long as there is time. Returns the time that it
     /// took.
-    fn estimate<C: Clock>(&mut self, frame: &Frame<C>, pairs: &mut Pairs, report: &mut Report) -> Duration {
+    fn estimate(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) -> Duration {
         let end = frame.end(self.rest.0);
         let mut total = Duration::ZERO;
         for batch in &self.batches {
@@ -268,7 +254,7 @@ impl Schedule {
     }
 
     /// Work that is left, `spent` being done; `u64::MAX` without a budget.
-    fn left<C: Clock>(&self, frame: &Frame<C>, end: Option<Duration>, spent: u64) -> u64 {
+    fn left(&self, frame: &Frame, end: Option<Duration>, spent: u64) -> u64 {
         let time = end.map(|end| end.saturating_sub(frame.clock.now()));
         let work = |time: Duration| (time.as_nanos() as f64 * frame.threads as f64 * self.speed.work_per_nano()) as u64;
         let in_time = time.map_or(u64::MAX, work);
@@ -276,7 +262,7 @@ impl Schedule {
     }
 
     /// Begins the report; what is known already is in it, the other pairs become jobs.
-    fn gather<C: Clock>(&mut self, frame: &Frame<C>, pairs: &mut Pairs, report: &mut Report) {
+    fn gather(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) {
         self.jobs.clear();
         report.begin();
         self.reserve(pairs.room(), report);
@@ -307,7 +293,8 @@ impl Schedule {
                 let (x, y) = (frame.bodies.facts(a), frame.bodies.facts(b));
                 let age = frame.number - state.decided;
                 let hit = frame.mode == Mode::Any && matches!(state.verdict, Verdict::Intersecting { .. });
-                let forecast = if forecasts { Forecast::new(state, [x.size, y.size], age) } else { Forecast::NONE };
+                let forecast =
+                    if forecasts { Forecast::new(state, [x.size, y.size], age) } else { Forecast::default() };
                 probability = if hit && state.refuted >= changed { forecast.chance } else { forecast.still };
                 self.jobs.push(Job {
                     key,
