@@ -67,7 +67,7 @@ impl<'w> Certificate<'w> {
             }
             Open::Triangles(pair) => {
                 let (of_a, of_b) = (triangle_bounds(a, pair[0], &Pose::IDENTITY), triangle_bounds(b, pair[1], b_in_a));
-                Some(widened(of_a.min.max(of_b.min), of_a.max.min(of_b.max), margin))
+                Some(widened(&of_a.intersection(&of_b), margin))
             }
         })
     }
@@ -134,32 +134,26 @@ impl Block {
     fn overlap(&self, other: &Self, margin: f64) -> Option<Aabb> {
         let [a, b] = [self, other].map(|block| block.bounds(DVec3::ZERO, block.half));
         let [c, d] = [self.part(other, margin)?, other.part(self, margin)?];
-        let min = a.min.max(b.min).max(c.min).max(d.min);
-        let max = a.max.min(b.max).min(c.max).min(d.max);
-        let common = widened(min, max, margin);
-        common.min.cmple(common.max).all().then_some(common)
+        let common = widened(&a.intersection(&b).intersection(&c).intersection(&d), margin);
+        (!common.is_empty()).then_some(common)
     }
 
     /// A box around the part of this block that another one may reach.
     fn part(&self, other: &Self, margin: f64) -> Option<Aabb> {
         let inverse = self.axes.inverse();
         let center = inverse * (other.center - self.center);
-        let reach = abs(&(inverse * other.axes)) * other.half + DVec3::splat(2.0 * margin);
+        let reach = (inverse * other.axes).abs() * other.half + DVec3::splat(2.0 * margin);
         let (min, max) = ((center - reach).max(-self.half), (center + reach).min(self.half));
         min.cmple(max).all().then(|| self.bounds((min + max) * 0.5, (max - min) * 0.5))
     }
 
     /// A box in A's frame around a part of this block, in its own axes.
     fn bounds(&self, center: DVec3, half: DVec3) -> Aabb {
-        let (center, half) = (self.center + self.axes * center, abs(&self.axes) * half);
+        let (center, half) = (self.center + self.axes * center, self.axes.abs() * half);
         Aabb { min: center - half, max: center + half }
     }
 }
 
-fn widened(min: DVec3, max: DVec3, margin: f64) -> Aabb {
-    Aabb { min: min - margin, max: max + margin }
-}
-
-fn abs(m: &DMat3) -> DMat3 {
-    DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs())
+fn widened(bounds: &Aabb, margin: f64) -> Aabb {
+    Aabb { min: bounds.min - margin, max: bounds.max + margin }
 }
