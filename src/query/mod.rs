@@ -30,6 +30,8 @@ mod probe;
 mod queue;
 mod strategy;
 mod traversal;
+#[cfg(test)]
+mod triangle_bounds_tests;
 mod triangle_pairs;
 mod views;
 mod visited;
