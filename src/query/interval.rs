@@ -20,8 +20,8 @@ pub(super) struct Interval {
     limit: f64,
     low: f64,
     high: f64,
-    /// The least lower bound of all pairs that were looked at in `f64`.
-    settled: f64,
+    /// The least lower bound of all pairs that are done with: looked at in `f64`, or too far apart to matter.
+    done: f64,
     /// The closest pair found (tree order).
     nearest: Option<([u32; 2], Closest)>,
 }
@@ -29,7 +29,7 @@ pub(super) struct Interval {
 impl Interval {
     /// Nothing is known yet. `limit` is infinite if the distance itself is asked for.
     pub const fn new(tolerance: Tolerance, margin: f64, limit: f64) -> Self {
-        Self { tolerance, margin, limit, low: 0.0, high: f64::INFINITY, settled: f64::INFINITY, nearest: None }
+        Self { tolerance, margin, limit, low: 0.0, high: f64::INFINITY, done: f64::INFINITY, nearest: None }
     }
 
     /// No surface is closer than this, nor is the distance more than `high`; both without margins.
@@ -82,7 +82,7 @@ impl Interval {
 
     /// Takes note of what `f64` says of a pair, and whether the triangles meet.
     pub fn settle(&mut self, pair: [u32; 2], found: &Closest, meet: bool) {
-        self.settled = self.settled.min(found.low);
+        self.pass(found.low);
         let high = if meet { 0.0 } else { found.high };
         if high < self.high {
             self.high = high;
@@ -90,8 +90,17 @@ impl Interval {
         }
     }
 
+    /// Takes note that pairs at least this far apart are done with.
+    #[inline(always)]
+    pub fn pass(&mut self, low: f64) {
+        self.done = self.done.min(low);
+    }
+
     /// Takes note that no pair that is left is closer than this.
+    ///
+    /// Bounds of pairs only grow when they are replaced by their children or done with, so at the end of a query this is no
+    /// less than what was known on the way.
     pub fn raise(&mut self, left: f64) {
-        self.low = self.low.max(left.min(self.settled).min(self.cut()));
+        self.low = self.low.max(left.min(self.done));
     }
 }

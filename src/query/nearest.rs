@@ -29,7 +29,8 @@ use arrayvec::ArrayVec;
 pub(super) struct Distance {
     /// Length of A's unit.
     pub unit: f64,
-    /// Squared distance from which on nothing matters, in A's units: that of the interval.
+    /// The distance from which on nothing matters; and its square, not less, in A's units.
+    matters: f64,
     pub cut: f32,
     /// From A to B, where the closest triangles found are: [`Gaps::direction`].
     pub direction: Direction,
@@ -41,14 +42,14 @@ impl Distance {
     pub fn new(unit: f64, relation: &Relation, interval: &Interval) -> Self {
         // To begin with, that of the middles.
         let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
-        let mut distance = Self { unit, cut: 0.0, direction, guess: f32::INFINITY };
+        let mut distance = Self { unit, matters: 0.0, cut: 0.0, direction, guess: f32::INFINITY };
         distance.update(relation, interval);
         distance
     }
 
     /// After a change of the interval.
     fn update(&mut self, relation: &Relation, interval: &Interval) {
-        self.cut = interval.square_cut(self.unit);
+        (self.matters, self.cut) = (interval.cut(), interval.square_cut(self.unit));
         if let Some((_, found)) = interval.nearest() {
             self.direction = Direction::new(-found.direction, relation);
         }
@@ -188,12 +189,19 @@ impl Question for Traversal<'_, '_, Distance> {
                 gaps.least = self.workspace.front.popped_key();
                 if gaps.least >= gaps.cut {
                     self.workspace.run.stats.work += WORK_PER_LOOKUP;
-                    return;
+                    return self.workspace.search.interval.pass(root(gaps.least) * self.question.unit);
                 }
             }
             Origin::Stack => {}
         }
         expand(lanes, pair, [self.a, self.b], self.relation, &mut gaps, self);
+        let search = &mut self.workspace.search;
+        if self.origin != Origin::Path {
+            // Whatever was not kept of its children is at least as far apart.
+            search.interval.pass(self.question.matters);
+        } else if search.dive.is_none() && search.waiting.is_empty() {
+            search.dives = 0;
+        }
     }
 
     #[inline(always)]
@@ -230,13 +238,14 @@ impl Traversal<'_, '_, Distance> {
         let search = &mut self.workspace.search;
         let mut pairs = [[0; 2]; WIDTH];
         let mut count = 0;
-        while let Some(left) = search.waiting.pop() {
+        while count < WIDTH
+            && let Some(left) = search.waiting.pop()
+        {
             if left.low < self.question.cut {
                 pairs[count] = left.pair;
                 count += 1;
-                if count == WIDTH {
-                    break;
-                }
+            } else {
+                search.interval.pass(root(left.low) * self.question.unit);
             }
         }
         if count == 0 {
@@ -265,10 +274,16 @@ impl Traversal<'_, '_, Distance> {
     #[inline(never)]
     fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], about: &[f32; WIDTH]) {
         let search = &mut self.workspace.search;
-        let (interval, unit) = (search.interval, self.question.unit);
-        let closer = (interval.high() / unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
-        let matters = |&i: &usize| interval.matters(f64::from(low[i]) * unit);
-        let mut order: ArrayVec<usize, WIDTH> = (0..pairs.len()).filter(matters).collect();
+        let closer = (search.interval.high() / self.question.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
+        let mut order = ArrayVec::<usize, WIDTH>::new();
+        for i in 0..pairs.len() {
+            let bound = f64::from(low[i]) * self.question.unit;
+            if search.interval.matters(bound) {
+                order.push(i);
+            } else if search.dives == 0 {
+                search.interval.pass(bound);
+            }
+        }
         order.sort_unstable_by(|&i, &j| about[j].total_cmp(&about[i]).then(j.cmp(&i)));
         for i in order {
             let proposed = Bounded { pair: pairs[i], low: low[i] };
@@ -290,10 +305,15 @@ impl Traversal<'_, '_, Distance> {
 
     /// Looks at a pair in `f64`, unless it does not matter any more.
     fn consider(&mut self, Bounded { pair, low }: Bounded) {
-        let is_settled = self.workspace.search.interval.nearest().is_some_and(|(nearest, _)| nearest == pair);
+        let interval = &mut self.workspace.search.interval;
+        let is_settled = interval.nearest().is_some_and(|(nearest, _)| nearest == pair);
         let stats = &mut self.workspace.run.stats;
-        if is_settled || !self.workspace.search.interval.matters(f64::from(low) * self.question.unit) {
+        let bound = f64::from(low) * self.question.unit;
+        if is_settled || !interval.matters(bound) {
             stats.work += WORK_PER_LOOKUP;
+            if !is_settled {
+                interval.pass(bound);
+            }
             return;
         }
         let [of_a, of_b] = &mut self.workspace.corners;
