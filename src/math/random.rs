@@ -27,7 +27,7 @@ impl Random {
     }
 
     /// Uniform from `low` to below `high`.
-    #[cfg(feature = "internals")]
+    #[cfg(any(test, feature = "internals"))]
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.fraction()
     }

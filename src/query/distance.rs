@@ -214,7 +214,7 @@ impl<'t> DistanceQuery<'t> {
             origin: Origin::Stack,
         }
         .advance();
-        workspace.search.bound(&workspace.front, unit);
+        workspace.search.bound(&workspace.front, f32::INFINITY, unit);
         if let Some(memory) = memory {
             memory.remember_nearest(self.a, self.b, &workspace.search.interval);
         }
@@ -228,7 +228,7 @@ impl<'t> DistanceQuery<'t> {
         }
         let interval = &workspace.search.interval;
         let low = less(interval.low(), self.margin(), -f64::EPSILON);
-        let touch = interval.high() <= self.margin();
+        let touch = interval.nearest().is_some() && interval.high() <= self.margin();
         let high = if touch { 0.0 } else { less(interval.high(), self.margin(), f64::EPSILON) };
         let nearest = interval.nearest().map(|(pair, found)| Nearest {
             triangles: [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]],
@@ -248,9 +248,11 @@ impl<'t> DistanceQuery<'t> {
     }
 }
 
-/// A bound less the margins, and no less than 0. Both are sums that were rounded; so many times that is added.
+/// A bound less the margins, and no less than 0. Both are sums that were rounded; so many times that is added. What is
+/// infinitely far stays so.
 fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
-    if margin > 0.0 { (bound - margin + rounding * (bound + margin)).max(0.0) } else { bound }
+    let is_less = margin > 0.0 && bound < f64::INFINITY;
+    if is_less { (bound - margin + rounding * (bound + margin)).max(0.0) } else { bound }
 }
 
 /// The closest triangles found.

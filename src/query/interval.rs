@@ -54,8 +54,8 @@ impl Interval {
     pub fn cut(&self) -> f64 {
         let Self { tolerance, margin, limit, high, .. } = *self;
         if self.has_limit() {
-            // More than the limit, so that what is proven then is too.
-            return (limit + margin) * (1.0 + 4.0 * f64::EPSILON);
+            // More than the limit, so that what is proven then is too; also if that is 0.
+            return ((limit + margin) * (1.0 + 4.0 * f64::EPSILON)).max(f64::MIN_POSITIVE);
         }
         let apart = high - margin;
         let enough = margin + (apart - tolerance.absolute).min(apart / (1.0 + tolerance.relative));

@@ -131,16 +131,17 @@ impl Search {
         self.waiting.iter().chain(&self.proposed).chain(&self.put_off).map(|left| left.pair)
     }
 
-    /// Tells the interval what is proven of all pairs that are left, with A's unit of this length.
-    pub fn bound(&mut self, front: &Front, unit: f64) {
+    /// Tells the interval what is proven of all pairs that are left, with A's unit of this length; of the pair at hand, if
+    /// there is one, `at_hand`.
+    pub fn bound(&mut self, front: &Front, at_hand: f32, unit: f64) {
         let nodes = match front.least_bucket() {
             _ if self.dives > 0 => 0.0,
-            None => f64::INFINITY,
+            None => f32::INFINITY,
             Some(bucket) => root(self.least_key(bucket)),
         };
         let waiting = self.waiting.iter().map(|left| root(left.low));
-        let others = self.proposed.iter().chain(&self.put_off).map(|left| left.low.into());
-        self.interval.raise(waiting.chain(others).fold(nodes, f64::min) * unit);
+        let others = self.proposed.iter().chain(&self.put_off).map(|left| left.low);
+        self.interval.raise(f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)) * unit);
     }
 
     /// The bucket of a key: eight for each factor of two, so that bounds differ by 4 to 6 percent. The last but few hold
@@ -162,8 +163,8 @@ impl Search {
 const BUCKET_BITS: u32 = 20;
 
 /// The distance that a key stands for, rounded down.
-fn root(key: f32) -> f64 {
-    libm::sqrt(key.max(0.0).into()) * (1.0 - f64::EPSILON)
+fn root(key: f32) -> f32 {
+    libm::sqrtf(key.max(0.0)) * (1.0 - f32::EPSILON)
 }
 
 impl Question for Traversal<'_, '_, Distance> {
@@ -189,7 +190,12 @@ impl Question for Traversal<'_, '_, Distance> {
                 gaps.least = self.workspace.front.popped_key();
                 if gaps.least >= gaps.cut {
                     self.workspace.run.stats.work += WORK_PER_LOOKUP;
-                    return self.workspace.search.interval.pass(root(gaps.least) * self.question.unit);
+                    return self.pass(root(gaps.least));
+                }
+                // What goes on the stack for lack of room has no bound any more.
+                if self.workspace.front.room() < WIDTH * WIDTH {
+                    let workspace = &mut *self.workspace;
+                    workspace.search.bound(&workspace.front, root(gaps.least), self.question.unit);
                 }
             }
             Origin::Stack => {}
@@ -236,16 +242,16 @@ impl Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let search = &mut self.workspace.search;
-        let mut pairs = [[0; 2]; WIDTH];
+        let (mut pairs, mut keys) = ([[0; 2]; WIDTH], [0.0; WIDTH]);
         let mut count = 0;
         while count < WIDTH
             && let Some(left) = search.waiting.pop()
         {
             if left.low < self.question.cut {
-                pairs[count] = left.pair;
+                (pairs[count], keys[count]) = (left.pair, left.low);
                 count += 1;
             } else {
-                search.interval.pass(root(left.low) * self.question.unit);
+                search.interval.pass(f64::from(root(left.low)) * self.question.unit);
             }
         }
         if count == 0 {
@@ -267,7 +273,9 @@ impl Traversal<'_, '_, Distance> {
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_DISTANCE_TEST;
-        self.propose(&pairs[..count], &found.low, &found.about);
+        // Boxes may have proven more: what is proven stays so.
+        let low = core::array::from_fn(|i| found.low[i].max(root(keys[i])));
+        self.propose(&pairs[..count], &low, &found.about);
     }
 
     /// What may be closest is looked at next, the most likely first; what may only bound the distance is put off.
@@ -303,23 +311,28 @@ impl Traversal<'_, '_, Distance> {
         }
     }
 
+    /// A pair at least this far apart (A's units) is done with.
+    fn pass(&mut self, low: f32) {
+        self.workspace.search.interval.pass(f64::from(low) * self.question.unit);
+    }
+
     /// Looks at a pair in `f64`, unless it does not matter any more.
     fn consider(&mut self, Bounded { pair, low }: Bounded) {
         let interval = &mut self.workspace.search.interval;
         let is_settled = interval.nearest().is_some_and(|(nearest, _)| nearest == pair);
         let stats = &mut self.workspace.run.stats;
-        let bound = f64::from(low) * self.question.unit;
-        if is_settled || !interval.matters(bound) {
+        let proven = f64::from(low) * self.question.unit;
+        if is_settled || !interval.matters(proven) {
             stats.work += WORK_PER_LOOKUP;
             if !is_settled {
-                interval.pass(bound);
+                interval.pass(proven);
             }
             return;
         }
         let [of_a, of_b] = &mut self.workspace.corners;
         let a = of_a.of(self.a, pair[0], |v| v);
         let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
-        let found = closest(a, b);
+        let mut found = closest(a, b);
         stats.work += WORK_PER_CLOSEST_POINTS;
         let meet = found.low == 0.0 && {
             stats.exact_tests += 1;
@@ -327,6 +340,7 @@ impl Traversal<'_, '_, Distance> {
             triangles_intersect(a, b)
         };
         self.deadline.look_next();
+        found.low = found.low.max(proven);
         self.workspace.search.interval.settle(pair, &found, meet);
         self.question.update(self.relation, &self.workspace.search.interval);
     }

@@ -219,6 +219,11 @@ impl Front {
         }
     }
 
+    /// Pairs for which the queue has room.
+    pub fn room(&self) -> usize {
+        self.arena.len() - self.queued as usize
+    }
+
     pub fn is_empty(&self) -> bool {
         self.paths.is_empty() && self.height == 0 && self.occupied == 0
     }

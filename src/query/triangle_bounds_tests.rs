@@ -10,7 +10,7 @@ use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::math::random::Random;
 use crate::mesh::Mesh;
 use crate::tree::{BuildOptions, Tree, WIDTH};
-use crate::triangle::distance::oracle::Distance;
+use crate::triangle::distance::exact_distance::Distance;
 use crate::triangle::distance::{Distances, closest, distances};
 use glam::{DMat3, DQuat, DVec3};
 

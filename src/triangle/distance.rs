@@ -18,7 +18,8 @@
 
 mod batch;
 #[cfg(test)]
-pub(crate) mod oracle;
+#[path = "../../tests/common/exact_distance.rs"]
+pub(crate) mod exact_distance;
 mod pair;
 #[cfg(test)]
 mod tests;

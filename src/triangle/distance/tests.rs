@@ -10,7 +10,7 @@ use std::{fs, println};
 
 use glam::{DMat3, DVec3};
 
-use super::oracle::Distance;
+use super::exact_distance::Distance;
 use super::{Closest, Distances, closest, distances};
 use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::math::random::Random;

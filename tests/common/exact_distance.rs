@@ -1,16 +1,18 @@
 //! An independent judge of distances: the square as a fraction of whole numbers of any size, by cases over the features.
+//! The unit tests of the library use it too, so it takes corners as anything that is three numbers.
+#![allow(dead_code, reason = "each test file is a crate of its own and uses a part")]
 
-use core::array::from_fn;
-use core::cmp::Ordering;
+use std::array::from_fn;
+use std::cmp::Ordering;
 
-use glam::DVec3;
 use num_bigint::{BigInt, Sign};
 use num_rational::BigRational;
 
 type Vector = [BigInt; 3];
 
 /// The distance of two closed triangles, degenerate or not: `sqrt(numerator / denominator) 2^(shift - 1074)`.
-pub(crate) struct Distance {
+#[derive(Clone)]
+pub struct Distance {
     numerator: BigInt,
     denominator: BigInt,
     shift: u64,
@@ -18,8 +20,8 @@ pub(crate) struct Distance {
 
 impl Distance {
     /// Coordinates must be finite.
-    pub fn of(a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
-        let [mut a, mut b] = [a, b].map(|t| t.map(|corner| corner.to_array().map(whole)));
+    pub fn of<P: Copy + Into<[f64; 3]>>(a: &[P; 3], b: &[P; 3]) -> Self {
+        let [mut a, mut b] = [a, b].map(|t| t.map(|corner| corner.into().map(whole)));
         let all = || a.iter().chain(&b).flatten();
         let shift = all().filter_map(BigInt::trailing_zeros).min().unwrap_or(0);
         for coordinate in a.iter_mut().chain(&mut b).flatten() {
@@ -42,9 +44,20 @@ impl Distance {
 
     /// How a bound, not negative, compares to the distance.
     pub fn order_of(&self, bound: f64) -> Ordering {
-        assert!(bound >= 0.0);
-        let bound = whole(bound);
+        self.order_of_sum(&[bound])
+    }
+
+    /// How the exact sum of such numbers compares to the distance.
+    pub fn order_of_sum(&self, terms: &[f64]) -> Ordering {
+        assert!(terms.iter().all(|term| *term >= 0.0));
+        let bound: BigInt = terms.iter().copied().map(whole).sum();
         (&bound * &bound * &self.denominator).cmp(&(&self.numerator << (2 * self.shift)))
+    }
+
+    /// Whether it is less than another one.
+    pub fn is_less(&self, other: &Self) -> bool {
+        let square = |of: &Self, times: &Self| (&of.numerator * &times.denominator) << (2 * of.shift);
+        square(self, other) < square(other, self)
     }
 
     /// The distance, rounded a few times.
@@ -60,7 +73,10 @@ impl Distance {
             Err(_) => &self.numerator / (&self.denominator << up.unsigned_abs()),
         };
         let quotient = u128::try_from(quotient).unwrap() as f64;
-        libm::scalbn(quotient.sqrt(), (i64::try_from(self.shift).unwrap() - 1074 - up / 2) as i32)
+        // In two steps, neither of which leaves the range before the end.
+        let power = i64::try_from(self.shift).unwrap() - 1074 - up / 2;
+        let [half, rest] = [power / 2, power - power / 2].map(|exponent| (exponent as f64).exp2());
+        quotient.sqrt() * half * rest
     }
 
     fn or(&mut self, numerator: BigInt, denominator: BigInt) {

@@ -1,0 +1,269 @@
+//! A query that nothing stopped, against brute force over all pairs: on soups made to be nasty and on surfaces.
+
+use punctual::glam::{DMat3, DVec3, Vec3};
+use punctual::{Budget, Mesh, Pose, StopReason, Tree, Workspace, shapes};
+
+use crate::common::random::{Drift, Family, Random, pose_about, poses, soup};
+use crate::distance::{ENOUGH, Question, Truth, run};
+
+pub fn moved(x: f64, y: f64, z: f64) -> Pose {
+    Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
+}
+
+/// Triangles from three corners each.
+pub fn triangles(corners: impl IntoIterator<Item = [DVec3; 3]>) -> Mesh {
+    let corners: Vec<DVec3> = corners.into_iter().flatten().collect();
+    let triangles = (0..corners.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    Mesh::from_f64(corners, triangles).unwrap()
+}
+
+pub fn scaled(mesh: &Mesh, factor: f64, offset: DVec3) -> Mesh {
+    let vertices = (0..mesh.vertex_count()).map(|index| factor * mesh.vertex(index) + offset);
+    Mesh::from_f64(vertices, mesh.triangles().iter().copied()).unwrap()
+}
+
+/// Every kind of question, both ways round; whether they meet.
+#[track_caller]
+fn assert_true(a: &Tree, b: &Tree, pose: Pose, workspace: &mut Workspace) -> bool {
+    let mut truth = Truth::new(a, b, &pose);
+    for asked in truth.questions() {
+        let said = run(&asked.query(a, b, pose), workspace, ENOUGH);
+        truth.assert_complete(&asked, &said);
+    }
+    // The pose back is rounded, so this is another question.
+    let inverse = pose.inverse().unwrap();
+    let mut other = Truth::new(b, a, &inverse);
+    let said = run(&Question::EXACT.query(b, a, inverse), workspace, ENOUGH);
+    other.assert_complete(&Question::EXACT, &said);
+    truth.meet()
+}
+
+/// Near each other, and as far apart as their size and more.
+fn assert_soups_true(family: Family) {
+    let mut random = Random::new(family as u64 + 100);
+    let mut workspace = Workspace::new();
+    let (mut touching, mut apart) = (0, 0);
+    for (a_triangles, b_triangles) in [(1, 1), (3, 9), (30, 30)] {
+        let a = Tree::new(soup(family, a_triangles, &mut random));
+        let b = Tree::new(soup(family, b_triangles, &mut random));
+        let near = poses(family, 6, &mut random);
+        // No farther than poses go.
+        let far = [1.5, 4.0, if family == Family::Enormous { 8.0 } else { 30.0 }].map(|reach| {
+            let turned = pose_about(family.center(), 0.0, Drift::Shear, &mut random);
+            let way = random.vector().normalize() * reach * family.scale();
+            Pose::new(*turned.rotation(), turned.translation() + way).unwrap()
+        });
+        let poses = near.into_iter().chain(far).map(|pose| (&b, pose));
+        for (b, pose) in poses.chain([(&a, Pose::IDENTITY)]) {
+            match assert_true(&a, b, pose, &mut workspace) {
+                true => touching += 1,
+                false => apart += 1,
+            }
+        }
+    }
+    println!("{touching} meet, {apart} do not");
+    assert!(touching > 0 && apart > 5, "{touching} and {apart}");
+}
+
+macro_rules! soups {
+    ($($name:ident: $family:ident,)*) => {
+        $(#[test] fn $name() { assert_soups_true(Family::$family); })*
+
+        #[test]
+        fn every_family_has_a_test() {
+            let tested = [$(Family::$family),*];
+            assert!(Family::ALL.iter().all(|family| tested.contains(family)));
+        }
+    };
+}
+
+soups! {
+    uniform_soups: Uniform,
+    soups_of_f64_vertices: Double,
+    slivers: Sliver,
+    degenerate_triangles: Degenerate,
+    duplicate_triangles: Duplicate,
+    exact_touches_on_a_grid: Grid,
+    very_unequal_triangles: Unequal,
+    sizes_over_270_decades: Nested,
+    soups_far_from_the_origin: FarOffset,
+    tiny_coordinates: Tiny,
+    large_coordinates: Large,
+    denormal_coordinates: Denormal,
+    enormous_coordinates: Enormous,
+}
+
+#[test]
+fn shapes_against_shapes() {
+    let trees = [
+        shapes::icosphere(1),
+        shapes::cuboid(Vec3::new(0.8, 0.5, 0.1), 2),
+        shapes::torus(1.0, 0.2, 8),
+        shapes::torus_knot(2, 3, 0.15, 8),
+        shapes::gear(7, 1),
+    ]
+    .map(Tree::new);
+    let mut random = Random::new(77);
+    let mut workspace = Workspace::new();
+    for a in &trees {
+        for b in &trees {
+            for (drift, reach) in [(Drift::None, 0.5), (Drift::Scale, 2.0), (Drift::Shear, 6.0)] {
+                assert_true(a, b, pose_about(DVec3::ZERO, reach, drift, &mut random), &mut workspace);
+            }
+        }
+    }
+}
+
+/// A plate of squares in the plane z = 0, turned by 1 about an axis of its own.
+fn plate(squares: u32, turn: DMat3) -> Mesh {
+    let corner = |x: u32, y: u32| turn * DVec3::new(f64::from(x), f64::from(y), 0.0) / f64::from(squares);
+    triangles((0..squares * squares).flat_map(|i| {
+        let (x, y) = (i / squares, i % squares);
+        let [p, q, r, s] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
+        [[p, q, r], [p, r, s]]
+    }))
+}
+
+/// All pairs of triangles above one another are equally far apart.
+#[test]
+fn parallel_plates() {
+    let mut workspace = Workspace::new();
+    for turn in [DMat3::IDENTITY, DMat3::from_rotation_x(1.0) * DMat3::from_rotation_z(0.7)] {
+        let tree = Tree::new(plate(5, turn));
+        for gap in [1.0, 1e-2, 1e-5, 1e-8, 1e-13, 1e-16, 0.0] {
+            let along = turn * DVec3::new(0.013, 0.021, gap);
+            assert_true(&tree, &tree, moved(along.x, along.y, along.z), &mut workspace);
+            // Not quite parallel.
+            let tilted = turn * DMat3::from_rotation_x(1e-3 * gap) * turn.transpose();
+            assert_true(&tree, &tree, Pose::new(tilted, along).unwrap(), &mut workspace);
+        }
+    }
+}
+
+/// One inside the other, all around at about the same distance; and a copy of itself, unmoved and moved by next to nothing.
+#[test]
+fn concentric_spheres_and_coincident_copies() {
+    let mut workspace = Workspace::new();
+    let sphere = shapes::icosphere(2);
+    let tree = Tree::new(sphere.clone());
+    for factor in [0.5, 0.9, 0.999, 1.0 - 1e-7, 1.0 - 1e-12, 1.0, 1.1] {
+        let inner = Tree::new(scaled(&sphere, factor, DVec3::ZERO));
+        assert_true(&tree, &inner, Pose::IDENTITY, &mut workspace);
+    }
+    for shift in [1e-3, 1e-9, 1e-16, f64::MIN_POSITIVE, 5e-324] {
+        assert!(assert_true(&tree, &tree, moved(shift, 0.0, 0.0), &mut workspace));
+    }
+}
+
+/// A million times as long as wide, in all directions and all in one.
+#[test]
+fn needles() {
+    let mut random = Random::new(17);
+    let mut workspace = Workspace::new();
+    for width in [1e-3, 1e-6, 1e-12, 0.0] {
+        for spread in [1.0, 1e-4] {
+            let mut needles = |count: usize| {
+                Tree::new(triangles((0..count).map(|_| {
+                    let start = random.vector();
+                    let end = start + spread * random.vector() + DVec3::new(1.0, 0.5, 0.0);
+                    [start, end, end.lerp(start, 0.4) + width * random.vector()]
+                })))
+            };
+            let (a, b) = (needles(20), needles(20));
+            for shift in [0.0, 1.0, 10.0] {
+                assert_true(&a, &b, moved(0.0, 0.3 * shift, shift), &mut workspace);
+            }
+        }
+    }
+}
+
+/// A mesh of one point, of one segment and of one triangle, against each other and against surfaces, in a vertex too.
+#[test]
+fn points_segments_and_triangles() {
+    let point = |p: DVec3| triangles([[p; 3]]);
+    let segment = triangles([[DVec3::X, -DVec3::X, DVec3::ZERO]]);
+    let triangle = triangles([[DVec3::ZERO, DVec3::X, DVec3::new(0.3, 0.8, 0.1)]]);
+    let sphere = shapes::icosphere(1);
+    let vertex = sphere.vertex(5);
+    let meshes = [point(DVec3::ZERO), point(vertex), segment, triangle, sphere, shapes::cuboid(Vec3::ONE, 1)];
+    let trees = meshes.map(Tree::new);
+    let mut random = Random::new(3);
+    let mut workspace = Workspace::new();
+    let mut touching = 0;
+    for a in &trees {
+        for b in &trees {
+            let turned = pose_about(DVec3::ZERO, 2.0, Drift::None, &mut random);
+            // A corner on a corner, exactly.
+            let onto = a.mesh().vertex(0) - b.mesh().vertex(0);
+            for pose in [Pose::IDENTITY, moved(2.0, 0.0, 0.0), moved(onto.x, onto.y, onto.z), turned] {
+                touching += usize::from(assert_true(a, b, pose, &mut workspace));
+            }
+        }
+    }
+    assert!(touching > 30, "{touching}");
+}
+
+/// Meshes of every size against meshes of every size, next to each other and far away.
+#[test]
+fn units_of_every_ratio() {
+    let mut random = Random::new(5);
+    let mut workspace = Workspace::new();
+    let sphere = shapes::icosphere(0);
+    for a_size in [1e-300, 1e-12, 1.0, 1e9, 1e300] {
+        for ratio in [1e-300, 1e-30, 1e-12, 1e-6, 1.0, 1e6, 1e12, 1e30, 1e300] {
+            let b_size = a_size * ratio;
+            if !(1e-320..1e301).contains(&b_size) {
+                continue;
+            }
+            let [a, b] = [a_size, b_size].map(|size| Tree::new(scaled(&sphere, size, DVec3::ZERO)));
+            let larger = f64::max(a_size, b_size);
+            for place in [0.5, 1.0, 2.5] {
+                let rotation = random.rotation();
+                let way = place * larger * random.vector().normalize();
+                assert_true(&a, &b, Pose::new(rotation, way).unwrap(), &mut workspace);
+            }
+        }
+    }
+}
+
+/// At 1e9 times their size from the origin, and from each other; there f32 can tell no distance from another.
+#[test]
+fn far_from_the_origin_and_from_each_other() {
+    let mut random = Random::new(6);
+    let mut workspace = Workspace::new();
+    let sphere = shapes::icosphere(1);
+    for far in [1e3, 1e9, 1e13] {
+        let away = far * random.vector();
+        let tree = Tree::new(scaled(&sphere, 1.0, away));
+        for drift in [Drift::None, Drift::Scale] {
+            assert_true(&tree, &tree, pose_about(away, 3.0, drift, &mut random), &mut workspace);
+        }
+    }
+    let tree = Tree::new(shapes::icosphere(0));
+    for far in [1e3, 1e9, 1e13, 1e18, 1e19, 1e20, 1e38, 1e39, 1e100, 1e300] {
+        for turn in [DMat3::IDENTITY, random.rotation()] {
+            let pose = Pose::new(turn, far * random.vector()).unwrap();
+            assert_true(&tree, &tree, pose, &mut workspace);
+        }
+    }
+}
+
+#[test]
+fn nothing_is_infinitely_far() {
+    let nothing = Tree::new(Mesh::new([[0.0f32; 3]], []).unwrap());
+    let sphere = Tree::new(shapes::icosphere(1));
+    let mut workspace = Workspace::new();
+    for (a, b) in [(&nothing, &sphere), (&sphere, &nothing), (&nothing, &nothing)] {
+        for margins in [[0.0; 2], [1.0, 2.0], [f64::MAX, 1.0]] {
+            let thick = Question { margins, ..Question::default() };
+            for asked in [thick, Question { closer_than: Some(3.0), ..thick }] {
+                for budget in [Budget::work(0), ENOUGH] {
+                    let said = run(&asked.query(a, b, Pose::IDENTITY), &mut workspace, budget);
+                    assert_eq!((said.low, said.high), (f64::INFINITY, f64::INFINITY), "{asked:?}");
+                    assert_eq!((said.stop, said.nearest), (StopReason::Finished, None));
+                    assert_eq!(said.closer, asked.closer_than.map(|_| false));
+                }
+            }
+        }
+    }
+}

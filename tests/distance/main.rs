@@ -1,0 +1,17 @@
+//! Each promise of [`punctual::DistanceQuery`]: proven bounds wherever it stops, the exact distance in the end, the same bits
+//! however it is cut.
+//!
+//! `PUNCTUAL_ALL_STOPS=1` stops at every unit of work, `PUNCTUAL_ALL_CASES=1` takes all poses beside the repository.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../common/distance.rs"]
+mod distance;
+#[path = "../common/exact_distance.rs"]
+mod exact_distance;
+use common::reference;
+
+mod files;
+mod finished;
+mod memory;
+mod stops;
