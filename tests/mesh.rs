@@ -41,6 +41,7 @@ fn a_bad_coordinate_is_named() {
 
 #[test]
 fn the_largest_coordinates_are_accepted() {
+    assert_eq!(COORDINATE_LIMIT, 2f64.powi(1000));
     let corners = [[-COORDINATE_LIMIT; 3], [COORDINATE_LIMIT; 3]];
     let mesh = Mesh::from_f64(corners, [[0, 1, 1]]).unwrap();
     assert!(!mesh.is_f32() && mesh.aabb().extents().is_finite());

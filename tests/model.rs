@@ -7,8 +7,8 @@ use std::time::Duration;
 use common::random::{Drift, Family, Random, pose_about, soup};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, CostModel, DEFAULT_PRIOR, ManualClock, Mode, Outcome, PairMemory, Pose, Quantiles, Query, StopReason, Tree,
-    Verdict, Workspace, shapes,
+    Budget, CostModel, Counts, DEFAULT_PRIOR, ManualClock, Mode, Outcome, PairMemory, Pose, Quantiles, Query,
+    StopReason, Tree, Verdict, Workspace, shapes,
 };
 
 fn trees() -> [Tree; 2] {
@@ -282,4 +282,20 @@ fn random_queries_give_numbers() {
             assert!((0.0..=1.0).contains(&estimate.probability) && (0.0..=1.0).contains(&estimate.recall));
         }
     }
+}
+
+#[test]
+fn every_count_has_its_own_cost() {
+    let costs = CostModel::new([2.0, 30.0, 500.0, 7000.0]);
+    let counts = Counts { bv_tests: 1.5, triangle_tests: 2.0, box_updates: 3.0 };
+    assert_eq!(costs.time(&Counts::default()), 7000.0);
+    assert_eq!(costs.time(&counts), 3.0 + 60.0 + 1500.0 + 7000.0);
+}
+
+/// At .36 ns a unit, and 61 ns to set up a query.
+#[test]
+fn the_default_costs_are_the_weights_of_work() {
+    let counts = Counts { bv_tests: 1000.0, triangle_tests: 20.0, box_updates: 30.0 };
+    let time = CostModel::default().time(&counts);
+    assert!((time - 0.36 * counts.work() - 61.0).abs() < 1e-9 * time);
 }

@@ -8,7 +8,8 @@ use common::reference::all_pairs;
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, BuildOptions, CostModel, Mesh, MeshError, Mode, PairMemory, Pose, Query, Tree, Verdict, Workspace, shapes,
+    Aabb, Budget, BuildOptions, CostModel, Mesh, MeshError, Mode, PairMemory, Pose, Query, Tree, Verdict, Workspace,
+    shapes,
 };
 
 fn vertices(mesh: &Mesh) -> Vec<DVec3> {
@@ -122,6 +123,45 @@ fn f32_and_f64_vertices_are_the_same_where_both_are_exact() {
     assert!(tree.mesh().is_f32() && tree.mesh() == twin.mesh() && tree.stats() == twin.stats());
 }
 
+/// One triangle; the last vertex is not used.
+const CORNERS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, -3.0], [7.0, 7.0, 7.0]];
+
+fn one_triangle() -> Tree {
+    Tree::new(Mesh::new(CORNERS, [[0, 1, 2]]).unwrap())
+}
+
+#[test]
+fn the_mesh_with_new_vertices_is_that_of_a_new_one() {
+    let moved = CORNERS.map(|v| v.map(|x| 2.0 * x - 1.0));
+    for triangles in [&[[0, 1, 2]][..], &[[0, 1, 2], [1, 2, 3]]] {
+        let mesh = |vertices| Mesh::new(vertices, triangles.iter().copied()).unwrap();
+        let mut tree = Tree::new(mesh(CORNERS));
+        tree.refit(&moved).unwrap();
+        assert_eq!(tree.mesh(), &mesh(moved));
+        tree.refit_f64(&CORNERS.map(|v| v.map(f64::from))).unwrap();
+        assert_eq!(tree.mesh(), &mesh(CORNERS));
+    }
+}
+
+#[test]
+fn unused_vertices_may_become_anything() {
+    let mut tree = one_triangle();
+    tree.refit(&[CORNERS[0], CORNERS[1], CORNERS[1], [0.0, f32::NAN, 0.0]]).unwrap();
+    assert_eq!(tree.mesh().aabb(), Aabb::new(DVec3::ZERO, DVec3::X));
+}
+
+#[test]
+fn vertices_that_need_f64_get_it_and_keep_it() {
+    let mut tree = one_triangle();
+    let tenth = CORNERS.map(|v| v.map(|x| f64::from(x) * 0.1));
+    tree.refit_f64(&tenth).unwrap();
+    assert!(!tree.mesh().is_f32());
+    assert_eq!(tree.mesh().vertex(2).to_array(), tenth[2]);
+    tree.refit(&CORNERS).unwrap();
+    assert!(!tree.mesh().is_f32());
+    assert_eq!(tree.mesh().vertex(2), DVec3::new(0.0, 2.0, -3.0));
+}
+
 #[test]
 fn faults_are_named_and_change_nothing() {
     let mut tree = Tree::new(shapes::icosphere(2));
@@ -139,6 +179,10 @@ fn faults_are_named_and_change_nothing() {
         };
         assert_eq!(error, expected);
     }
+    let mut moved: Vec<Vec3> = rest.iter().map(|v| v.as_vec3()).collect();
+    assert_eq!(tree.refit(&moved[1..]).unwrap_err(), error);
+    moved[17].z = f32::NAN;
+    assert_eq!(tree.refit(&moved).unwrap_err(), MeshError::NotFinite { vertex: 17, axis: 2 });
     assert_eq!(vertices(tree.mesh()), rest);
     assert_exact(&tree, &tree, Pose::new(DMat3::IDENTITY, DVec3::new(0.3, 0.0, 0.0)).unwrap());
 }

@@ -65,7 +65,9 @@ impl Aabb {
     /// Whether the boxes share a point; touching counts. An empty box shares none.
     #[inline]
     pub fn intersects(&self, other: &Self) -> bool {
-        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+        // Without branches: which way one would go is hard to foretell.
+        let below = self.min.cmple(other.max) & other.min.cmple(self.max);
+        below.x & below.y & below.z
     }
 
     /// Whether the point lies in the box or on its border.

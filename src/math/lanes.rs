@@ -87,35 +87,6 @@ impl<L: Lanes> F8<L> {
     pub fn store(self) -> [f32; 8] {
         self.1.store(self.0)
     }
-    #[inline(always)]
-    pub fn max(self, other: Self) -> Self {
-        Self(self.1.max(self.0, other.0), self.1)
-    }
-    #[inline(always)]
-    pub fn min(self, other: Self) -> Self {
-        Self(self.1.min(self.0, other.0), self.1)
-    }
-    #[inline(always)]
-    pub fn abs(self) -> Self {
-        Self(self.1.abs(self.0), self.1)
-    }
-    #[inline(always)]
-    pub fn sqrt(self) -> Self {
-        Self(self.1.sqrt(self.0), self.1)
-    }
-    /// All ones where `self < other`; never where one of them is no number.
-    #[inline(always)]
-    pub fn less(self, other: Self) -> Self {
-        Self(self.1.less(self.0, other.0), self.1)
-    }
-    #[inline(always)]
-    pub fn and(self, other: Self) -> Self {
-        Self(self.1.and(self.0, other.0), self.1)
-    }
-    #[inline(always)]
-    pub fn or(self, other: Self) -> Self {
-        Self(self.1.or(self.0, other.0), self.1)
-    }
     /// `a` where this mask is all ones, `b` where it is all zeros.
     #[inline(always)]
     pub fn select(self, a: Self, b: Self) -> Self {
@@ -157,6 +128,23 @@ impl<L: Lanes> D8<L> {
     }
 }
 
+macro_rules! methods {
+    ($($(#[$doc:meta])* $name:ident($($other:ident)?)),*) => {
+        impl<L: Lanes> F8<L> { $(
+            $(#[$doc])*
+            #[inline(always)]
+            pub fn $name(self, $($other: Self)?) -> Self {
+                Self(self.1.$name(self.0, $($other.0)?), self.1)
+            }
+        )* }
+    };
+}
+methods!(
+    abs(), sqrt(), max(other), min(other), and(other), or(other),
+    /// All ones where `self < other`; never where one of them is no number.
+    less(other)
+);
+
 macro_rules! operators {
     ($type:ident: $($trait:ident $verb:ident $call:ident),*) => { $(
         impl<L: Lanes> $trait for $type<L> {
@@ -179,23 +167,22 @@ impl<L: Lanes> Neg for F8<L> {
     }
 }
 
-/// `[e(0), e(1), e(2)]`. A closure would not be compiled for the instruction set of the kernel around it.
+/// `[e(i), e(j), ..]` for the numbers in brackets. A closure would not be compiled for the instruction set of the kernel around
+/// it.
+macro_rules! unrolled {
+    ($k:ident in [$($i:literal),*] => $e:expr) => {
+        [$({
+            let $k = $i;
+            $e
+        }),*]
+    };
+}
+pub(crate) use unrolled;
+
+/// `[e(0), e(1), e(2)]`.
 macro_rules! per_axis {
     ($k:ident => $e:expr) => {
-        [
-            {
-                let $k = 0;
-                $e
-            },
-            {
-                let $k = 1;
-                $e
-            },
-            {
-                let $k = 2;
-                $e
-            },
-        ]
+        $crate::math::lanes::unrolled!($k in [0, 1, 2] => $e)
     };
 }
 pub(crate) use per_axis;

@@ -48,15 +48,11 @@ pub enum PoseError {
 impl fmt::Display for PoseError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotFinite { entry } => {
-                write!(f, "entry {entry} of the pose [R|t], row by row, is not finite")
-            }
+            Self::NotFinite { entry } => write!(f, "entry {entry} of the pose [R|t], row by row, is not finite"),
             Self::NotARotation { deviation } => {
                 write!(f, "matrix is off a rotation by {deviation:e}, allowed is {ROTATION_TOLERANCE:e}")
             }
-            Self::TooFar { axis } => {
-                write!(f, "translation along axis {axis} exceeds 2^1000")
-            }
+            Self::TooFar { axis } => write!(f, "translation along axis {axis} exceeds 2^1000"),
             Self::BadQuaternion => f.write_str("quaternion is zero or not finite"),
         }
     }

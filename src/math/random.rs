@@ -32,28 +32,3 @@ impl Random {
         low + (high - low) * self.fraction()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_sequence_is_splitmix64() {
-        // The reference implementation's first numbers for seed 1234567.
-        let mut random = Random::new(1_234_567);
-        assert_eq!([random.bits(), random.bits()], [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]);
-    }
-
-    #[test]
-    fn fractions_are_uniform() {
-        let mut random = Random::new(1);
-        let (mut sum, mut squares) = (0.0, 0.0);
-        for _ in 0..100_000 {
-            let x = random.between(-1.0, 1.0);
-            assert!((-1.0..1.0).contains(&x));
-            sum += x;
-            squares += x * x;
-        }
-        assert!((sum / 1e5).abs() < 0.01 && (squares / 1e5 - 1.0 / 3.0).abs() < 0.01);
-    }
-}

@@ -34,13 +34,3 @@ pub(crate) const BOX_ROUNDING: f32 = 16.0 * ROUNDING;
 /// Most that a corner of a triangle may leave a box of its tree once the box is turned back into the mesh's axes (unit
 /// coordinates): [`BOX_ROUNDING`], and 21 roundings because a stored frame is not quite orthonormal, with room to spare.
 pub(crate) const FRAME_ROUNDING: f32 = 64.0 * ROUNDING;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_coordinate_limit_is_two_to_the_thousand() {
-        assert_eq!(COORDINATE_LIMIT, 2f64.powi(1000));
-    }
-}

@@ -11,7 +11,7 @@ mod vertices;
 use alloc::boxed::Box;
 use core::fmt;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use crate::math::Aabb;
 pub(crate) use bytes::TRIANGLE_BYTES;
@@ -82,18 +82,10 @@ impl fmt::Display for MeshError {
             Self::IndexOutOfRange { triangle, corner, index, vertices } => {
                 write!(f, "corner {corner} of triangle {triangle} is vertex {index}, but there are {vertices} vertices")
             }
-            Self::NotFinite { vertex, axis } => {
-                write!(f, "vertex {vertex} is not finite along axis {axis}")
-            }
-            Self::TooLarge { vertex, axis } => {
-                write!(f, "vertex {vertex} exceeds 2^1000 along axis {axis}")
-            }
-            Self::VertexCount { given, vertices } => {
-                write!(f, "{given} new vertices for a mesh with {vertices}")
-            }
-            Self::TooManyTriangles { triangles } => {
-                write!(f, "{triangles} triangles, but at most 2^30 are allowed")
-            }
+            Self::NotFinite { vertex, axis } => write!(f, "vertex {vertex} is not finite along axis {axis}"),
+            Self::TooLarge { vertex, axis } => write!(f, "vertex {vertex} exceeds 2^1000 along axis {axis}"),
+            Self::VertexCount { given, vertices } => write!(f, "{given} new vertices for a mesh with {vertices}"),
+            Self::TooManyTriangles { triangles } => write!(f, "{triangles} triangles, but at most 2^30 are allowed"),
         }
     }
 }
@@ -213,17 +205,7 @@ impl Mesh {
     /// If `i` is not below [`len`](Self::len).
     #[inline]
     pub fn triangle(&self, i: usize) -> [DVec3; 3] {
-        let [p, q, r] = self.triangles[i];
-        match &self.vertices {
-            Vertices::F32(v) => {
-                let at = |c: u32| Vec3::from_array(v[c as usize]).as_dvec3();
-                [at(p), at(q), at(r)]
-            }
-            Vertices::F64(v) => {
-                let at = |c: u32| DVec3::from_array(v[c as usize]);
-                [at(p), at(q), at(r)]
-            }
-        }
+        self.triangles[i].map(|corner| self.vertices.get(corner as usize))
     }
 
     /// The smallest box around all vertices in use; [`Aabb::EMPTY`] without triangles. Takes constant time.

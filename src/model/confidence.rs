@@ -8,18 +8,12 @@ use super::front::FrontSummary;
 use super::prediction::{dot, expected};
 use libm::{exp, log, log2};
 
-/// Number of features of [`hit_features`].
-pub const HIT_FEATURES: usize = 13;
-
-/// Number of features of [`recall_features`].
-pub const RECALL_FEATURES: usize = 9;
-
 /// The prior for which the constants were fitted: the share of poses with an intersection among those.
 pub const DEFAULT_PRIOR: f64 = BASE_RATE;
 
 /// What the probability of a hit depends on: triangle pairs that wait (boxes that overlap down to the triangles), triangle tests
 /// without a hit, the size, depth and crossing of the open pairs.
-pub fn hit_features(front: &FrontSummary) -> [f64; HIT_FEATURES] {
+pub fn hit_features(front: &FrontSummary) -> [f64; 13] {
     let waiting = log2(front.triangle_pairs + 1.0);
     let tested = log2(front.triangle_tests + 1.0);
     let nodes = log2(front.node_pairs + 1.0);
@@ -53,13 +47,10 @@ pub struct History {
     pub change_rate: f64,
 }
 
-/// Number of features of [`history_features`].
-pub const HISTORY_FEATURES: usize = 6;
-
 /// What the logit of a hit depends on with a history: the logit from the front; the last verdict as +1 or -1, the less the
 /// longer ago; how surely it lasts, by the logit of the rate of changes; and the depth of the front, which tells more of a
 /// pair in motion than of one at some pose.
-pub fn history_features(logit: f64, deepest: f64, history: &History) -> [f64; HISTORY_FEATURES] {
+pub fn history_features(logit: f64, deepest: f64, history: &History) -> [f64; 6] {
     let sign = if history.met { 1.0 } else { -1.0 };
     let verdict = sign / (1.0 + f64::from(history.frames_undecided));
     let rate = history.change_rate.clamp(1e-3, 1.0 - 1e-3);
@@ -88,7 +79,7 @@ fn odds(probability: f64) -> f64 {
 }
 
 /// What the recall depends on: hits found, the work done for them, and the work that is left.
-pub fn recall_features(front: &FrontSummary) -> [f64; RECALL_FEATURES] {
+pub fn recall_features(front: &FrontSummary) -> [f64; 9] {
     [
         1.0,
         log2(expected(front) + 1.0),

@@ -15,7 +15,6 @@
 //! approach_pile200_armadillo_robots16_iiwa4 approach_gear_side_12k_gear_side_12k
 
 /// Quantiles of the BV tests left, for each the weights of `features_of_all`.
-#[rustfmt::skip]
 pub(super) const ALL_LEFT: [[f64; 3]; 3] = [
     [-0.025026, 1.0026, -1.6487],
     [-0.039575, 1.0050, -0.10988],
@@ -23,11 +22,9 @@ pub(super) const ALL_LEFT: [[f64; 3]; 3] = [
 ];
 
 /// 90 % quantile of log2 of a whole query from log2 of the cost of its roots at the deepest: intercept, slope.
-#[rustfmt::skip]
 pub(super) const ROOT_MOST: [f64; 2] = [2.3561, 1.0466];
 
 /// The same if the first hit ends the query, weights of `features_of_any`.
-#[rustfmt::skip]
 pub(super) const ANY_LEFT: [[f64; 6]; 3] = [
     [-0.11789, 1.0316, -3.4804, 2.6199, -0.93492, 6.9775],
     [-0.30612, 1.0419, 3.5469, 3.0504, -0.42183, -7.3675],
@@ -35,41 +32,31 @@ pub(super) const ANY_LEFT: [[f64; 6]; 3] = [
 ];
 
 /// Quantiles of log2 (BV tests of a frame / those of the frame before).
-#[rustfmt::skip]
 pub(super) const ALL_AFTER: [f64; 3] = [-0.29039, -0.0029708, 0.43043];
 
 /// The same if the first hit ends the query.
-#[rustfmt::skip]
 pub(super) const ANY_AFTER: [f64; 3] = [-5.3305, 0.0078160, 5.9325];
 
 /// log2 of opened node pairs: intercept, slope in log2 of BV tests.
-#[rustfmt::skip]
 pub(super) const OPENINGS_OF_BV_TESTS: [f64; 2] = [-4.9203, 1.0445];
 
 /// log2 of triangle tests: the same.
-#[rustfmt::skip]
 pub(super) const TRIANGLE_TESTS_OF_BV_TESTS: [f64; 2] = [-2.5719, 0.88080];
 
 /// Logit of a hit, weights of `hit_features`.
-#[rustfmt::skip]
 pub(super) const HIT: [f64; 13] = [-3.0251, 0.44342, 0.021767, 0.39432, 0.10233, -0.37516, 0.96049, -0.43527, -0.45667, -0.48038, 0.25316, -0.40518, -0.72371];
 
 /// The same before the query.
-#[rustfmt::skip]
 pub(super) const HIT_BEFORE: [f64; 13] = [-3.1240, 0.75563, 0.0, 0.54019, 0.037195, 0.65239, 1.6749, -0.79392, 0.049332, -0.11954, -0.11479, 0.0, -1.3529];
 
 /// The same with the verdict of the frame before, weights of `history_features`.
-#[rustfmt::skip]
 pub(super) const HIT_AFTER_HISTORY: [f64; 6] = [0.34550, 1.7943, 0.77020, 0.15686, -1.7552, 0.60292];
 
 /// Share of poses with a hit.
-#[rustfmt::skip]
 pub(super) const BASE_RATE: f64 = 0.59532;
 
 /// Logit of the recall, weights of `recall_features`.
-#[rustfmt::skip]
 pub(super) const RECALL: [f64; 9] = [0.24755, -0.59158, 0.27036, -0.073537, 0.48435, -0.031655, -0.14588, -0.66470, 0.13313];
 
 /// The same where what met in the frame before was looked at first.
-#[rustfmt::skip]
 pub(super) const RECALL_AFTER_HISTORY: [f64; 9] = [-4.9042, -0.14509, 0.44798, -0.12549, 0.81051, -0.37966, -2.0546, 0.057895, -0.29135];

@@ -135,23 +135,3 @@ impl CostModel {
         if ratio.is_nan() { *self } else { self.scaled(libm::pow(ratio, 0.125)) }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_count_has_its_own_cost() {
-        let costs = CostModel::new([2.0, 30.0, 500.0, 7000.0]);
-        let counts = Counts { bv_tests: 1.5, triangle_tests: 2.0, box_updates: 3.0 };
-        assert_eq!(costs.time(&Counts::default()), 7000.0);
-        assert_eq!(costs.time(&counts), 3.0 + 60.0 + 1500.0 + 7000.0);
-    }
-
-    #[test]
-    fn the_default_costs_are_the_weights_of_work() {
-        let counts = Counts { bv_tests: 1000.0, triangle_tests: 20.0, box_updates: 30.0 };
-        let time = CostModel::default().time(&counts);
-        assert!((time - TYPICAL_UNIT * counts.work() - TYPICAL_SETUP).abs() < 1e-9 * time);
-    }
-}

@@ -54,22 +54,3 @@ pub fn pair_cost(self_costs: [f32; 2], penetration: f32) -> f32 {
     let fourth = wide::f32x4::splat(self_costs[0] * self_costs[1] * p * p * p);
     27.0 * fourth.sqrt().sqrt().as_array()[0]
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_pair_cost_by_hand() {
-        assert_eq!(pair_cost([4.0, 64.0], 1.0), 108.0);
-        assert_eq!(pair_cost([256.0, 256.0], 0.0625), 54.0);
-        assert_eq!(pair_cost([1e9, 1e9], 0.0), 0.0);
-    }
-
-    #[test]
-    fn a_front_is_done_when_nothing_waits() {
-        let done = FrontSummary { bv_tests: 5.0, found: 1.0, ..FrontSummary::default() };
-        assert!(done.is_done());
-        assert!(!FrontSummary { triangle_pairs: 1.0, ..done }.is_done());
-    }
-}

@@ -7,7 +7,7 @@
 //! | what is known of the query | what is told |
 //! |---|---|
 //! | its front after a probe ([`front`]) | BV tests left ([`prediction`]), probability of a hit and recall ([`confidence`]) |
-//! | what the last frame cost | the same, blended with it ([`history`]) |
+//! | what the last frame cost | the same, blended with it |
 //! | counts | time ([`cost`]) |
 //! | what it told before, and what came of it | a corrected probability ([`calibration`]) |
 //!
@@ -15,9 +15,9 @@
 
 pub mod calibration;
 pub mod confidence;
+#[rustfmt::skip]
 mod constants;
 pub mod cost;
 pub mod front;
-mod history;
 pub mod least_squares;
 pub mod prediction;

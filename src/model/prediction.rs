@@ -7,7 +7,6 @@ use super::constants::{
     ALL_AFTER, ALL_LEFT, ANY_AFTER, ANY_LEFT, OPENINGS_OF_BV_TESTS, ROOT_MOST, TRIANGLE_TESTS_OF_BV_TESTS,
 };
 use super::front::FrontSummary;
-use super::history;
 use libm::{exp2, log2};
 
 /// An uncertain number: its median, and its 10 % and 90 % quantiles.
@@ -104,11 +103,17 @@ pub fn any_after(previous: f64) -> Quantiles {
     with_history(Quantiles::default(), previous, 0.0, ANY_AFTER)
 }
 
-/// Quantiles of the model and of `log2(now / previous)`, blended as in [`history`]: at first the history counts, and the less
-/// the further this query has come.
+/// Quantiles of the model and of `log2(now / previous)`, blended: on coherent motion the cost of the previous query of a pair
+/// is by far the best predictor of this one's; the further this one has come (`used`), the less it says about the rest.
+///
+/// `log2 E = (1 - w) (log2 max(previous - used, 1) + change) + w log2 model`, `w = clamp(used / previous, 0, 1)`; the model
+/// counts as 1 at least, and so does `previous`.
 fn with_history(model: Quantiles, previous: f64, used: f64, changes: [f64; 3]) -> Quantiles {
-    let weight = history::weight(previous, used);
-    let after = |model: f64, change: f64| history::blend(previous, used, model) * exp2((1.0 - weight) * change);
+    let previous = previous.max(1.0);
+    let weight = (used / previous).clamp(0.0, 1.0);
+    let left = log2((previous - used).max(1.0));
+    let blend = |model: f64| exp2((1.0 - weight) * left + weight * log2(model.max(1.0)));
+    let after = |model: f64, change: f64| blend(model) * exp2((1.0 - weight) * change);
     let [low, middle, high] = changes;
     Quantiles::ordered([after(model.p10, low), after(model.p50, middle), after(model.p90, high)], 0.0)
 }

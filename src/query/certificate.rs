@@ -1,4 +1,4 @@
-//! What an unfinished query can still say: how many intersections it may have missed, and where.
+//! What an unfinished query can still say: how much it may have missed, and where.
 
 use super::queue::Pair;
 use super::views::rounding;
@@ -8,18 +8,21 @@ use crate::math::{Aabb, Pose};
 use crate::tree::{Tree, xyz};
 use glam::{DMat3, DVec3, Vec3};
 
-/// Bounds on what the last run of a query left open. Looks at the workspace when asked, in time linear in the open pairs.
+/// Bounds on what the last run of a query left open: triangle pairs that intersect, or of a distance query, those that are
+/// closer than its upper bound. Looks at the workspace when asked, in time linear in the open pairs.
 #[derive(Clone, Copy, Debug)]
 pub struct Certificate<'w> {
     a: &'w Tree,
     b: &'w Tree,
     b_in_a: &'w Pose,
     workspace: &'w Workspace,
+    /// How close to one another the points of a missed pair are, at most.
+    reach: f64,
 }
 
 impl<'w> Certificate<'w> {
-    pub(super) fn new(a: &'w Tree, b: &'w Tree, b_in_a: &'w Pose, workspace: &'w Workspace) -> Self {
-        Self { a, b, b_in_a, workspace }
+    pub(super) fn new([a, b]: [&'w Tree; 2], b_in_a: &'w Pose, workspace: &'w Workspace, reach: f64) -> Self {
+        Self { a, b, b_in_a, workspace, reach }
     }
 
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed.
@@ -28,7 +31,8 @@ impl<'w> Certificate<'w> {
         self.open().count()
     }
 
-    /// No more triangle pairs than this intersect: those found, and for each open pair the product of its triangles.
+    /// No more triangle pairs than this intersect (or are closer): those found, and for each open pair the product of its
+    /// triangles.
     #[must_use]
     pub fn upper_bound(&self) -> u64 {
         let count = |tree: &Tree, node: u32, alive: u8| {
@@ -49,17 +53,21 @@ impl<'w> Certificate<'w> {
 
     /// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. An
     /// open pair of nodes whose boxes are apart has none.
+    ///
+    /// Of a distance query, two points of the surfaces that are closer than the upper bound have their middle in one of them;
+    /// boxes reach as far as that bound beyond the surfaces, and without one there are no finite boxes.
     pub fn boxes(&self) -> impl Iterator<Item = Aabb> + 'w {
         let Self { a, b, b_in_a, .. } = *self;
         // That of B's vertices as they are placed, and twice as much for the boxes computed here (`docs/numerics.md`).
-        let margin = 3.0 * rounding(a.unit(), b.unit(), b_in_a) + 8.0 * f64::EPSILON * a.unit().length();
+        let rounding = 3.0 * rounding(a.unit(), b.unit(), b_in_a) + 8.0 * f64::EPSILON * a.unit().length();
+        let margin = rounding + 0.5 * self.reach;
         self.open().filter_map(move |open| match open {
             Open::Nodes(Pair { nodes, .. }) => {
                 Block::new(a, nodes[0], &Pose::IDENTITY).overlap(&Block::new(b, nodes[1], b_in_a), margin)
             }
             Open::Triangles(pair) => {
                 let (of_a, of_b) = (triangle_bounds(a, pair[0], &Pose::IDENTITY), triangle_bounds(b, pair[1], b_in_a));
-                Some(widened(of_a.min.max(of_b.min), of_a.max.min(of_b.max), margin))
+                Some(widened(&of_a.intersection(&of_b), margin))
             }
         })
     }
@@ -72,7 +80,8 @@ impl<'w> Certificate<'w> {
 
     fn open(&self) -> impl Iterator<Item = Open> + 'w {
         let workspace = self.workspace;
-        let triangles = workspace.waiting.as_slice().iter().chain(&workspace.doubtful).copied().map(Open::Triangles);
+        let triangles = workspace.waiting.as_slice().iter().chain(&workspace.doubtful).copied();
+        let triangles = triangles.chain(workspace.search.pairs()).map(Open::Triangles);
         workspace.open_nodes().map(Open::Nodes).chain(triangles)
     }
 }
@@ -125,32 +134,26 @@ impl Block {
     fn overlap(&self, other: &Self, margin: f64) -> Option<Aabb> {
         let [a, b] = [self, other].map(|block| block.bounds(DVec3::ZERO, block.half));
         let [c, d] = [self.part(other, margin)?, other.part(self, margin)?];
-        let min = a.min.max(b.min).max(c.min).max(d.min);
-        let max = a.max.min(b.max).min(c.max).min(d.max);
-        let common = widened(min, max, margin);
-        common.min.cmple(common.max).all().then_some(common)
+        let common = widened(&a.intersection(&b).intersection(&c).intersection(&d), margin);
+        (!common.is_empty()).then_some(common)
     }
 
     /// A box around the part of this block that another one may reach.
     fn part(&self, other: &Self, margin: f64) -> Option<Aabb> {
         let inverse = self.axes.inverse();
         let center = inverse * (other.center - self.center);
-        let reach = abs(&(inverse * other.axes)) * other.half + DVec3::splat(2.0 * margin);
+        let reach = (inverse * other.axes).abs() * other.half + DVec3::splat(2.0 * margin);
         let (min, max) = ((center - reach).max(-self.half), (center + reach).min(self.half));
         min.cmple(max).all().then(|| self.bounds((min + max) * 0.5, (max - min) * 0.5))
     }
 
     /// A box in A's frame around a part of this block, in its own axes.
     fn bounds(&self, center: DVec3, half: DVec3) -> Aabb {
-        let (center, half) = (self.center + self.axes * center, abs(&self.axes) * half);
+        let (center, half) = (self.center + self.axes * center, self.axes.abs() * half);
         Aabb { min: center - half, max: center + half }
     }
 }
 
-fn widened(min: DVec3, max: DVec3, margin: f64) -> Aabb {
-    Aabb { min: min - margin, max: max + margin }
-}
-
-fn abs(m: &DMat3) -> DMat3 {
-    DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs())
+fn widened(bounds: &Aabb, margin: f64) -> Aabb {
+    Aabb { min: bounds.min - margin, max: bounds.max + margin }
 }

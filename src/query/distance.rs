@@ -4,6 +4,7 @@ use super::Deadline;
 #[cfg(feature = "std")]
 use super::SystemClock;
 use super::budget::{Budget, Clock};
+use super::certificate::Certificate;
 use super::interval::{Interval, Tolerance};
 use super::memory::PairMemory;
 use super::nearest;
@@ -32,7 +33,7 @@ pub(super) struct Options {
 /// **Guarantee.** Whenever it stops, `low <= distance <= high`: no point of A's surface is closer to B's than `low`, and two
 /// named points of two named triangles are `high` apart. Both bounds only ever improve, and a query that is finished ends
 /// with them as close as the tolerance asks. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
-/// meet says so, whatever the tolerance.
+/// meet says so, unless an absolute tolerance was asked for.
 ///
 /// ```
 /// use punctual::{Budget, DistanceQuery, Pose, Tree, Workspace, shapes};
@@ -59,17 +60,20 @@ impl<'t> DistanceQuery<'t> {
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let absolute = DEFAULT_TOLERANCE * a.unit_length().max(b.unit_length());
-        let tolerance = Tolerance { absolute, relative: 0.0 };
+        let tolerance = Tolerance { absolute, relative: 0.0, spans_contact: false };
         let options = Options { tolerance, margins: [0.0; 2], limit: f64::INFINITY, poll_interval: MAX_STEP_WORK };
         Self { a, b, b_in_a, options }
     }
 
     /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
     /// can tell. Surfaces with large parallel parts have many pairs of triangles that are all but equally far apart; a
-    /// tolerance spares the comparison.
+    /// tolerance spares the comparison. Above 0 it may leave open whether surfaces meet that are closer than this; without
+    /// this call, that is decided.
     #[must_use]
     pub fn absolute_tolerance(mut self, length: f64) -> Self {
-        self.options.tolerance.absolute = length.max(0.0);
+        let tolerance = &mut self.options.tolerance;
+        tolerance.absolute = length.max(0.0);
+        tolerance.spans_contact = tolerance.absolute > 0.0;
         self
     }
 
@@ -156,6 +160,18 @@ impl<'t> DistanceQuery<'t> {
             return Err(ResumeError);
         }
         Ok(self.spend(workspace, memory, &mut Deadline::of(budget, self.options.poll_interval, clock)))
+    }
+
+    /// Where the last run of this query in `workspace` may have missed what is closer than its upper bound.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options.
+    pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
+        if workspace.run.key != Some(self.key()) {
+            return Err(ResumeError);
+        }
+        let reach = workspace.search.interval.high().min(self.options.limit + self.margin());
+        Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, reach))
     }
 
     fn key(&self) -> Key {

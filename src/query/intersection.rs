@@ -7,7 +7,7 @@
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
 use super::options::{Mode, Options};
-use super::order::BoxPair;
+use super::order::overlap_volume;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::traversal::{Question, Traversal, bits};
@@ -96,10 +96,10 @@ impl Traversal<'_, '_, Intersection<'_>> {
     fn queue(&mut self, pair: Pair, depth: f32) {
         let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
         if libm::sqrtf(a.self_cost * b.self_cost) >= self.strategy.queue_threshold {
-            let boxes = || BoxPair::new(a, b, self.relation);
+            let volume = || overlap_volume(a, b, self.relation);
             let random = &mut self.workspace.run.random;
             let depth = depth / (a.size + b.size * self.relation.scale);
-            let (bucket, first) = self.question.options.order.bucket(boxes, depth, a.alpha * b.alpha, random);
+            let (bucket, first) = self.question.options.order.bucket(volume, depth, a.alpha * b.alpha, random);
             self.workspace.front.queue(pair, 0.0, bucket, first);
         } else {
             self.workspace.front.push(pair);

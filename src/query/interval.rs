@@ -7,6 +7,8 @@ use crate::triangle::distance::Closest;
 pub(super) struct Tolerance {
     pub absolute: f64,
     pub relative: f64,
+    /// Whether the absolute one is close enough even where it leaves open if the surfaces meet.
+    pub spans_contact: bool,
 }
 
 /// Bounds of the distance of two surfaces, in the length unit of the meshes.
@@ -18,8 +20,8 @@ pub(super) struct Interval {
     limit: f64,
     low: f64,
     high: f64,
-    /// The least lower bound of all pairs that were looked at in `f64`.
-    settled: f64,
+    /// The least lower bound of all pairs that are done with: looked at in `f64`, or too far apart to matter.
+    done: f64,
     /// The closest pair found (tree order).
     nearest: Option<([u32; 2], Closest)>,
 }
@@ -27,7 +29,7 @@ pub(super) struct Interval {
 impl Interval {
     /// Nothing is known yet. `limit` is infinite if the distance itself is asked for.
     pub const fn new(tolerance: Tolerance, margin: f64, limit: f64) -> Self {
-        Self { tolerance, margin, limit, low: 0.0, high: f64::INFINITY, settled: f64::INFINITY, nearest: None }
+        Self { tolerance, margin, limit, low: 0.0, high: f64::INFINITY, done: f64::INFINITY, nearest: None }
     }
 
     /// No surface is closer than this, nor is the distance more than `high`; both without margins.
@@ -66,20 +68,21 @@ impl Interval {
         (cut * cut * (1.0 + 4.0 * f32::EPSILON)).max(1e-36)
     }
 
-    /// Whether nothing that is found could change the answer: the thickened surfaces meet, or are closer than the limit.
+    /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are closer than the limit or the
+    /// tolerance.
     pub fn is_decided(&self) -> bool {
-        self.high <= self.margin || self.has_limit() && self.high <= self.limit + self.margin
+        let enough = if self.tolerance.spans_contact { self.tolerance.absolute } else { 0.0 };
+        self.high <= self.margin + enough || self.has_limit() && self.high <= self.limit + self.margin
     }
 
-    /// Whether a pair that is at least this far apart matters. One that may meet always does: whether the distance is 0 is no
-    /// question of tolerance.
+    /// Whether a pair that is at least this far apart matters. One that may meet does as long as nothing is decided.
     pub fn matters(&self, low: f64) -> bool {
         low < self.cut() || low == 0.0
     }
 
     /// Takes note of what `f64` says of a pair, and whether the triangles meet.
     pub fn settle(&mut self, pair: [u32; 2], found: &Closest, meet: bool) {
-        self.settled = self.settled.min(found.low);
+        self.pass(found.low);
         let high = if meet { 0.0 } else { found.high };
         if high < self.high {
             self.high = high;
@@ -87,8 +90,17 @@ impl Interval {
         }
     }
 
+    /// Takes note that pairs at least this far apart are done with.
+    #[inline(always)]
+    pub fn pass(&mut self, low: f64) {
+        self.done = self.done.min(low);
+    }
+
     /// Takes note that no pair that is left is closer than this.
+    ///
+    /// Bounds of pairs only grow when they are replaced by their children or done with, so at the end of a query this is no
+    /// less than what was known on the way.
     pub fn raise(&mut self, left: f64) {
-        self.low = self.low.max(left.min(self.settled).min(self.cut()));
+        self.low = self.low.max(left.min(self.done));
     }
 }

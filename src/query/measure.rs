@@ -79,13 +79,7 @@ impl CostModel {
             y.push(factor * cost);
             weights.push(PULL / (factor * cost * factor * cost));
         }
-        let least = |fitted: f64, cost: f64| fitted.max(0.1 * factor * cost);
-        let [bv_test, triangle_test, box_update, setup] = least_squares(&x, &y, &weights);
-        Self::new([
-            least(bv_test, default.bv_test),
-            least(triangle_test, default.triangle_test),
-            least(box_update, default.box_update),
-            least(setup, default.setup),
-        ])
+        let fitted = least_squares(&x, &y, &weights);
+        Self::new(core::array::from_fn(|k| fitted[k].max(0.1 * factor * known[k])))
     }
 }

@@ -30,6 +30,8 @@ mod probe;
 mod queue;
 mod strategy;
 mod traversal;
+#[cfg(test)]
+mod triangle_bounds_tests;
 mod triangle_pairs;
 mod views;
 mod visited;
@@ -249,7 +251,7 @@ impl<'t> Query<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options.
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
         if workspace.run.key == Some(self.key()) {
-            Ok(Certificate::new(self.a, self.b, &self.b_in_a, workspace))
+            Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, 0.0))
         } else {
             Err(ResumeError)
         }

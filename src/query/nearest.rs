@@ -24,13 +24,13 @@ use crate::tree::WIDTH;
 use crate::triangle::distance::{closest, distances};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
-use glam::DVec3;
 
 /// How far apart two surfaces are.
 pub(super) struct Distance {
     /// Length of A's unit.
     pub unit: f64,
-    /// Squared distance from which on nothing matters, in A's units: that of the interval.
+    /// The distance from which on nothing matters; and its square, not less, in A's units.
+    matters: f64,
     pub cut: f32,
     /// From A to B, where the closest triangles found are: [`Gaps::direction`].
     pub direction: Direction,
@@ -40,15 +40,16 @@ pub(super) struct Distance {
 
 impl Distance {
     pub fn new(unit: f64, relation: &Relation, interval: &Interval) -> Self {
-        let direction = Direction::new(DVec3::ZERO, relation);
-        let mut distance = Self { unit, cut: 0.0, direction, guess: f32::INFINITY };
+        // To begin with, that of the middles.
+        let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
+        let mut distance = Self { unit, matters: 0.0, cut: 0.0, direction, guess: f32::INFINITY };
         distance.update(relation, interval);
         distance
     }
 
     /// After a change of the interval.
     fn update(&mut self, relation: &Relation, interval: &Interval) {
-        self.cut = interval.square_cut(self.unit);
+        (self.matters, self.cut) = (interval.cut(), interval.square_cut(self.unit));
         if let Some((_, found)) = interval.nearest() {
             self.direction = Direction::new(-found.direction, relation);
         }
@@ -70,7 +71,8 @@ struct Bounded {
 }
 
 /// Before the first query, and where one of the meshes is empty.
-const NOTHING: Interval = Interval::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY);
+const NOTHING: Interval =
+    Interval::new(Tolerance { absolute: 0.0, relative: 0.0, spans_contact: false }, 0.0, f64::INFINITY);
 
 /// The state of a distance query in a workspace.
 #[derive(Clone, Debug)]
@@ -188,16 +190,24 @@ impl Question for Traversal<'_, '_, Distance> {
                 gaps.least = self.workspace.front.popped_key();
                 if gaps.least >= gaps.cut {
                     self.workspace.run.stats.work += WORK_PER_LOOKUP;
-                    return;
+                    return self.pass(root(gaps.least));
                 }
                 // What goes on the stack for lack of room has no bound any more.
                 if self.workspace.front.room() < WIDTH * WIDTH {
-                    self.hold(root(gaps.least));
+                    let workspace = &mut *self.workspace;
+                    workspace.search.bound(&workspace.front, root(gaps.least), self.question.unit);
                 }
             }
             Origin::Stack => {}
         }
         expand(lanes, pair, [self.a, self.b], self.relation, &mut gaps, self);
+        let search = &mut self.workspace.search;
+        if self.origin != Origin::Path {
+            // Whatever was not kept of its children is at least as far apart.
+            search.interval.pass(self.question.matters);
+        } else if search.dive.is_none() && search.waiting.is_empty() {
+            search.dives = 0;
+        }
     }
 
     #[inline(always)]
@@ -234,13 +244,14 @@ impl Traversal<'_, '_, Distance> {
         let search = &mut self.workspace.search;
         let (mut pairs, mut keys) = ([[0; 2]; WIDTH], [0.0; WIDTH]);
         let mut count = 0;
-        while let Some(left) = search.waiting.pop() {
+        while count < WIDTH
+            && let Some(left) = search.waiting.pop()
+        {
             if left.low < self.question.cut {
                 (pairs[count], keys[count]) = (left.pair, left.low);
                 count += 1;
-                if count == WIDTH {
-                    break;
-                }
+            } else {
+                search.interval.pass(f64::from(root(left.low)) * self.question.unit);
             }
         }
         if count == 0 {
@@ -271,10 +282,16 @@ impl Traversal<'_, '_, Distance> {
     #[inline(never)]
     fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], about: &[f32; WIDTH]) {
         let search = &mut self.workspace.search;
-        let (interval, unit) = (search.interval, self.question.unit);
-        let closer = (interval.high() / unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
-        let matters = |&i: &usize| interval.matters(f64::from(low[i]) * unit);
-        let mut order: ArrayVec<usize, WIDTH> = (0..pairs.len()).filter(matters).collect();
+        let closer = (search.interval.high() / self.question.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
+        let mut order = ArrayVec::<usize, WIDTH>::new();
+        for i in 0..pairs.len() {
+            let bound = f64::from(low[i]) * self.question.unit;
+            if search.interval.matters(bound) {
+                order.push(i);
+            } else if search.dives == 0 {
+                search.interval.pass(bound);
+            }
+        }
         order.sort_unstable_by(|&i, &j| about[j].total_cmp(&about[i]).then(j.cmp(&i)));
         for i in order {
             let proposed = Bounded { pair: pairs[i], low: low[i] };
@@ -294,20 +311,22 @@ impl Traversal<'_, '_, Distance> {
         }
     }
 
-    /// Takes note of what is proven, and of the pair at hand `at_hand`, before a change after which less would be. So it does
-    /// not matter where a run is cut into pieces, as at the end of each the same is done.
-    fn hold(&mut self, at_hand: f32) {
-        let workspace = &mut *self.workspace;
-        workspace.search.bound(&workspace.front, at_hand, self.question.unit);
+    /// A pair at least this far apart (A's units) is done with.
+    fn pass(&mut self, low: f32) {
+        self.workspace.search.interval.pass(f64::from(low) * self.question.unit);
     }
 
     /// Looks at a pair in `f64`, unless it does not matter any more.
     fn consider(&mut self, Bounded { pair, low }: Bounded) {
-        let (interval, proven) = (&self.workspace.search.interval, f64::from(low) * self.question.unit);
+        let interval = &mut self.workspace.search.interval;
         let is_settled = interval.nearest().is_some_and(|(nearest, _)| nearest == pair);
         let stats = &mut self.workspace.run.stats;
+        let proven = f64::from(low) * self.question.unit;
         if is_settled || !interval.matters(proven) {
             stats.work += WORK_PER_LOOKUP;
+            if !is_settled {
+                interval.pass(proven);
+            }
             return;
         }
         let [of_a, of_b] = &mut self.workspace.corners;
@@ -322,10 +341,6 @@ impl Traversal<'_, '_, Distance> {
         };
         self.deadline.look_next();
         found.low = found.low.max(proven);
-        if meet || found.high < self.workspace.search.interval.high() {
-            // The cut that is to come proves less of what was dropped.
-            self.hold(low);
-        }
         self.workspace.search.interval.settle(pair, &found, meet);
         self.question.update(self.relation, &self.workspace.search.interval);
     }

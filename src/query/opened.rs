@@ -83,30 +83,3 @@ impl Sink for Recorder<'_> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::shapes;
-    use crate::query::{Budget, Mode, Order, Query, Workspace};
-
-    #[test]
-    fn what_is_opened_is_what_every_order_opens() {
-        let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 32)), Tree::new(shapes::gear(9, 3)));
-        let mut workspace = Workspace::new();
-        for x in [0.0, 0.7, 1.3, 9.0] {
-            let pose = Pose::new(glam::DMat3::from_rotation_x(x), glam::DVec3::new(x, 0.1, 0.0)).unwrap();
-            let opened = opened_pairs(&a, &b, &pose);
-            for order in [Order::DepthFirst, Order::BreadthFirst] {
-                let query = Query::new(&a, &b, pose).mode(Mode::All).order(order);
-                let stats = query.run(&mut workspace, Budget::unlimited()).stats;
-                assert_eq!(opened.iter().map(|pair| u64::from(pair.bv_tests)).sum::<u64>(), stats.bv_tests);
-                let triangle_pairs: usize = opened.iter().map(|pair| pair.triangle_pairs.len()).sum();
-                assert_eq!(triangle_pairs as u64, stats.primitive_tests);
-            }
-            assert!(opened.iter().enumerate().all(|(i, pair)| pair.parent < i.max(1)));
-        }
-        let empty = Tree::new(crate::mesh::Mesh::new([[0.0f32; 3]], []).unwrap());
-        assert!(opened_pairs(&a, &empty, &Pose::IDENTITY).is_empty());
-    }
-}

@@ -58,31 +58,16 @@ impl FromStr for Order {
     }
 }
 
-/// The boxes of a node pair, in the orientation of A's node.
-pub(super) struct BoxPair {
-    a: Extent,
-    b: Extent,
-}
-
-/// Centre and half extents.
-type Extent = ([f32; 3], [f32; 3]);
-
-impl BoxPair {
-    pub fn new(a: &Node, b: &Node, relation: &Relation) -> Self {
-        let view = Views::between(a, b, relation).of_b;
-        let (center, half) = (b.own_center * relation.scale, b.own_half * relation.scale);
-        Self { a: (xyz(a.own_center), xyz(a.own_half)), b: (xyz(view.point(center)), xyz(view.half(half))) }
-    }
-
-    /// Overlap volume over the smaller box, on A's axes; within 0..=1.
-    fn overlap_volume(&self) -> f32 {
-        let share = |k: usize| {
-            let (a, b, distance) = (self.a.1[k], self.b.1[k], (self.b.0[k] - self.a.0[k]).abs());
-            let (least, slack) = (2.0 * a.min(b), 1e-3 * (a + b) + 1e-9);
-            ((a + b - distance).clamp(0.0, least) + slack) / (least + slack)
-        };
-        (0..3).map(share).product()
-    }
+/// The volume in which the boxes of two nodes overlap over that of the smaller one, on the axes of A's node; within 0..=1.
+pub(super) fn overlap_volume(a: &Node, b: &Node, relation: &Relation) -> f32 {
+    let view = Views::between(a, b, relation).of_b;
+    let (center, half) = (view.point(b.own_center * relation.scale), view.half(b.own_half * relation.scale));
+    let [distance, a, b] = [(center - a.own_center).abs(), a.own_half, half].map(xyz);
+    let share = |k: usize| {
+        let (least, slack) = (2.0 * a[k].min(b[k]), 1e-3 * (a[k] + b[k]) + 1e-9);
+        ((a[k] + b[k] - distance[k]).clamp(0.0, least) + slack) / (least + slack)
+    };
+    (0..3).map(share).product()
 }
 
 /// Boxes overlap by at most about a sixth of the sum of their sizes, so relative depth times this is within 0..=1.
@@ -93,7 +78,7 @@ impl Order {
     /// their sizes, `alpha` the product of the two alphas.
     pub(super) fn bucket(
         self,
-        boxes: impl FnOnce() -> BoxPair,
+        overlap_volume: impl FnOnce() -> f32,
         depth: f32,
         alpha: f32,
         random: &mut Random,
@@ -103,7 +88,7 @@ impl Order {
             Self::DepthFirst => (0, true),
             Self::BreadthFirst => (0, false),
             Self::Penetration => (step(1.0 - DEPTHS * depth, BUCKETS), true),
-            Self::OverlapVolume => (step(-libm::log2f(boxes().overlap_volume()) / 32.0, BUCKETS), true),
+            Self::OverlapVolume => (step(-libm::log2f(overlap_volume()) / 32.0, BUCKETS), true),
             Self::LowAlpha => (step(alpha, BUCKETS), true),
             Self::Random(_) => ((random.bits() >> 57) as usize, true),
         }

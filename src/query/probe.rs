@@ -11,6 +11,8 @@ use super::views::{Relation, Views};
 use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::model::front::{FrontSummary, pair_cost};
 use crate::tree::{Node, Tree, WIDTH, xyz};
+use arrayvec::ArrayVec;
+use core::mem;
 use wide::f32x4;
 
 /// Pairs that can be opened; those that find no room are only counted.
@@ -24,9 +26,9 @@ pub(super) struct Probe<'q> {
     trees: [&'q Tree; 2],
     relation: &'q Relation,
     keys: Keys,
-    costs: [f32; ROOM],
-    pairs: [Open; ROOM],
-    len: usize,
+    /// Those that can be opened, and the cost of each.
+    pairs: ArrayVec<Open, ROOM>,
+    costs: ArrayVec<f32, ROOM>,
     /// How much more may be spent.
     effort: usize,
     summary: FrontSummary,
@@ -46,9 +48,8 @@ impl<'q> Probe<'q> {
             trees,
             relation,
             keys: [[0.0; WIDTH]; WIDTH],
-            costs: [0.0; ROOM],
-            pairs: [Open { pair: Pair::new(0, 0), penetration: 0.0, crossing: 0.0 }; ROOM],
-            len: 0,
+            pairs: ArrayVec::new(),
+            costs: ArrayVec::new(),
             effort: 0,
             summary,
         }
@@ -62,12 +63,11 @@ impl<'q> Probe<'q> {
         let (penetration, crossing) = overlap(a, b, self.relation);
         let cost = pair_cost([a.self_cost, b.self_cost], penetration);
         let open = Open { pair, penetration, crossing };
-        if self.len < ROOM {
-            self.costs[self.len] = cost;
-            self.pairs[self.len] = open;
-            self.len += 1;
-        } else {
+        if self.pairs.is_full() {
             self.sum_up(cost, open);
+        } else {
+            self.pairs.push(open);
+            self.costs.push(cost);
         }
     }
 
@@ -92,8 +92,8 @@ impl<'q> Probe<'q> {
     pub fn finish(mut self, instructions: Instructions, effort: usize) -> FrontSummary {
         self.effort = effort;
         instructions.run(&mut self);
-        for i in 0..self.len {
-            self.sum_up(self.costs[i], self.pairs[i]);
+        for (cost, open) in mem::take(&mut self.costs).into_iter().zip(mem::take(&mut self.pairs)) {
+            self.sum_up(cost, open);
         }
         self.summary
     }
@@ -104,18 +104,16 @@ impl Kernel for &mut Probe<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        while self.len > 0 && self.effort > 0 {
+        while !self.pairs.is_empty() && self.effort > 0 {
             self.effort = self.effort.saturating_sub(PER_OPENING);
             let mut costliest = 0;
-            for i in 1..self.len {
+            for i in 1..self.costs.len() {
                 if self.costs[i] > self.costs[costliest] {
                     costliest = i;
                 }
             }
-            let pair = self.pairs[costliest].pair;
-            self.len -= 1;
-            self.costs[costliest] = self.costs[self.len];
-            self.pairs[costliest] = self.pairs[self.len];
+            self.costs.swap_remove(costliest);
+            let pair = self.pairs.swap_remove(costliest).pair;
             expand(lanes, pair, self.trees, self.relation, &mut Overlap, self);
         }
     }

@@ -68,6 +68,11 @@ impl Relation {
         }
     }
 
+    /// The middle of B's box from that of A's.
+    pub fn middle(&self) -> DVec3 {
+        self.triangles.translation.into()
+    }
+
     /// A direction in A's unit coordinates, for points in B's, and what is added for B's place.
     pub fn of_b(&self, direction: f32x4) -> (f32x4, f32) {
         let [x, y, z] = xyz(self.translation * direction);

@@ -1,11 +1,11 @@
 //! The box of a body in the scene.
 
+use crate::math::lanes::{F8, Portable, dot, greatest, least, per_axis};
 use crate::math::tolerance::{FRAME_ROUNDING, ROUNDING};
 use crate::math::{Aabb, Pose, rotation_deviation};
 use crate::tree::{Node, Tree};
 use core::f64::consts::PI;
-use glam::{DMat3, DVec3, Mat4, Vec3, Vec4};
-use wide::f32x8;
+use glam::{DMat3, DVec3, Vec3};
 
 /// Rounding that the box of a body allows for, relative to its distance and size.
 ///
@@ -72,39 +72,15 @@ const TURN_ROUNDING: f64 = 1e-12;
 
 /// Least and largest coordinates of the boxes below a node along three directions, given along its axes.
 #[inline(always)]
-fn reach(node: &Node, [x, y, z]: [DVec3; 3]) -> (DVec3, DVec3) {
-    let (x, y, z) = (along(node, x.as_vec3()), along(node, y.as_vec3()), along(node, z.as_vec3()));
-    let low = Mat4::from_cols(least(x.0), least(y.0), least(z.0), Vec4::ZERO).transpose();
-    let high = Mat4::from_cols(most(x.1), most(y.1), most(z.1), Vec4::ZERO).transpose();
-    let low = low.x_axis.min(low.y_axis).min(low.z_axis.min(low.w_axis));
-    let high = high.x_axis.max(high.y_axis).max(high.z_axis.max(high.w_axis));
-    (low.truncate().as_dvec3(), high.truncate().as_dvec3())
-}
-
-/// The same for each box, along one direction.
-#[inline(always)]
-fn along(node: &Node, direction: Vec3) -> (f32x8, f32x8) {
-    let (x, y, z) = (f32x8::splat(direction.x), f32x8::splat(direction.y), f32x8::splat(direction.z));
-    let ([a, b, c], [d, e, f]) = (node.center, node.half);
-    let center = f32x8::new(a) * x + f32x8::new(b) * y + f32x8::new(c) * z;
-    let half = f32x8::new(d) * x.abs() + f32x8::new(e) * y.abs() + f32x8::new(f) * z.abs();
-    (center - half, center + half)
-}
-
-#[inline(always)]
-fn least(lanes: f32x8) -> Vec4 {
-    let [low, high] = halves(lanes);
-    low.min(high)
-}
-
-#[inline(always)]
-fn most(lanes: f32x8) -> Vec4 {
-    let [low, high] = halves(lanes);
-    low.max(high)
-}
-
-#[inline(always)]
-fn halves(lanes: f32x8) -> [Vec4; 2] {
-    let [a, b, c, d, e, f, g, h] = lanes.to_array();
-    [Vec4::new(a, b, c, d), Vec4::new(e, f, g, h)]
+fn reach(node: &Node, directions: [DVec3; 3]) -> (DVec3, DVec3) {
+    let center = per_axis!(k => F8::load(Portable, &node.center[k]));
+    let half = per_axis!(k => F8::load(Portable, &node.half[k]));
+    let ends = per_axis!(i => {
+        let direction = directions[i].as_vec3().to_array();
+        let middle = dot(per_axis!(k => F8::splat(Portable, direction[k])), center);
+        let reach = dot(per_axis!(k => F8::splat(Portable, direction[k].abs())), half);
+        (middle - reach, middle + reach)
+    });
+    let (low, high) = (least(per_axis!(i => ends[i].0)), greatest(per_axis!(i => ends[i].1)));
+    (Vec3::from(low).as_dvec3(), Vec3::from(high).as_dvec3())
 }

@@ -266,13 +266,6 @@ fn refit(nodes: &mut [Node], at: u32) {
     node.moving = first.moving || second.moving;
 }
 
-/// [`Aabb::intersects`] without branches, which here go either way as often.
-#[inline(always)]
-pub(super) fn overlap(a: &Aabb, b: &Aabb) -> bool {
-    let below = a.min.cmple(b.max) & b.min.cmple(a.max);
-    below.x & below.y & below.z
-}
-
 /// The search for pairs that may meet.
 struct Search<'b> {
     nodes: &'b [Node],
@@ -296,7 +289,7 @@ impl Search<'_> {
     fn across(&mut self, x: u32, y: u32) {
         let (a, b) = (&self.nodes[x as usize], &self.nodes[y as usize]);
         // Most pairs end here, before a call is made for them.
-        if (a.new | b.new) & (a.moving | b.moving) && overlap(&a.bounds, &b.bounds) {
+        if (a.new | b.new) & (a.moving | b.moving) && a.bounds.intersects(&b.bounds) {
             if a.second != NONE || b.second != NONE {
                 self.below(x, y);
             } else if self.bodies.facts(a.body).may_meet(self.bodies.facts(b.body)) {

@@ -1,10 +1,8 @@
 //! Which job goes into which batch.
 
 use super::batch::Batch;
-use super::id::PairKey;
 use super::job::Job;
 use super::pairs::Pairs;
-use super::room::reserve;
 use crate::model::cost::WORK_PER_WITNESS;
 use alloc::vec::Vec;
 
@@ -17,31 +15,23 @@ const BATCH_WORK: u64 = 1 << 16;
 /// The usual share of the round robin is this part of what is left.
 const ROUND_ROBIN: u64 = 4;
 
-/// Deals the jobs of a round.
-#[derive(Debug, Default)]
-pub(super) struct Deal {
-    /// Sort keys and indices of jobs.
-    order: Vec<(u64, u32)>,
+/// The jobs of a round, and the batches that they are dealt to.
+pub(super) struct Deal<'s> {
+    pub jobs: &'s mut [Job],
+    pub batches: &'s mut [Batch],
+    pub pairs: &'s mut Pairs,
+    /// Buffer: sort keys and indices of jobs.
+    pub order: &'s mut Vec<(u64, u32)>,
     /// The job whose turn it is.
-    first_turn: usize,
+    pub first_turn: usize,
 }
 
-impl Deal {
-    /// Makes room for this many jobs.
-    pub fn reserve(&mut self, jobs: usize) {
-        reserve(&mut self.order, jobs);
-    }
-
-    /// Begins a round; the turns begin with the pair `cursor`, or the next after it.
-    pub fn start(&mut self, jobs: &[Job], cursor: PairKey) {
-        self.first_turn = jobs.partition_point(|job| job.key < cursor);
-    }
-
+impl Deal<'_> {
     /// Median and 90 % quantile of the cost of all open jobs: the sum of the medians, and to it the deviations of the
     /// quantiles from them added as those of independent variables.
-    pub fn expected(&self, jobs: &[Job]) -> [u64; 2] {
+    pub fn expected(&self) -> [u64; 2] {
         let (mut sum, mut squares) = (0, 0.0);
-        for job in jobs.iter().filter(|job| job.is_open()) {
+        for job in self.jobs.iter().filter(|job| job.open) {
             let deviation = f64::from(job.forecast.high - job.forecast.median);
             sum += job.median();
             squares += deviation * deviation;
@@ -50,19 +40,12 @@ impl Deal {
     }
 
     /// All jobs in the order of their turns, in blocks of equal expected cost.
-    pub fn all(
-        &self,
-        jobs: &mut [Job],
-        batches: &mut [Batch],
-        pairs: &mut Pairs,
-        [left, reserve, expected]: [u64; 3],
-        timed: bool,
-    ) {
+    pub fn all(&mut self, [left, reserve, expected]: [u64; 3], timed: bool) {
         let free = timed || left == u64::MAX;
         let blocks = if free { BATCHES as u64 } else { (left / BATCH_WORK).clamp(1, BATCHES as u64) };
         let block = expected / blocks + 1;
-        self.turns(jobs, batches, pairs, u64::MAX, |before| (before / block) as usize);
-        for (batch, index) in batches.iter_mut().zip(0..) {
+        self.turns(u64::MAX, |before| (before / block) as usize);
+        for (batch, index) in self.batches.iter_mut().zip(0..) {
             let own: u64 = batch.turns.iter().map(|state| state.turn.median).sum();
             let share = u128::from(left - reserve) * u128::from(own) / u128::from(expected.max(1));
             let share = share as u64 + if index == 0 { reserve } else { 0 };
@@ -71,23 +54,23 @@ impl Deal {
     }
 
     /// Jobs that a remembered witness may decide, as many as `work` allows. Whether there are any.
-    pub fn witnesses(&self, jobs: &mut [Job], batches: &mut [Batch], pairs: &mut Pairs, work: u64) -> bool {
+    pub fn witnesses(&mut self, work: u64) -> bool {
         // Its stopped run is resumed instead: for these poses the witnesses have been tested.
         let is_due = |job: &Job| job.witnessed && job.home.is_none();
-        let due = jobs.iter().filter(|job| is_due(job)).count() as u64;
+        let due = self.jobs.iter().filter(|job| is_due(job)).count() as u64;
         let most = due.min(work / WORK_PER_WITNESS) as usize;
         let block = most.div_ceil(BATCHES).max(1);
         let mut dealt = 0;
-        for at in (self.first_turn..jobs.len()).chain(0..self.first_turn) {
+        for at in self.in_turn() {
             if dealt == most {
                 break;
             }
-            if is_due(&jobs[at]) {
-                deal(jobs, at, batches, dealt / block, pairs);
+            if is_due(&self.jobs[at]) {
+                self.deal(at, dealt / block);
                 dealt += 1;
             }
         }
-        for batch in batches {
+        for batch in &mut *self.batches {
             batch.budget = batch.turns.len() as u64 * WORK_PER_WITNESS;
         }
         dealt > 0
@@ -95,17 +78,10 @@ impl Deal {
 
     /// Fills the batch of the round robin, then deals the rest by importance and hit probability per cost. `timed`: the
     /// threads that share a budget of time.
-    pub fn shares(
-        &mut self,
-        jobs: &mut [Job],
-        batches: &mut [Batch],
-        pairs: &mut Pairs,
-        [left, reserve]: [u64; 2],
-        timed: Option<usize>,
-    ) {
+    pub fn shares(&mut self, [left, reserve]: [u64; 2], timed: Option<usize>) {
         let turns = reserve.max(left / ROUND_ROBIN);
-        self.turns(jobs, batches, pairs, turns, |_| 0);
-        batches[0].budget = turns;
+        self.turns(turns, |_| 0);
+        self.batches[0].budget = turns;
 
         let others = match timed {
             Some(threads) => threads.clamp(1, BATCHES - 1),
@@ -113,25 +89,26 @@ impl Deal {
         };
         // Expected costs may be too high: twice as many jobs as fit are dealt.
         let ready = 2 * (left - turns);
-        self.order_by_rank(jobs, ready);
+        self.order_by_rank(ready);
         let mut before = 0;
-        for (dealt, &(_, job)) in self.order.iter().enumerate() {
-            before += deal(jobs, job as usize, batches, 1 + dealt % others, pairs);
+        for dealt in 0..self.order.len() {
+            before += self.deal(self.order[dealt].1 as usize, 1 + dealt % others);
             if before >= ready {
                 break;
             }
         }
-        let busy = batches[1..].iter().filter(|batch| !batch.turns.is_empty()).count().max(1) as u64;
-        for batch in &mut batches[1..] {
+        let others = &mut self.batches[1..];
+        let busy = others.iter().filter(|batch| !batch.turns.is_empty()).count().max(1) as u64;
+        for batch in others {
             batch.budget = if timed.is_some() { u64::MAX } else { (left - turns) / busy };
         }
     }
 
     /// Orders the open jobs by rank, as far as `work` may go.
-    fn order_by_rank(&mut self, jobs: &[Job], work: u64) {
+    fn order_by_rank(&mut self, work: u64) {
         self.order.clear();
         let mut expected = 0;
-        for (job, index) in jobs.iter().zip(0..).filter(|(job, _)| job.is_open()) {
+        for (job, index) in self.jobs.iter().zip(0..).filter(|(job, _)| job.open) {
             expected += job.median();
             self.order.push((job.rank, index));
         }
@@ -144,34 +121,32 @@ impl Deal {
         self.order.sort_unstable();
     }
 
-    /// Deals open jobs in the order of their turns, by key from the cursor on and around, until `work` is expected to be
-    /// spent. `batch` says where to, by the work before.
-    fn turns(
-        &self,
-        jobs: &mut [Job],
-        batches: &mut [Batch],
-        pairs: &mut Pairs,
-        work: u64,
-        batch: impl Fn(u64) -> usize,
-    ) {
+    /// Deals open jobs in the order of their turns until `work` is expected to be spent. `batch` says where to, by the work
+    /// before.
+    fn turns(&mut self, work: u64, batch: impl Fn(u64) -> usize) {
         let mut before = 0;
-        for at in (self.first_turn..jobs.len()).chain(0..self.first_turn) {
+        for at in self.in_turn() {
             if before >= work {
                 break;
             }
-            if jobs[at].is_open() {
-                before += deal(jobs, at, batches, batch(before), pairs);
+            if self.jobs[at].open {
+                before += self.deal(at, batch(before));
             }
         }
     }
-}
 
-/// Puts a job into the batch that holds its stopped run, or else into the one given. The work that is expected.
-fn deal(jobs: &mut [Job], index: usize, batches: &mut [Batch], batch: usize, pairs: &mut Pairs) -> u64 {
-    let job = &mut jobs[index];
-    let Some(mut state) = pairs.take(job.slot) else { return 0 };
-    state.turn = job.dealt(index as u32);
-    let batch = job.home.take().map_or(batch, usize::from);
-    batches[batch].turns.push(state);
-    job.median()
+    /// The jobs in the order of their turns: by key from the cursor on and around.
+    fn in_turn(&self) -> impl Iterator<Item = usize> + use<> {
+        (self.first_turn..self.jobs.len()).chain(0..self.first_turn)
+    }
+
+    /// Puts a job into the batch that holds its stopped run, or else into the one given. The work that is expected.
+    fn deal(&mut self, index: usize, batch: usize) -> u64 {
+        let job = &mut self.jobs[index];
+        let Some(mut state) = self.pairs.take(job.slot) else { return 0 };
+        state.turn = job.dealt(index as u32);
+        let batch = job.home.take().map_or(batch, usize::from);
+        self.batches[batch].turns.push(state);
+        job.median()
+    }
 }

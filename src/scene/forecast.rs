@@ -5,7 +5,7 @@ use crate::model::cost::{MAX_STEP_WORK, WORK_PER_QUERY};
 use crate::query::Verdict;
 
 /// Expectations of a pair.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Forecast {
     /// Work of a run to its end, median.
     pub median: u32,
@@ -19,8 +19,6 @@ pub(super) struct Forecast {
 }
 
 impl Forecast {
-    pub const NONE: Self = Self { median: 0, high: 0, search: 0, still: 0.0, chance: 0.0 };
-
     /// From what is remembered, or else from the fourth roots of the triangle counts. `age`: frames since it was decided.
     #[inline]
     pub fn new(state: &PairState, sizes: [f32; 2], age: u64) -> Self {

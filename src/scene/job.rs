@@ -18,15 +18,8 @@ pub(super) struct Job {
     pub home: Option<u8>,
     /// Whether its last witness is likely to decide it, and has not been tested yet.
     pub witnessed: bool,
-    pub progress: Progress,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Progress {
-    Open,
-    /// In a batch.
-    Dealt,
-    Done,
+    /// Whether it is neither in a batch nor at its end.
+    pub open: bool,
 }
 
 impl Job {
@@ -35,13 +28,9 @@ impl Job {
         self.forecast.median.into()
     }
 
-    pub fn is_open(&self) -> bool {
-        self.progress == Progress::Open
-    }
-
     /// Its turn in a batch, as the job `index` of the frame.
     pub fn dealt(&mut self, index: u32) -> Turn {
-        self.progress = Progress::Dealt;
+        self.open = false;
         let Self { key, witnessed, .. } = *self;
         Turn { key, index, median: self.median(), witnessed, spent: Spent::default() }
     }

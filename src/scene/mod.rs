@@ -359,10 +359,10 @@ impl Scene {
         self.bodies_mut().change(id, frame, change)
     }
 
-    fn frame<C: Clock>(
+    fn frame(
         &mut self,
         budget: Budget,
-        clock: &C,
+        clock: &dyn Clock,
         threads: usize,
         mut execute: impl FnMut(&mut [Batch], &Round, &Arc<Bodies>, &mut Box<Workspace>),
     ) {

@@ -1,7 +1,7 @@
 //! The pairs of bodies whose fat AABBs overlap, and what is kept about those whose boxes do.
 
 use super::body::{Bodies, Change};
-use super::broad::{Broad, overlap};
+use super::broad::Broad;
 use super::id::{PairKey, bodies_of};
 use super::room::{Room, reserve};
 use crate::model::calibration::Calibration;
@@ -193,7 +193,7 @@ impl Pairs {
         let mut overlapping = 0;
         for Candidate { key, slot } in &mut self.candidates {
             let [a, b] = bodies_of(*key);
-            if overlap(broad.bounds(a), broad.bounds(b)) {
+            if broad.bounds(a).intersects(broad.bounds(b)) {
                 overlapping += 1;
                 if *slot == NONE {
                     *slot = NEW;

@@ -24,7 +24,7 @@ use super::body::Bodies;
 use super::deal::{BATCHES, Deal};
 use super::forecast::Forecast;
 use super::id::{PairKey, bodies_of};
-use super::job::{Job, Progress, rank};
+use super::job::{Job, rank};
 use super::pairs::Pairs;
 use super::report::{PairCertificate, Report};
 use super::room::reserve;
@@ -46,7 +46,7 @@ const ESTIMATES: Duration = Duration::from_millis(1);
 const ROUNDS: u64 = 8;
 
 /// What a frame asks of the schedule.
-pub(super) struct Frame<'f, C> {
+pub(super) struct Frame<'f> {
     pub number: u64,
     pub mode: Mode,
     /// The frame in which this mode was first asked for; what older ones found is of another question.
@@ -54,12 +54,12 @@ pub(super) struct Frame<'f, C> {
     pub budget: Budget,
     /// When it began, for a budget of time.
     pub started: Option<Duration>,
-    pub clock: &'f C,
+    pub clock: &'f dyn Clock,
     pub bodies: &'f Bodies,
     pub threads: usize,
 }
 
-impl<C: Clock> Frame<'_, C> {
+impl Frame<'_> {
     /// When the budget ends, less what has to be kept for the rest of the frame.
     fn end(&self, rest: Duration) -> Option<Duration> {
         let end = self.started.zip(self.budget.time_limit()).map(|(start, limit)| start.saturating_add(limit));
@@ -85,9 +85,14 @@ struct Speed {
     nanos: f64,
 }
 
-impl Speed {
-    const GUESS: Self = Self { work: 1e5, nanos: 1e5 * TYPICAL_UNIT };
+impl Default for Speed {
+    /// A guess that soon fades.
+    fn default() -> Self {
+        Self { work: 1e5, nanos: 1e5 * TYPICAL_UNIT }
+    }
+}
 
+impl Speed {
     /// Other programs may have had the processor, for any time: a unit counts no more than four times what is usual.
     fn learn(&mut self, work: f64, nanos: f64) {
         self.work = 0.9 * self.work + work;
@@ -111,12 +116,13 @@ impl Kept {
     }
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Schedule {
     batches: Vec<Batch>,
     /// Those of the frame, ascending by pair.
     jobs: Vec<Job>,
-    deal: Deal,
+    /// Buffer for dealing them.
+    order: Vec<(u64, u32)>,
     /// The pair that the round robin begins with, and whether it has used up a guaranteed share.
     cursor: PairKey,
     overspent: bool,
@@ -130,24 +136,14 @@ pub(super) struct Schedule {
 
 impl Schedule {
     pub fn new() -> Self {
-        Self {
-            batches: (0..BATCHES).map(|_| Batch::new()).collect(),
-            jobs: Vec::new(),
-            deal: Deal::default(),
-            cursor: 0,
-            overspent: false,
-            speed: Speed::GUESS,
-            rest: Kept::default(),
-            estimate: Kept::default(),
-            calibration: Calibration::default(),
-        }
+        Self { batches: (0..BATCHES).map(|_| Batch::new()).collect(), ..Self::default() }
     }
 
     /// Makes room for this many pairs.
     pub fn reserve(&mut self, pairs: usize, report: &mut Report) {
         reserve(&mut self.jobs, pairs);
         reserve(&mut report.pairs, pairs);
-        self.deal.reserve(pairs);
+        reserve(&mut self.order, pairs);
         for batch in &mut self.batches {
             reserve(&mut batch.turns, pairs);
         }
@@ -156,16 +152,15 @@ impl Schedule {
     /// What the stopped run of a pair left open, if it is kept.
     pub fn certificate(&self, key: PairKey, trees: [&Tree; 2], b_in_a: Pose, mode: Mode) -> Option<PairCertificate> {
         let query = query(trees, b_in_a, mode);
-        let held = self.batches.iter().filter_map(Batch::stopped).filter(|&(held, _)| held == key);
-        let mut open = held.filter_map(|(_, workspace)| query.certificate(workspace).ok());
-        open.next()
-            .map(|open| PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
+        let mut held = self.batches.iter().filter_map(Batch::stopped).filter(|&(held, _)| held == key);
+        let open = held.find_map(|(_, workspace)| query.certificate(workspace).ok())?;
+        Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
     }
 
     /// Runs the overlapping pairs as far as the budget goes and fills the report. `execute` runs batches.
-    pub fn run<C: Clock>(
+    pub fn run(
         &mut self,
-        frame: &Frame<C>,
+        frame: &Frame,
         pairs: &mut Pairs,
         report: &mut Report,
         mut execute: impl FnMut(&mut [Batch], &Round),
@@ -210,33 +205,26 @@ impl Schedule {
     }
 
     /// Decides what the round is for and deals the jobs.
-    fn plan<C>(
-        &mut self,
-        frame: &Frame<C>,
-        round: &mut Round,
-        left: u64,
-        reserve: u64,
-        first: bool,
-        pairs: &mut Pairs,
-    ) {
-        let Self { deal, jobs, batches, cursor, .. } = self;
-        deal.start(jobs, *cursor);
+    fn plan(&mut self, frame: &Frame, round: &mut Round, left: u64, reserve: u64, first: bool, pairs: &mut Pairs) {
+        let Self { jobs, batches, order, cursor, .. } = self;
+        let first_turn = jobs.partition_point(|job| job.key < *cursor);
+        let mut deal = Deal { jobs, batches, pairs, order, first_turn };
         let timed = round.end.map(|_| frame.threads);
-        let [expected, high] = deal.expected(jobs);
+        let [expected, high] = deal.expected();
         (round.to_the_end, round.witnesses_only) = (high <= left - reserve, false);
         if round.to_the_end {
-            deal.all(jobs, batches, pairs, [left, reserve, expected], timed.is_some());
+            deal.all([left, reserve, expected], timed.is_some());
             return;
         }
-        round.witnesses_only = first && deal.witnesses(jobs, batches, pairs, left.saturating_sub(2 * reserve));
+        round.witnesses_only = first && deal.witnesses(left.saturating_sub(2 * reserve));
         if !round.witnesses_only {
-            deal.shares(jobs, batches, pairs, [left, reserve], timed);
+            deal.shares([left, reserve], timed);
         }
     }
 
     /// Estimates the queries that were stopped, at most one a batch and as long as there is time. Returns the time that it
     /// took.
-    fn estimate<C: Clock>(&mut self, frame: &Frame<C>, pairs: &mut Pairs, report: &mut Report) -> Duration {
+    fn estimate(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) -> Duration {
         let end = frame.end(self.rest.0);
         let mut total = Duration::ZERO;
         for batch in &self.batches {
@@ -266,7 +254,7 @@ impl Schedule {
     }
 
     /// Work that is left, `spent` being done; `u64::MAX` without a budget.
-    fn left<C: Clock>(&self, frame: &Frame<C>, end: Option<Duration>, spent: u64) -> u64 {
+    fn left(&self, frame: &Frame, end: Option<Duration>, spent: u64) -> u64 {
         let time = end.map(|end| end.saturating_sub(frame.clock.now()));
         let work = |time: Duration| (time.as_nanos() as f64 * frame.threads as f64 * self.speed.work_per_nano()) as u64;
         let in_time = time.map_or(u64::MAX, work);
@@ -274,7 +262,7 @@ impl Schedule {
     }
 
     /// Begins the report; what is known already is in it, the other pairs become jobs.
-    fn gather<C: Clock>(&mut self, frame: &Frame<C>, pairs: &mut Pairs, report: &mut Report) {
+    fn gather(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) {
         self.jobs.clear();
         report.begin();
         self.reserve(pairs.room(), report);
@@ -305,7 +293,8 @@ impl Schedule {
                 let (x, y) = (frame.bodies.facts(a), frame.bodies.facts(b));
                 let age = frame.number - state.decided;
                 let hit = frame.mode == Mode::Any && matches!(state.verdict, Verdict::Intersecting { .. });
-                let forecast = if forecasts { Forecast::new(state, [x.size, y.size], age) } else { Forecast::NONE };
+                let forecast =
+                    if forecasts { Forecast::new(state, [x.size, y.size], age) } else { Forecast::default() };
                 probability = if hit && state.refuted >= changed { forecast.chance } else { forecast.still };
                 self.jobs.push(Job {
                     key,
@@ -315,7 +304,7 @@ impl Schedule {
                     rank: rank(x.importance.max(y.importance), &forecast),
                     home: None,
                     witnessed: hit && state.refuted < changed,
-                    progress: Progress::Open,
+                    open: true,
                 });
             }
             report.push([a, b].map(|body| frame.bodies.id(body)), state, probability, complete);
@@ -350,7 +339,7 @@ impl Schedule {
             state.teach(&mut self.calibration, round.frame);
             let complete = state.completed == round.frame;
             let job = &mut self.jobs[state.turn.index as usize];
-            job.progress = if complete { Progress::Done } else { Progress::Open };
+            job.open = !complete;
             if !state.turn.witnessed && core::mem::replace(&mut job.witnessed, false) {
                 job.forecast.median = job.forecast.search;
                 report.pairs[job.place as usize].probability = job.forecast.chance.into();

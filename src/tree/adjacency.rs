@@ -122,10 +122,7 @@ mod tests {
         let ends = [corners(triangle)[edge], corners(triangle)[(edge + 1) % 3]];
         let same = |[x, y]: [u32; 2]| [x, y] == ends || [y, x] == ends;
         let has = |&other: &usize| [[0, 1], [1, 2], [2, 0]].iter().any(|e| same(e.map(|i| corners(other)[i])));
-        let cluster = |triangle: usize| {
-            let has = |node: &Node| node.is_cluster && node.triangle_range().contains(&triangle);
-            tree.nodes().iter().position(has).unwrap() as u32
-        };
+        let cluster = |triangle: usize| tree.nodes_above(triangle as u32)[1];
         (0..tree.mesh().len()).filter(|&other| other != triangle).filter(has).map(cluster).collect()
     }
 

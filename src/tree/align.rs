@@ -21,8 +21,7 @@ pub(super) fn align(unit: &Unit, mesh: &Mesh) -> Orientation {
     }
     let step = mesh.len().div_ceil(SAMPLES);
     let ids: Vec<u32> = (0..mesh.len() as u32).step_by(step).collect();
-    let samples: Vec<Triangle> = unit.triangles(mesh, &ids).collect();
-    Instructions::detect().run(Align { samples: &samples })
+    Instructions::detect().run(Align { samples: &unit.triangles(mesh, &ids) })
 }
 
 struct Align<'t> {
@@ -37,13 +36,13 @@ impl Kernel for Align<'_> {
         // Axes that are hardly better than the mesh's own are chance.
         const MARGIN: f32 = 0.95;
         let mut parts = self.samples.len().div_ceil(WIDTH);
-        let mut merged = alloc::vec![Moments::EMPTY; parts.div_ceil(WIDTH)];
+        let mut merged = alloc::vec![Moments::default(); parts.div_ceil(WIDTH)];
         for (i, chunk) in self.samples.chunks(WIDTH).enumerate() {
             merged[i / WIDTH].set(lanes, i % WIDTH, &Surfaces::of_triangles(lanes, chunk, i * WIDTH));
         }
         while parts > 1 {
             parts = merged.len();
-            let mut above = alloc::vec![Moments::EMPTY; parts.div_ceil(WIDTH)];
+            let mut above = alloc::vec![Moments::default(); parts.div_ceil(WIDTH)];
             for (i, part) in merged.iter().enumerate() {
                 above[i / WIDTH].set(lanes, i % WIDTH, &Surfaces::load(lanes, part));
             }

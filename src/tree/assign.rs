@@ -18,8 +18,7 @@ pub(super) fn choose_orientations(plan: &mut Plan, triangles: &[Triangle], effor
     let instructions = Instructions::detect();
     let parts = if pieces.count() > 1 { plan.parts(triangles.len() / pieces.count()) } else { Vec::new() };
     let above = above(&parts, plan.inner.len());
-    let mut families = Vec::new();
-    families.resize(plan.inner.len(), Moments::EMPTY);
+    let mut families = alloc::vec![Moments::default(); plan.inner.len()];
 
     let gather = |numbers: &[Range<usize>], families: &mut [Moments], first: usize| {
         instructions.run(Gather { plan, triangles, numbers, families, first });
@@ -67,7 +66,7 @@ impl Kernel for Gather<'_> {
         let Self { plan: Plan { nodes, inner }, triangles, numbers, families, first } = self;
         for numbers in numbers.iter().rev() {
             for number in numbers.clone().rev() {
-                let mut family = Moments::EMPTY;
+                let mut family = Moments::default();
                 let mut next = number + 1;
                 for (lane, child) in nodes[nodes[inner[number].node as usize].child_range()].iter().enumerate() {
                     if child.is_cluster {
@@ -125,7 +124,7 @@ impl Choose<'_> {
             None if self.triangles.is_empty() => return,
             None => Surfaces::of_triangles(lanes, self.triangles, 0),
         };
-        let mut alone = Moments::EMPTY;
+        let mut alone = Moments::default();
         alone.set(lanes, 0, &whole);
         self.siblings(lanes, &Surfaces::load(lanes, &alone), Orientation::IDENTITY, 0..1, 0);
     }

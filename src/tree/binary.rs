@@ -106,62 +106,55 @@ pub(super) fn build(mesh: &Mesh, unit: &Unit, orientation: &Orientation, effort:
     let mut nodes = Vec::with_capacity(items.len() / 2 + 1);
     if !items.is_empty() {
         let depth_left = most_depth(items.len());
-        Splitter { effort }.split(&mut items, 0, depth_left, &mut nodes, pieces);
+        split(effort, &mut items, 0, depth_left, &mut nodes, pieces);
     }
     BinaryTree { nodes, order: items.iter().map(Item::id).collect() }
 }
 
-#[derive(Clone, Copy)]
-struct Splitter {
-    effort: Effort,
+/// Splits `items`, which begin at `first` in tree order, and appends their nodes.
+fn split(effort: Effort, items: &mut [Item], first: u32, depth_left: u32, nodes: &mut Vec<BinaryNode>, pieces: Pieces) {
+    let mut bounds = Bounds::EMPTY;
+    let mut centers = Bounds::EMPTY;
+    for item in &*items {
+        bounds = bounds.union(item.min, item.max);
+        let center = item.center();
+        centers = centers.union(center, center);
+    }
+    let index = nodes.len();
+    nodes.push(BinaryNode { first, count: items.len() as u32, area: bounds.area(), right: 0 });
+    if items.len() <= CLUSTER {
+        return;
+    }
+    // A tree may lean for a while, but not so long that a balanced rest would no longer fit the depth.
+    let balanced = usize::BITS - (items.len() - 1).leading_zeros();
+    let middle = if depth_left > balanced { partition(effort, items, centers) } else { None };
+    let middle = middle.unwrap_or_else(|| halve(items, centers));
+    let (left, right) = items.split_at_mut(middle);
+    let (depth_left, second) = (depth_left - 1, first + middle as u32);
+    if pieces.count() < 2 {
+        split(effort, left, first, depth_left, nodes, pieces);
+        nodes[index].right = (nodes.len() - index) as u32;
+        split(effort, right, second, depth_left, nodes, pieces);
+    } else {
+        let mut of_right = Vec::new();
+        pieces.join(
+            [left.len(), right.len()],
+            |pieces| split(effort, left, first, depth_left, nodes, pieces),
+            |pieces| split(effort, right, second, depth_left, &mut of_right, pieces),
+        );
+        nodes[index].right = (nodes.len() - index) as u32;
+        nodes.append(&mut of_right);
+    }
 }
 
-impl Splitter {
-    /// Splits `items`, which begin at `first` in tree order, and appends their nodes.
-    fn split(self, items: &mut [Item], first: u32, depth_left: u32, nodes: &mut Vec<BinaryNode>, pieces: Pieces) {
-        let mut bounds = Bounds::EMPTY;
-        let mut centers = Bounds::EMPTY;
-        for item in &*items {
-            bounds = bounds.union(item.min, item.max);
-            let center = item.center();
-            centers = centers.union(center, center);
-        }
-        let index = nodes.len();
-        nodes.push(BinaryNode { first, count: items.len() as u32, area: bounds.area(), right: 0 });
-        if items.len() <= CLUSTER {
-            return;
-        }
-        // A tree may lean for a while, but not so long that a balanced rest would no longer fit the depth.
-        let balanced = usize::BITS - (items.len() - 1).leading_zeros();
-        let middle = if depth_left > balanced { self.partition(items, centers) } else { None };
-        let middle = middle.unwrap_or_else(|| halve(items, centers));
-        let (left, right) = items.split_at_mut(middle);
-        let (depth_left, second) = (depth_left - 1, first + middle as u32);
-        if pieces.count() < 2 {
-            self.split(left, first, depth_left, nodes, pieces);
-            nodes[index].right = (nodes.len() - index) as u32;
-            self.split(right, second, depth_left, nodes, pieces);
-        } else {
-            let mut of_right = Vec::new();
-            pieces.join(
-                [left.len(), right.len()],
-                |pieces| self.split(left, first, depth_left, nodes, pieces),
-                |pieces| self.split(right, second, depth_left, &mut of_right, pieces),
-            );
-            nodes[index].right = (nodes.len() - index) as u32;
-            nodes.append(&mut of_right);
-        }
-    }
-
-    /// Partitions `items` at the cheapest of the bin borders; `None` where no border separates them.
-    fn partition(self, items: &mut [Item], centers: Bounds) -> Option<usize> {
-        // Below this many triangles bins cost more than they bring.
-        const FEW: usize = 64;
-        match (self.effort, items.len() > FEW) {
-            (Effort::Best, true) => partition_in::<64>(items, centers),
-            (Effort::Best, false) | (Effort::Normal, true) => partition_in::<16>(items, centers),
-            (Effort::Normal, false) | (Effort::Fast, _) => partition_in::<8>(items, centers),
-        }
+/// Partitions `items` at the cheapest of the bin borders; `None` where no border separates them.
+fn partition(effort: Effort, items: &mut [Item], centers: Bounds) -> Option<usize> {
+    // Below this many triangles bins cost more than they bring.
+    const FEW: usize = 64;
+    match (effort, items.len() > FEW) {
+        (Effort::Best, true) => partition_in::<64>(items, centers),
+        (Effort::Best, false) | (Effort::Normal, true) => partition_in::<16>(items, centers),
+        (Effort::Normal, false) | (Effort::Fast, _) => partition_in::<8>(items, centers),
     }
 }
 

@@ -86,7 +86,7 @@ fn node(binary: &BinaryTree, index: usize, depth: u8, orientation: &Orientation)
         children: subtree.count as u8,
         is_cluster: subtree.is_cluster(),
         depth,
-        ..Node::EMPTY
+        ..Node::default()
     };
     node.set_orientation(orientation);
     node

@@ -66,18 +66,6 @@ impl<L: Lanes> Eight<L> {
 /// 1 in the first `count` lanes, 0 in the others.
 #[inline(always)]
 pub(super) fn present<L: Lanes>(lanes: L, count: usize) -> F8<L> {
-    const PRESENT: [[f32; WIDTH]; WIDTH + 1] = {
-        let mut present = [[0.0; WIDTH]; WIDTH + 1];
-        let mut count = 0;
-        while count <= WIDTH {
-            let mut i = 0;
-            while i < count {
-                present[count][i] = 1.0;
-                i += 1;
-            }
-            count += 1;
-        }
-        present
-    };
-    F8::load(lanes, &PRESENT[count])
+    const NUMBERS: [f32; WIDTH] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+    F8::load(lanes, &NUMBERS).less(F8::splat(lanes, count as f32)).and(F8::splat(lanes, 1.0))
 }

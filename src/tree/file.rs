@@ -27,10 +27,9 @@
 
 use super::binary::most_depth;
 use super::orientation::{MESH_ORIENTATION, Orientation};
-use super::profile::Profiles;
 use super::validate::{TreeFault, dense, each_once};
 use super::wide::{Node, WIDTH};
-use super::{Tree, Triangle, Unit, adjacency, next_identity, update};
+use super::{Tree, Unit};
 use crate::mesh::{Mesh, MeshError, TRIANGLE_BYTES};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -281,20 +280,13 @@ impl Tree {
         let mesh = Mesh::read(vertices, header.is_f64, triangles)?;
         let ids: Box<[u32]> = order.as_chunks().0.iter().map(|&id| u32::from_le_bytes(id)).collect();
         each_once(&ids, mesh.len())?;
-        let mut nodes = nodes(shapes, mesh.len(), orientations)?;
+        let nodes = nodes(shapes, mesh.len(), orientations)?;
         if !(header.cost >= 0.0 && header.cost.is_finite()) {
             return Err(TreeFileError::Cost(header.cost));
         }
         let unit = Unit::of(&mesh);
-        let triangles = unit.triangles(&mesh, &ids).collect::<Box<[Triangle]>>();
-        let mut profiles = Profiles::room(&mut nodes);
-        update::update(&mut nodes, &triangles, &mut profiles);
-        let neighbors = if header.has_neighbors { adjacency::neighbors(&mesh, &ids, &nodes) } else { Box::default() };
-        let (built_cost, identity) = (header.cost, next_identity());
-        let tree =
-            Self { mesh, unit, nodes, triangles, ids, profiles, neighbors, built_cost, identity, lineage: identity };
-        debug_assert_eq!(tree.validate(), Ok(()));
-        Ok(tree)
+        let triangles = unit.triangles(&mesh, &ids);
+        Ok(Self { built_cost: header.cost, ..Self::of_nodes(mesh, unit, nodes, triangles, ids, header.has_neighbors) })
     }
 }
 
@@ -402,7 +394,7 @@ fn most_levels(clusters: usize, inner: usize, triangles: usize) -> usize {
 }
 
 fn node(shape: u8) -> Node {
-    Node { children: shape & !(IS_CLUSTER | OWN_ORIENTATION), is_cluster: shape & IS_CLUSTER != 0, ..Node::EMPTY }
+    Node { children: shape & !(IS_CLUSTER | OWN_ORIENTATION), is_cluster: shape & IS_CLUSTER != 0, ..Node::default() }
 }
 
 fn own_orientation(index: usize, bytes: Option<&[u8; ORIENTATION]>) -> Result<Orientation, TreeFault> {

@@ -1,5 +1,6 @@
 //! Runs parts of a computation in threads, where that pays.
 
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
 
@@ -27,19 +28,16 @@ impl Pieces {
     }
 
     /// Runs both, which have the given sizes, and shares the pieces between them.
-    pub fn join<A: Send, B: Send>(
-        self,
-        sizes: [usize; 2],
-        a: impl FnOnce(Self) -> A + Send,
-        b: impl FnOnce(Self) -> B + Send,
-    ) -> (A, B) {
+    pub fn join(self, sizes: [usize; 2], a: impl FnOnce(Self) + Send, b: impl FnOnce(Self) + Send) {
         if self.count < 2 {
-            return (a(self), b(self));
+            a(self);
+            return b(self);
         }
         let share = (self.count as u128 * sizes[0] as u128 / (sizes[0] as u128 + sizes[1] as u128).max(1)) as usize;
         let share = share.clamp(1, self.count - 1);
         let of = |count| Self { count, ..self };
-        in_threads(|| a(of(share)), || b(of(self.count - share)))
+        let both: [Box<dyn FnOnce() + Send>; 2] = [Box::new(|| a(of(share))), Box::new(|| b(of(self.count - share)))];
+        self.each(both.into(), |one| one());
     }
 
     /// Does all jobs; each thread takes the next when it is done with one.
@@ -62,36 +60,13 @@ pub(super) fn split<T>(mut slice: &mut [T], ranges: impl Iterator<Item = Range<u
 }
 
 #[cfg(not(feature = "parallel"))]
-fn in_threads<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {
-    (a(), b())
-}
-
-#[cfg(not(feature = "parallel"))]
 fn share<J>(_: usize, jobs: Vec<J>, work: &impl Fn(J)) {
     jobs.into_iter().for_each(work);
 }
 
 #[cfg(feature = "parallel")]
-fn in_threads<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-    use std::sync::Mutex;
-    // If spawning fails, the closure would be dropped with the builder; kept in a slot, it can still run here.
-    let slot = Mutex::new(Some(a));
-    let take = || slot.lock().ok().and_then(|mut slot| slot.take()).map(|a| a());
-    let both = crossbeam_utils::thread::scope(|scope| {
-        let thread = scope.builder().spawn(|_| take());
-        let b = b();
-        let a = match thread {
-            Ok(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
-            Err(_) => None,
-        };
-        (a, b)
-    });
-    let (a, b) = both.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-    (a.or_else(take).expect("taken once, by the thread or here"), b)
-}
-
-#[cfg(feature = "parallel")]
 fn share<J: Send>(threads: usize, jobs: Vec<J>, work: &(impl Fn(J) + Sync)) {
+    use std::thread::{Builder, scope};
     let jobs = std::sync::Mutex::new(jobs.into_iter());
     let next = || jobs.lock().ok()?.next();
     let run = || {
@@ -99,12 +74,11 @@ fn share<J: Send>(threads: usize, jobs: Vec<J>, work: &(impl Fn(J) + Sync)) {
             work(job);
         }
     };
-    let done = crossbeam_utils::thread::scope(|scope| {
+    scope(|scope| {
         for _ in 1..threads {
             // The share of a thread that cannot be spawned is done by the others.
-            let _ = scope.builder().spawn(|_| run());
+            let _ = Builder::new().spawn_scoped(scope, run);
         }
         run();
     });
-    done.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
 }

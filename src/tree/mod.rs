@@ -117,18 +117,27 @@ impl Tree {
         let unit = Unit::of(&mesh);
         let whole = if options.orientations { align::align(&unit, &mesh) } else { Orientation::IDENTITY };
         let binary = binary::build(&mesh, &unit, &whole, options.effort, pieces);
-        let triangles = unit.triangles(&mesh, &binary.order).collect::<Box<[Triangle]>>();
+        let triangles = unit.triangles(&mesh, &binary.order);
         let mut plan = collapse::Plan::of(&binary, &whole);
         if options.orientations && options.effort != Effort::Fast {
             assign::choose_orientations(&mut plan, &triangles, options.effort, pieces);
         }
-        let mut nodes = plan.nodes.into_boxed_slice();
+        Self::of_nodes(mesh, unit, plan.nodes.into(), triangles, binary.order.into(), options.neighbors)
+    }
+
+    /// The tree of nodes whose places and orientations are known; boxes and profiles are computed here.
+    fn of_nodes(
+        mesh: Mesh,
+        unit: Unit,
+        mut nodes: Box<[Node]>,
+        triangles: Box<[Triangle]>,
+        ids: Box<[u32]>,
+        keep_neighbors: bool,
+    ) -> Self {
         let mut profiles = Profiles::room(&mut nodes);
         update::update(&mut nodes, &triangles, &mut profiles);
-        let built_cost = profiles.cost;
-        let identity = next_identity();
-        let ids: Box<[u32]> = binary.order.into();
-        let neighbors = if options.neighbors { adjacency::neighbors(&mesh, &ids, &nodes) } else { Box::default() };
+        let neighbors = if keep_neighbors { adjacency::neighbors(&mesh, &ids, &nodes) } else { Box::default() };
+        let (built_cost, identity) = (profiles.cost, next_identity());
         let tree =
             Self { mesh, unit, nodes, triangles, ids, profiles, neighbors, built_cost, identity, lineage: identity };
         debug_assert_eq!(tree.validate(), Ok(()));

@@ -14,13 +14,7 @@ pub(super) type Symmetric<L> = [F8<L>; 6];
 /// `[e(0), .., e(5)]`: a symmetric matrix entry by entry.
 macro_rules! per_entry {
     ($k:ident => $e:expr) => {
-        per_entry!(@ $k => $e; 0, 1, 2, 3, 4, 5)
-    };
-    (@ $k:ident => $e:expr; $($i:literal),*) => {
-        [$({
-            let $k = $i;
-            $e
-        }),*]
+        $crate::math::lanes::unrolled!($k in [0, 1, 2, 3, 4, 5] => $e)
     };
 }
 pub(super) use per_entry;
@@ -40,7 +34,7 @@ pub(super) struct Surfaces<L: Lanes> {
 }
 
 /// The same in memory.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 #[repr(C, align(32))]
 pub(super) struct Moments {
     area: [f32; WIDTH],
@@ -89,15 +83,6 @@ impl<L: Lanes> Surfaces<L> {
 }
 
 impl Moments {
-    pub const EMPTY: Self = Self {
-        area: [0.0; WIDTH],
-        mean: [[0.0; WIDTH]; 3],
-        covariance: [[0.0; WIDTH]; 6],
-        normals: [[0.0; WIDTH]; 6],
-        largest_area: [0.0; WIDTH],
-        largest: [0; WIDTH],
-    };
-
     /// Puts all lanes of `parts` together into lane `lane`.
     #[inline(always)]
     pub fn set<L: Lanes>(&mut self, lanes: L, lane: usize, parts: &Surfaces<L>) {

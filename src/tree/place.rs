@@ -4,8 +4,16 @@ use super::unit::{Triangle, Unit};
 use super::wide::WIDTH;
 use crate::math::lanes::{D8, F8, Instructions, Kernel, Lanes, per_axis};
 use crate::mesh::{Mesh, Vertices};
+use alloc::boxed::Box;
 
 impl Unit {
+    /// The triangles of `mesh` with the numbers `ids`.
+    pub fn triangles(self, mesh: &Mesh, ids: &[u32]) -> Box<[Triangle]> {
+        let mut triangles = alloc::vec![Triangle([[0.0; 4]; 3]); ids.len()].into_boxed_slice();
+        self.place(mesh, ids, &mut triangles);
+        triangles
+    }
+
     /// Computes `triangles`, which are those of `mesh` with the numbers `ids`.
     pub fn place(self, mesh: &Mesh, ids: &[u32], triangles: &mut [Triangle]) {
         let (unit, corners, instructions) = (self, mesh.triangles(), Instructions::detect());

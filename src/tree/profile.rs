@@ -9,6 +9,7 @@ use crate::math::lanes::{F8, Lanes, per_axis, sums};
 use alloc::boxed::Box;
 use core::f32::consts::LN_2;
 use glam::{Mat3A, Vec3, Vec3A};
+use wide::bytemuck::cast;
 use wide::{f32x4, i32x4};
 
 /// The boxes of one level of a subtree, counted down from its root; axes of the root, unit coordinates (multiply by
@@ -190,10 +191,8 @@ fn alpha(leaf: Vec3, own: Vec3, triangles: u32) -> Vec3 {
 fn log2(x: f32x4) -> f32x4 {
     // x = 2^e m, m within sqrt(1/2)..sqrt(2).
     let half_root = i32x4::splat(0x3f35_04f3);
-    let [a, b, c, d] = x.to_array();
-    let shifted = i32x4::new([bits(a), bits(b), bits(c), bits(d)]) - half_root;
-    let [a, b, c, d] = ((shifted & i32x4::splat(0x007f_ffff)) + half_root).to_array();
-    let m = f32x4::new([number(a), number(b), number(c), number(d)]);
+    let shifted = cast::<f32x4, i32x4>(x) - half_root;
+    let m: f32x4 = cast((shifted & i32x4::splat(0x007f_ffff)) + half_root);
     let e: i32x4 = shifted >> 23_i32;
     // ln m = 2 artanh t
     let t = (m - f32x4::ONE) / (m + f32x4::ONE);
@@ -208,8 +207,7 @@ fn exp2(x: f32x4) -> f32x4 {
     let y = (x - whole.round_float()) * f32x4::splat(LN_2);
     let power = polynomial(y, [1.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0]);
     let exponent: i32x4 = (whole + i32x4::splat(127)) << 23_i32;
-    let [a, b, c, d] = exponent.to_array();
-    power * f32x4::new([number(a), number(b), number(c), number(d)])
+    power * cast::<i32x4, f32x4>(exponent)
 }
 
 /// The sum of `coefficients[i] * x^i`; nothing is fused.
@@ -220,16 +218,6 @@ fn polynomial<const N: usize>(x: f32x4, coefficients: [f32; N]) -> f32x4 {
         sum = sum * x + f32x4::splat(coefficients[i]);
     }
     sum
-}
-
-#[inline(always)]
-fn bits(x: f32) -> i32 {
-    x.to_bits() as i32
-}
-
-#[inline(always)]
-fn number(bits: i32) -> f32 {
-    f32::from_bits(bits as u32)
 }
 
 /// Expected BV tests of a subtree against a copy of itself, averaged over all overlapping placements:

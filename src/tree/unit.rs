@@ -56,19 +56,6 @@ impl Unit {
     pub(super) fn scale(&self) -> f64 {
         power_of_two(-self.exponent)
     }
-
-    /// The triangles of `mesh` in the given order.
-    #[inline(always)]
-    pub fn triangles<'m>(self, mesh: &'m Mesh, order: &'m [u32]) -> impl ExactSizeIterator<Item = Triangle> + 'm {
-        let of_point = self.of_points();
-        order.iter().map(move |&id| {
-            let [a, b, c] = mesh.triangle(id as usize);
-            let (a, b, c) = (of_point(a), of_point(b), of_point(c));
-            let (p, e, f) = (a.as_vec3(), (b - a).as_vec3(), (c - a).as_vec3());
-            let rest = (a - p.as_dvec3()).as_vec3();
-            Triangle([[p.x, p.y, p.z, e.x], [e.y, e.z, f.x, f.y], [f.z, rest.x, rest.y, rest.z]])
-        })
-    }
 }
 
 /// Least `e` with `x < 2^e`, for a positive finite normal `x`; about that for a denormal one.

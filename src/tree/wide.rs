@@ -2,7 +2,7 @@
 
 use super::orientation::Orientation;
 use core::ops::Range;
-use glam::{Mat3, Mat3A, Vec3, Vec3A};
+use glam::{Mat3, Mat3A, Vec3};
 use wide::f32x4;
 
 /// Children of a node.
@@ -14,7 +14,7 @@ pub(crate) const MAX_HEIGHT: usize = 71;
 /// A node of the wide tree, five cache lines. Its children lie one after the other: nodes, or the triangles of a cluster.
 ///
 /// Boxes are centre and half extent along the node's own axes, unit coordinates.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
     /// The children's boxes, axis by axis.
@@ -52,38 +52,13 @@ pub(crate) struct Node {
 const _: () = assert!(size_of::<Node>() == 320);
 
 /// The first three lanes.
+#[inline(always)]
 pub(crate) fn xyz(v: f32x4) -> [f32; 3] {
     let [x, y, z, _] = v.to_array();
     [x, y, z]
 }
 
-/// The first three lanes.
-#[inline(always)]
-fn vec3a(v: f32x4) -> Vec3A {
-    Vec3A::from_array(xyz(v))
-}
-
 impl Node {
-    pub const EMPTY: Self = Self {
-        center: [[0.0; WIDTH]; 3],
-        half: [[0.0; WIDTH]; 3],
-        own_center: f32x4::ZERO,
-        own_half: f32x4::ZERO,
-        rotation: [f32x4::ZERO; 3],
-        size: 0.0,
-        orientation: 0,
-        first_child: 0,
-        first_triangle: 0,
-        triangles: 0,
-        profile: 0,
-        self_cost: 0.0,
-        alpha: 1.0,
-        children: 0,
-        is_cluster: false,
-        depth: 0,
-        height: 0,
-    };
-
     /// One bit for each child that there is.
     #[inline(always)]
     pub fn valid(&self) -> u32 {
@@ -114,7 +89,7 @@ impl Node {
     #[inline(always)]
     pub(super) fn axes(&self) -> Mat3A {
         let [x, y, z] = self.rotation;
-        Mat3A::from_cols(vec3a(x), vec3a(y), vec3a(z))
+        Mat3A::from_cols(xyz(x).into(), xyz(y).into(), xyz(z).into())
     }
 
     pub(super) fn orientation(&self) -> Orientation {

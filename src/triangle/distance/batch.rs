@@ -29,8 +29,8 @@ pub(crate) fn distances<L: Lanes>(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placem
 
 /// Squared lengths below this (A's units) count as this: no edge is so short and known.
 const LEAST_SQUARE: f32 = 1e-28;
-/// 2^100: where the error of a gap is less, none of the terms that it is a rounding of has overflowed.
-const LARGEST_ERROR: f32 = f32::from_bits((127 + 100) << 23);
+/// 2^90: where the error of a gap is less, none of the terms that it is a rounding of is near overflow.
+const LARGEST_ERROR: f32 = f32::from_bits((127 + 90) << 23);
 
 #[inline(always)]
 fn add<L: Lanes>(a: V8<L>, b: V8<L>) -> V8<L> {
@@ -115,7 +115,7 @@ impl<L: Lanes> Pair<L> {
         let length = (dot(n, n) + underflow).sqrt();
         // False also where one of them is no number.
         let is_proven = zero.less(certain).and(error.less(F8::splat(lanes, LARGEST_ERROR)));
-        is_proven.select(certain / length * F8::splat(lanes, 1.0 - 16.0 * ROUNDING), zero)
+        is_proven.select(certain / length * F8::splat(lanes, 1.0 - 9.0 * ROUNDING), zero)
     }
 }
 

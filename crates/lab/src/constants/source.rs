@@ -257,7 +257,7 @@ fn header(data: &Data) -> String {
 }
 
 fn constant(name: &str, kind: &str, value: &str, doc: &str) -> String {
-    format!("\n/// {doc}\n#[rustfmt::skip]\npub(super) const {name}: {kind} = {value};\n")
+    format!("\n/// {doc}\npub(super) const {name}: {kind} = {value};\n")
 }
 
 fn list<const N: usize>(name: &str, numbers: &[f64; N], doc: &str) -> String {
