@@ -136,11 +136,14 @@ impl<'t> DistanceQuery<'t> {
     pub fn run_with<C: Clock>(
         &self,
         workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
+        mut memory: Option<&mut PairMemory>,
         budget: Budget,
         clock: &C,
     ) -> Distance {
         let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        if let Some(memory) = memory.as_deref_mut() {
+            memory.bind(self.a, self.b);
+        }
         self.begin(workspace, memory.as_deref());
         self.spend(workspace, memory, &mut deadline)
     }
