@@ -71,8 +71,12 @@ impl Interval {
     /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are closer than the limit or the
     /// tolerance.
     pub fn is_decided(&self) -> bool {
-        let enough = if self.tolerance.spans_contact { self.tolerance.absolute } else { 0.0 };
-        self.high <= self.margin + enough || self.has_limit() && self.high <= self.limit + self.margin
+        let enough = match self.tolerance {
+            _ if self.has_limit() => self.limit,
+            Tolerance { spans_contact: true, absolute, .. } => absolute,
+            _ => 0.0,
+        };
+        self.high <= self.margin + enough
     }
 
     /// Whether a pair that is at least this far apart matters. One that may meet does as long as nothing is decided.
