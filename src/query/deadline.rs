@@ -127,3 +127,25 @@ impl<'c> Deadline<'c> {
         Some((left.as_nanos() as f64 / SLOWEST_UNIT.max(SLOWEST_TO_MEAN * mean)) as u64)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::query::ManualClock;
+
+    #[test]
+    fn slow_units_bring_the_looks_closer_together() {
+        let clock = ManualClock::new();
+        let mut deadline = Deadline::of(Budget::time(Duration::from_micros(100)), 1, &clock);
+        deadline.begin(0);
+        assert_eq!(deadline.stop(0), None);
+        let second = deadline.next_look;
+        assert_eq!(second, 33_333, "100 us at 3 ns a unit");
+        clock.advance(Duration::from_micros(50));
+        assert_eq!(deadline.stop(second), None);
+        let third = deadline.next_look;
+        assert_eq!(third - second, 4_166, "50 us at eight times 1.5 ns a unit");
+        clock.advance(Duration::from_micros(50));
+        assert_eq!(deadline.stop(third), Some(StopReason::Deadline));
+    }
+}
