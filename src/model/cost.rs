@@ -4,8 +4,6 @@
 //! to time within about 20 % (`docs/performance.md`); a default [`CostModel`] is those weights at
 //! 0.36 ns a unit.
 
-use core::time::Duration;
-
 /// Work of opening one node pair, besides its BV tests.
 ///
 /// One unit of work is the time that one more BV test adds to an opened pair, about 0.36 ns. The weights are part of what a
@@ -45,9 +43,12 @@ pub(crate) const WORK_PER_PLANNED_PAIR: u64 = 15;
 /// Nanoseconds of a unit of work, the median over 8,373 queries (`docs/performance.md`).
 pub(crate) const TYPICAL_UNIT: f64 = 0.36;
 
-/// Upper bound on the time of a unit of work, as far as a machine allows one: eight times what is usual. With 1 ns, large
-/// trees out of cache were 5 us late in one call of a hundred.
-pub(crate) const SLOWEST_UNIT: Duration = Duration::from_nanos(3);
+/// Upper bound on the nanoseconds of a unit of work, as far as a machine allows one: eight times what is usual. With 1 ns,
+/// large trees out of cache were 5 us late in one call of a hundred.
+pub(crate) const SLOWEST_UNIT: f64 = 3.0;
+
+/// The same, relative to the mean of a call.
+pub(crate) const SLOWEST_TO_MEAN: f64 = 8.0;
 
 /// Nanoseconds of setting up a query, as measured by [`CostModel::measure`].
 const TYPICAL_SETUP: f64 = 61.0;

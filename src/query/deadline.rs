@@ -1,11 +1,12 @@
 //! When a call has to stop: after so much time, after so much work, or both. Queries and scenes share this one notion.
 //!
 //! Looking at the clock costs as much as a hundred units of work. So from the time that is left follows how much work
-//! cannot pass the deadline, at [`SLOWEST_UNIT`] a unit, and the clock is asked again only when that is done.
+//! cannot pass the deadline, and the clock is asked again only when that is done. A unit is assumed to take no more than
+//! [`SLOWEST_UNIT`], or [`SLOWEST_TO_MEAN`] times the mean so far if that is more, as on a slow or a busy machine.
 
 use super::budget::{Budget, Clock};
 use super::outcome::StopReason;
-use crate::model::cost::{MAX_STEP_WORK, SLOWEST_UNIT};
+use crate::model::cost::{MAX_STEP_WORK, SLOWEST_TO_MEAN, SLOWEST_UNIT};
 use core::time::Duration;
 
 /// Watches the end of a call, or of all queries of a frame. The stop rule is [`Deadline::stop`].
@@ -20,6 +21,9 @@ pub(crate) struct Deadline<'c> {
     reserve: u64,
     /// Work that cannot pass the end.
     safe: u64,
+    /// The first look and the work since.
+    first_look: Option<Duration>,
+    done: u64,
     /// Work of the query at hand when `left` and `safe` were last brought up to date, and when the stop rule looks again.
     at: u64,
     next_look: u64,
@@ -28,6 +32,7 @@ pub(crate) struct Deadline<'c> {
 
 impl<'c> Deadline<'c> {
     /// The end of a budget that begins now.
+    #[inline(always)]
     pub fn of(budget: Budget, poll_interval: u64, clock: &'c dyn Clock) -> Self {
         let started = budget.time.map(|_| clock.now());
         let end = started.zip(budget.time).map(|(now, limit)| now.saturating_add(limit));
@@ -39,7 +44,8 @@ impl<'c> Deadline<'c> {
     pub fn at(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
         let safe = if end.is_some() { 0 } else { u64::MAX };
         let (poll_interval, reserve) = (MAX_STEP_WORK, MAX_STEP_WORK - 1);
-        Self { clock, started: None, end, left: work, reserve, safe, at: 0, next_look: 0, poll_interval }
+        let (at, next_look, first_look, done) = (0, 0, None, 0);
+        Self { clock, started: None, end, left: work, reserve, safe, first_look, done, at, next_look, poll_interval }
     }
 
     /// Begins or resumes a query that has done `work`.
@@ -61,11 +67,8 @@ impl<'c> Deadline<'c> {
             return Some(StopReason::WorkLimit);
         }
         if self.is_timed() {
-            let time = self.time_left();
-            if time.is_zero() {
-                return Some(StopReason::Deadline);
-            }
-            self.safe = work_within(time).max(self.poll_interval);
+            let Some(safe) = self.safe_work() else { return Some(StopReason::Deadline) };
+            self.safe = safe.max(self.poll_interval);
         }
         self.begin(work);
         None
@@ -81,12 +84,13 @@ impl<'c> Deadline<'c> {
     pub fn spend(&mut self, work: u64) {
         self.left = self.left.saturating_sub(work);
         self.safe = self.safe.saturating_sub(work);
+        self.done += work;
     }
 
     /// Whether there is room for `work` more, done as slowly as it may be.
     pub fn has_room(&mut self, work: u64) -> bool {
         if self.safe < work && self.is_timed() {
-            self.safe = work_within(self.time_left());
+            self.safe = self.safe_work().unwrap_or(0);
         }
         self.left >= work && self.safe >= work
     }
@@ -109,16 +113,39 @@ impl<'c> Deadline<'c> {
     }
 
     /// Time since the start; known only under a budget of time.
+    #[inline]
     pub fn elapsed(&self) -> Option<Duration> {
         self.started.map(|started| self.clock.now().saturating_sub(started))
     }
 
-    fn time_left(&self) -> Duration {
-        self.end.map_or(Duration::MAX, |end| end.saturating_sub(self.clock.now()))
+    /// Looks at the clock: work that takes no longer than the time that is left; `None` if it is up.
+    fn safe_work(&mut self) -> Option<u64> {
+        let (end, now) = (self.end?, self.clock.now());
+        let first = *self.first_look.get_or_insert(now);
+        let mean = now.saturating_sub(first).as_nanos() as f64 / self.done.max(1) as f64;
+        let left = end.checked_sub(now).filter(|left| !left.is_zero())?;
+        Some((left.as_nanos() as f64 / SLOWEST_UNIT.max(SLOWEST_TO_MEAN * mean)) as u64)
     }
 }
 
-/// Work that takes no longer than this.
-fn work_within(time: Duration) -> u64 {
-    (time.as_nanos() / SLOWEST_UNIT.as_nanos()).min(u128::from(u64::MAX)) as u64
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::query::ManualClock;
+
+    #[test]
+    fn slow_units_bring_the_looks_closer_together() {
+        let clock = ManualClock::new();
+        let mut deadline = Deadline::of(Budget::time(Duration::from_micros(100)), 1, &clock);
+        deadline.begin(0);
+        assert_eq!(deadline.stop(0), None);
+        let second = deadline.next_look;
+        assert_eq!(second, 33_333, "100 us at 3 ns a unit");
+        clock.advance(Duration::from_micros(50));
+        assert_eq!(deadline.stop(second), None);
+        let third = deadline.next_look;
+        assert_eq!(third - second, 4_166, "50 us at eight times 1.5 ns a unit");
+        clock.advance(Duration::from_micros(50));
+        assert_eq!(deadline.stop(third), Some(StopReason::Deadline));
+    }
 }

@@ -10,6 +10,7 @@ use super::memory::PairMemory;
 use super::nearest;
 use super::outcome::{Stats, StopReason};
 use super::queue::{Origin, Pair};
+use super::strategy::Strategy;
 use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, ResumeError, Workspace};
@@ -189,7 +190,7 @@ impl<'t> DistanceQuery<'t> {
     /// Prepares the workspace for a run from the roots.
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>) {
         workspace.clear();
-        workspace.run.key = Some(self.key());
+        workspace.run.begin(self.key(), Strategy::NONE);
         if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }

@@ -75,8 +75,9 @@ pub struct Estimate {
 const EFFORT_BEFORE: usize = 48;
 const EFFORT_AFTER: usize = 120;
 
-/// Most pairs of a front that are looked at; the others count as the mean of these.
+/// Most pairs of a front that are looked at, and how many at once; the others count as the mean of these.
 const SAMPLE: usize = 256;
+const SAMPLE_STEP: usize = 8;
 
 impl Query<'_> {
     /// What this query will take, if nothing stops it, given what is remembered of the pair. Takes about 1 microsecond, no
@@ -103,7 +104,17 @@ impl Query<'_> {
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
     pub fn estimate(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> Result<Estimate, ResumeError> {
-        let front = self.front(workspace)?;
+        self.estimate_while(workspace, memory, &|| true)
+    }
+
+    /// [`Query::estimate`] that looks at fewer pairs of the front, at least eight, and opens fewer, if there is no time for all.
+    pub(crate) fn estimate_while(
+        &self,
+        workspace: &Workspace,
+        memory: Option<&PairMemory>,
+        goes_on: &dyn Fn() -> bool,
+    ) -> Result<Estimate, ResumeError> {
+        let front = self.front_while(workspace, goes_on)?;
         let memory = self.known(memory);
         let run = &workspace.run;
         let decided = run.found > 0 && self.options.mode == Mode::Any;
@@ -119,6 +130,10 @@ impl Query<'_> {
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
     pub fn front(&self, workspace: &Workspace) -> Result<FrontSummary, ResumeError> {
+        self.front_while(workspace, &|| true)
+    }
+
+    fn front_while(&self, workspace: &Workspace, goes_on: &dyn Fn() -> bool) -> Result<FrontSummary, ResumeError> {
         let run = &workspace.run;
         if run.key != Some(self.key()) {
             return Err(ResumeError);
@@ -132,10 +147,17 @@ impl Query<'_> {
         };
         let open = workspace.open_nodes().count();
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
-        let mut probe = Probe::new([self.a, self.b], &relation, summary);
-        workspace.open_nodes().take(SAMPLE).for_each(|pair| probe.add(pair));
+        let mut probe = Probe::new([self.a, self.b], &relation, summary, goes_on);
+        let mut sample = 0;
+        for pair in workspace.open_nodes().take(SAMPLE) {
+            if sample > 0 && sample % SAMPLE_STEP == 0 && !goes_on() {
+                break;
+            }
+            probe.add(pair);
+            sample += 1;
+        }
         let mut front = probe.finish(workspace.instructions, EFFORT_AFTER);
-        let beyond = open.saturating_sub(SAMPLE) as f64 / SAMPLE as f64;
+        let beyond = (open - sample) as f64 / sample.max(1) as f64;
         front.node_pairs += beyond * front.node_pairs;
         front.cost += beyond * front.cost;
         front.depth += beyond * front.depth;
@@ -145,7 +167,7 @@ impl Query<'_> {
     /// The front before the query: its root, opened on trial.
     pub fn front_before(&self) -> FrontSummary {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
-        let mut probe = Probe::new([self.a, self.b], &relation, FrontSummary::default());
+        let mut probe = Probe::new([self.a, self.b], &relation, FrontSummary::default(), &|| true);
         if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
             probe.add(Pair::new(0, 0));
         }

@@ -53,7 +53,6 @@ pub(crate) use strategy::Strategy;
 pub use workspace::{ResumeError, Workspace};
 
 use crate::math::Pose;
-use crate::math::random::Random;
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::{Tree, WIDTH};
@@ -176,13 +175,13 @@ impl<'t> Query<'t> {
     /// deadline, in the end every [`Query::poll_interval`] units of work. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Outcome {
-        self.run_with(workspace, None, budget, &SystemClock::default())
+        by_system_clock(budget, |clock| self.run_by(workspace, None, budget, clock))
     }
 
     /// [`Query::run`] with what is remembered of the pair from the frame before, and will be for the next.
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Outcome {
-        self.run_with(workspace, Some(memory), budget, &SystemClock::default())
+        by_system_clock(budget, |clock| self.run_by(workspace, Some(memory), budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -193,7 +192,7 @@ impl<'t> Query<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Outcome, ResumeError> {
-        self.resume_with(workspace, None, budget, &SystemClock::default())
+        by_system_clock(budget, |clock| self.resume_by(workspace, None, budget, clock))
     }
 
     /// [`Query::resume`] with what is remembered of the pair.
@@ -207,25 +206,18 @@ impl<'t> Query<'t> {
         memory: &mut PairMemory,
         budget: Budget,
     ) -> Result<Outcome, ResumeError> {
-        self.resume_with(workspace, Some(memory), budget, &SystemClock::default())
+        by_system_clock(budget, |clock| self.resume_by(workspace, Some(memory), budget, clock))
     }
 
     /// [`Query::run`] by a clock of the caller's, with or without a memory.
     pub fn run_with<C: Clock>(
         &self,
         workspace: &mut Workspace,
-        mut memory: Option<&mut PairMemory>,
+        memory: Option<&mut PairMemory>,
         budget: Budget,
         clock: &C,
     ) -> Outcome {
-        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
-        if let Some(memory) = &mut memory {
-            memory.bind(self.a, self.b);
-        }
-        let fits = |limit| self.fits(limit, memory.as_deref(), &workspace.cost_model);
-        let strategy = Strategy::choose(&self.options, budget, self.can_march(), fits);
-        self.begin(workspace, memory.as_deref(), strategy);
-        self.spend(workspace, memory, &mut deadline)
+        self.run_by(workspace, memory, budget, clock)
     }
 
     /// [`Query::resume`] by a clock of the caller's, with or without a memory.
@@ -238,6 +230,33 @@ impl<'t> Query<'t> {
         memory: Option<&mut PairMemory>,
         budget: Budget,
         clock: &C,
+    ) -> Result<Outcome, ResumeError> {
+        self.resume_by(workspace, memory, budget, clock)
+    }
+
+    fn run_by(
+        &self,
+        workspace: &mut Workspace,
+        mut memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> Outcome {
+        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        if let Some(memory) = &mut memory {
+            memory.bind(self.a, self.b);
+        }
+        let fits = |limit| self.fits(limit, memory.as_deref(), &workspace.cost_model);
+        let strategy = Strategy::choose(&self.options, budget, self.can_march(), fits);
+        self.begin(workspace, memory.as_deref(), strategy);
+        self.spend(workspace, memory, &mut deadline)
+    }
+
+    fn resume_by(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &dyn Clock,
     ) -> Result<Outcome, ResumeError> {
         if !self.is_stopped_in(workspace) {
             return Err(ResumeError);
@@ -285,13 +304,10 @@ impl<'t> Query<'t> {
     }
 
     /// Prepares the workspace for a run from the roots.
+    #[inline(always)]
     pub(crate) fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, strategy: Strategy) {
         workspace.clear();
-        workspace.run.key = Some(self.key());
-        workspace.run.strategy = strategy;
-        if let Order::Random(seed) = self.options.order {
-            workspace.run.random = Random::new(seed);
-        }
+        workspace.run.begin(self.key(), strategy);
         let remembered = memory.filter(|memory| memory.last_verdict() != Some(false) && memory.is_of(self.a, self.b));
         let witnesses = remembered.map_or(&[][..], PairMemory::witnesses);
         match strategy.warm_start {
@@ -322,7 +338,6 @@ impl<'t> Query<'t> {
     }
 
     /// Spends a budget on the run in the workspace; learns what it costs.
-    #[inline]
     fn spend(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, deadline: &mut Deadline) -> Outcome {
         let before = deadline.is_timed().then(|| workspace.counts());
         let stop = self.advance(workspace, memory, deadline);
@@ -336,6 +351,7 @@ impl<'t> Query<'t> {
     }
 
     /// Goes on with the run in the workspace until it is over or the deadline stops it.
+    #[inline(always)]
     pub(crate) fn advance(
         &self,
         workspace: &mut Workspace,
@@ -365,4 +381,11 @@ impl<'t> Query<'t> {
         }
         stop
     }
+}
+
+/// Runs by the clock of the system if the budget has a limit of time. Otherwise no clock is asked, and to make that of the
+/// system, which looks at it, would cost up to a twentieth of a small query.
+#[cfg(feature = "std")]
+fn by_system_clock<R>(budget: Budget, run: impl FnOnce(&dyn Clock) -> R) -> R {
+    if budget.time.is_some() { run(&SystemClock::default()) } else { run(&ManualClock::new()) }
 }

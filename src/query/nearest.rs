@@ -78,6 +78,8 @@ const NOTHING: Interval =
 #[derive(Clone, Debug)]
 pub(super) struct Search {
     pub interval: Interval,
+    /// Whether a query has begun since all was cleared.
+    is_used: bool,
     /// Dives that are left.
     dives: usize,
     /// Where the dive at hand goes on.
@@ -95,6 +97,7 @@ impl Search {
     pub const fn new() -> Self {
         Self {
             interval: NOTHING,
+            is_used: false,
             dives: 0,
             dive: None,
             waiting: ArrayVec::new_const(),
@@ -105,6 +108,10 @@ impl Search {
     }
 
     pub fn clear(&mut self) {
+        if !self.is_used {
+            return;
+        }
+        self.is_used = false;
         (self.interval, self.dives, self.dive, self.first_bucket) = (NOTHING, 0, None, None);
         self.waiting.clear();
         self.proposed.clear();
@@ -113,7 +120,7 @@ impl Search {
 
     /// Begins with a triangle pair that is likely to be close, or else with dives.
     pub fn begin(&mut self, interval: Interval, guess: Option<[u32; 2]>) {
-        self.interval = interval;
+        (self.interval, self.is_used) = (interval, true);
         match guess {
             Some(pair) => self.proposed.push(Bounded { pair, low: 0.0 }),
             // With a limit there is something to compare with already.

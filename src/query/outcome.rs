@@ -126,6 +126,13 @@ impl Stats {
         elapsed: None,
     };
 
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        (self.bv_tests, self.primitive_tests, self.exact_tests, self.work) = (0, 0, 0, 0);
+        self.bv_tests_per_level = [0; LEVELS];
+        (self.queue_peak, self.elapsed) = (0, None);
+    }
+
     /// The counts that time depends on; node pairs that were opened stand for box updates.
     pub fn counts(&self) -> Counts {
         let others =

@@ -31,6 +31,8 @@ pub(super) struct Probe<'q> {
     costs: ArrayVec<f32, ROOM>,
     /// How much more may be spent.
     effort: usize,
+    /// Whether there is time for another opening.
+    goes_on: &'q dyn Fn() -> bool,
     summary: FrontSummary,
 }
 
@@ -43,7 +45,12 @@ struct Open {
 }
 
 impl<'q> Probe<'q> {
-    pub fn new(trees: [&'q Tree; 2], relation: &'q Relation, summary: FrontSummary) -> Self {
+    pub fn new(
+        trees: [&'q Tree; 2],
+        relation: &'q Relation,
+        summary: FrontSummary,
+        goes_on: &'q dyn Fn() -> bool,
+    ) -> Self {
         Self {
             trees,
             relation,
@@ -51,6 +58,7 @@ impl<'q> Probe<'q> {
             pairs: ArrayVec::new(),
             costs: ArrayVec::new(),
             effort: 0,
+            goes_on,
             summary,
         }
     }
@@ -88,7 +96,7 @@ impl<'q> Probe<'q> {
         summary.crossing = summary.crossing.max(open.crossing.into());
     }
 
-    /// Opens the costliest pairs, as long as the effort lasts, and sums up what is left.
+    /// Opens the costliest pairs, as long as the effort and the time last, and sums up what is left.
     pub fn finish(mut self, instructions: Instructions, effort: usize) -> FrontSummary {
         self.effort = effort;
         instructions.run(&mut self);
@@ -104,7 +112,7 @@ impl Kernel for &mut Probe<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        while !self.pairs.is_empty() && self.effort > 0 {
+        while !self.pairs.is_empty() && self.effort > 0 && (self.goes_on)() {
             self.effort = self.effort.saturating_sub(PER_OPENING);
             let mut costliest = 0;
             for i in 1..self.costs.len() {

@@ -60,6 +60,7 @@ impl Strategy {
     ///
     /// What no budget can cut short, or a budget of time is not expected to, goes depth-first, unless another order was
     /// asked for. Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing.
+    #[inline(always)]
     pub fn choose(
         options: &Options,
         budget: Budget,

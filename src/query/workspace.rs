@@ -5,6 +5,7 @@ use super::distance;
 use super::march::March;
 use super::nearest::Search;
 use super::options::Options;
+use super::order::Order;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
 use super::strategy::Strategy;
@@ -69,6 +70,22 @@ pub(super) struct Run {
 }
 
 impl Run {
+    /// Forgets the run before. Field by field: zeros are stored faster than a constant is copied.
+    #[inline(always)]
+    pub fn begin(&mut self, key: Key, strategy: Strategy) {
+        if let Asked::Intersection(options) = key.asked
+            && let Order::Random(seed) = options.order
+        {
+            self.random = Random::new(seed);
+        }
+        self.key = Some(key);
+        self.strategy = strategy;
+        self.stopped = false;
+        self.stats.clear();
+        self.found = 0;
+        self.witness = None;
+    }
+
     /// BV tests of all levels.
     pub fn bv_tests(&self) -> u64 {
         self.stats.bv_tests_per_level.iter().sum()
@@ -256,6 +273,8 @@ impl Workspace {
         self.front.iter().filter(move |pair| !marched || !self.march.has_visited(pair.nodes))
     }
 
+    /// Empties the buffers.
+    #[inline(always)]
     pub(super) fn clear(&mut self) {
         self.front.clear();
         self.waiting.clear();
@@ -267,7 +286,6 @@ impl Workspace {
         self.march.clear();
         self.search.clear();
         self.found.clear();
-        self.run = NO_RUN;
     }
 }
 

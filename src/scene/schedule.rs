@@ -34,13 +34,17 @@ use crate::model::cost::{LEAST_WORK, TYPICAL_UNIT, WORK_PER_PLANNED_PAIR};
 use crate::query::{Budget, Clock, Mode, Verdict};
 use crate::tree::Tree;
 use alloc::vec::Vec;
+use core::cell::Cell;
 use core::time::Duration;
 
 /// The guaranteed share of the round robin is this part of the budget.
 const GUARANTEED: u64 = 8;
 
-/// The least time of a frame that affords estimates of its stopped queries.
+/// The least time of a frame that affords estimates of its stopped queries, the part of it that is kept for them, and the most
+/// of that for each thread.
 const ESTIMATES: Duration = Duration::from_millis(1);
+const ESTIMATES_PART: u32 = 32;
+const ESTIMATES_MOST: Duration = Duration::from_micros(50);
 
 /// Most rounds of a frame. Leftovers are small after two or three.
 const ROUNDS: u64 = 8;
@@ -66,9 +70,10 @@ impl Frame<'_> {
         end.map(|end| end.saturating_sub(rest))
     }
 
-    /// Whether stopped queries are asked how sure they are.
-    fn has_estimates(&self) -> bool {
-        self.budget.time_limit().is_none_or(|limit| limit >= ESTIMATES)
+    /// Time that is kept for asking stopped queries how sure they are; none if they are not asked.
+    fn for_estimates(&self) -> Option<Duration> {
+        let limit = self.budget.time_limit().unwrap_or(Duration::MAX);
+        (limit >= ESTIMATES).then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads as u32))
     }
 
     /// The last frame in which something about a pair was new.
@@ -127,9 +132,8 @@ pub(super) struct Schedule {
     cursor: PairKey,
     overspent: bool,
     speed: Speed,
-    /// Time from the end of the last batch to that of the frame without estimates, and that of an estimate.
+    /// Time from the end of the last batch to that of the frame, without that of estimates before they are cut short.
     rest: Kept,
-    estimate: Kept,
     /// Of what estimates tell.
     pub calibration: Calibration,
 }
@@ -166,8 +170,8 @@ impl Schedule {
         mut execute: impl FnMut(&mut [Batch], &Round),
     ) {
         self.gather(frame, pairs, report);
-        let estimates = if frame.has_estimates() { self.estimate.0 * frame.threads as u32 } else { Duration::ZERO };
-        let end = frame.end(self.rest.0 + estimates);
+        let estimates = frame.for_estimates();
+        let end = frame.end(self.rest.0 + estimates.unwrap_or_default());
         let mut round = Round { frame: frame.number, mode: frame.mode, to_the_end: true, witnesses_only: false, end };
         let total = self.left(frame, end, 0);
         let (mut last, mut shared) = (None, false);
@@ -196,11 +200,12 @@ impl Schedule {
                 self.speed.learn(spent as f64, nanos);
             }
         }
-        let estimating = if frame.has_estimates() { self.estimate(frame, pairs, report) } else { Duration::ZERO };
+        let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, pairs, report));
         report.finish();
         if let Some(ended) = last {
             let took = frame.clock.now().saturating_sub(ended).saturating_sub(estimating);
-            self.rest.learn(took, Duration::from_nanos(2_000 + 20 * report.pairs.len() as u64));
+            let most = Duration::from_nanos(2_000 + 20 * report.pairs.len() as u64) + estimates.unwrap_or_default();
+            self.rest.learn(took, most);
         }
     }
 
@@ -222,35 +227,37 @@ impl Schedule {
         }
     }
 
-    /// Estimates the queries that were stopped, at most one a batch and as long as there is time. Returns the time that it
-    /// took.
+    /// Estimates the queries that were stopped, at most one a batch and as long as there is time. Returns the time that it took
+    /// before that was over.
     fn estimate(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) -> Duration {
         let end = frame.end(self.rest.0);
-        let mut total = Duration::ZERO;
+        let began = end.map_or(Duration::ZERO, |_| frame.clock.now());
+        let last_look = Cell::new(began);
+        let goes_on = || {
+            end.is_none_or(|end| {
+                last_look.set(frame.clock.now());
+                last_look.get() < end
+            })
+        };
         for batch in &self.batches {
             let Some((key, workspace)) = batch.stopped() else { continue };
             let Ok(at) = self.jobs.binary_search_by_key(&key, |job| job.key) else { continue };
             let [Some(a), Some(b)] = bodies_of(key).map(|body| frame.bodies.at(body)) else { continue };
-            let began = end.map(|_| frame.clock.now());
-            if began.zip(end).is_some_and(|(now, end)| now.saturating_add(self.estimate.0) > end) {
+            if !goes_on() {
                 break;
             }
             let (place, slot) = (self.jobs[at].place, self.jobs[at].slot);
             let query = query([&a.body.tree, &b.body.tree], a.relative(b), frame.mode);
             let Some(state) = pairs.state(slot) else { continue };
-            if let Ok(mut estimate) = query.estimate(workspace, Some(&state.memory)) {
+            if let Ok(mut estimate) = query.estimate_while(workspace, Some(&state.memory), &goes_on) {
                 // More than there is room for are not needed.
                 let _ = state.told.try_push(estimate.probability);
                 estimate.probability = self.calibration.apply(estimate.probability);
                 report.estimate(place as usize, &estimate);
             }
-            if let Some(began) = began {
-                let took = frame.clock.now().saturating_sub(began);
-                self.estimate.learn(took, Duration::from_micros(50));
-                total += took;
-            }
         }
-        total
+        let interrupted = end.map_or(began, |end| end.min(last_look.get()));
+        interrupted.saturating_sub(began)
     }
 
     /// Work that is left, `spent` being done; `u64::MAX` without a budget.

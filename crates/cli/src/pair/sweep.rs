@@ -40,6 +40,7 @@ pub struct Sweeper<'a> {
     /// For queries that are none of the program's own: their truth.
     aside: Workspace,
     memory: Option<PairMemory>,
+    clock: SystemClock,
     /// Pairs of the query at hand, and those only.
     found: Vec<[u32; 2]>,
 }
@@ -50,7 +51,8 @@ impl<'a> Sweeper<'a> {
         if args.portable {
             workspace.use_portable_kernels();
         }
-        Self { args, a, b, workspace, aside: Workspace::new(), memory: None, found: Vec::new() }
+        let (aside, clock) = (Workspace::new(), SystemClock::default());
+        Self { args, a, b, workspace, aside, memory: None, clock, found: Vec::new() }
     }
 
     pub fn first_sweep(
@@ -104,7 +106,7 @@ impl<'a> Sweeper<'a> {
         self.found.clear();
         let start = Instant::now();
         let query = self.query(pose);
-        let clock = SystemClock::default();
+        let clock = self.clock;
         let budget = self.args.budget();
         let mut outcome = query.run_with(&mut self.workspace, self.memory.as_mut(), budget, &clock);
         while outcome.stop == StopReason::PairsFull {
