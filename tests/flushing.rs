@@ -3,6 +3,11 @@
 #![cfg(target_arch = "x86_64")]
 
 mod common;
+#[path = "common/distance.rs"]
+mod distance;
+#[path = "common/exact_distance.rs"]
+mod exact_distance;
+use common::reference;
 
 use common::MODES;
 use common::check::{ENOUGH, assert_complete, run_to_end};
@@ -136,6 +141,40 @@ fn no_verdict_is_false_where_denormal_numbers_are_flushed() {
         }
         println!("{size:?}: {decided} decided, {meet} of them meet, {refused} refused");
         assert!(meet > 0 || matches!(size, Size::NearF64 | Size::SomeDenormal), "{size:?}");
+        assert_eq!(refused > 0, size != Size::Ordinary, "{size:?}");
+    }
+}
+
+/// Bounds included, wherever the query stops.
+#[test]
+fn no_distance_is_false_where_denormal_numbers_are_flushed() {
+    let mut random = Random::new(22);
+    let mut workspace = Workspace::new();
+    for size in [Size::Ordinary, Size::NearF32, Size::NearF64, Size::SomeTiny, Size::SomeDenormal, Size::DenormalPose] {
+        let (mut told, mut refused) = (0, 0);
+        for round in 0..40 {
+            let [a, b] = [mesh(size, &mut random), mesh(size, &mut random)].map(Tree::new);
+            let b_in_a = pose(size, &mut random);
+            let mut truth = distance::Truth::new(&a, &b, &b_in_a);
+            let flags = [FLUSH_TO_ZERO, DENORMALS_ARE_ZERO, FLUSH_TO_ZERO | DENORMALS_ARE_ZERO][round % 3];
+            for asked in truth.questions() {
+                let query = asked.query(&a, &b, b_in_a);
+                let budget = [Budget::work(random.below(4000) as u64), distance::ENOUGH][round % 2];
+                let said = with_flags(flags, || distance::run(&query, &mut workspace, budget));
+                truth.assert_sound(&asked, &said);
+                match said.stop {
+                    StopReason::FlushedToZero => {
+                        assert_eq!((said.low, said.high, said.closer), (0.0, f64::INFINITY, None));
+                        refused += 1;
+                        let rest = distance::resume(&query, &mut workspace, distance::ENOUGH);
+                        truth.assert_complete(&asked, &rest);
+                    }
+                    StopReason::Finished => truth.assert_complete(&asked, &said),
+                    _ => told += 1,
+                }
+            }
+        }
+        println!("{size:?}: {told} stopped, {refused} refused");
         assert_eq!(refused > 0, size != Size::Ordinary, "{size:?}");
     }
 }

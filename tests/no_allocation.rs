@@ -1,5 +1,6 @@
 //! A query touches no allocator: in any mode and order, with and without memory, finished, stopped, resumed, with
-//! full buffers, through the exact stage, and while its certificate is read. Nor does a refit.
+//! full buffers, through the exact stage, and while its certificate is read; of distances as of intersections. Nor does a
+//! refit.
 
 #[path = "common/allocations.rs"]
 mod allocations;
@@ -12,7 +13,9 @@ use allocations::allocator_calls;
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
-use punctual::{Budget, ManualClock, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes};
+use punctual::{
+    Budget, DistanceQuery, ManualClock, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
+};
 
 #[test]
 fn the_counter_counts() {
@@ -49,6 +52,20 @@ fn use_query(query: &Query, workspace: &mut Workspace, mut memory: Option<&mut P
     }
 }
 
+/// The same of a distance query.
+fn use_distance(query: &DistanceQuery, workspace: &mut Workspace, mut memory: Option<&mut PairMemory>) {
+    let clock = ManualClock::ticking(Duration::from_micros(1));
+    for budget in [Budget::work(0), Budget::work(2_000), Budget::time(Duration::from_micros(3)), Budget::unlimited()] {
+        let mut said = query.run_with(workspace, memory.as_deref_mut(), budget, &clock);
+        while said.stop != StopReason::Finished {
+            let more =
+                [Budget::work(5_000), Budget::time(Duration::from_micros(30))][usize::from(said.stats.work % 2 == 1)];
+            said = query.resume_with(workspace, memory.as_deref_mut(), more, &clock).unwrap();
+        }
+        let _ = black_box(said);
+    }
+}
+
 #[track_caller]
 fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
     let workspaces = [Workspace::new(), Workspace::with_capacity(0, 1), Workspace::with_capacity(3, 5)];
@@ -66,6 +83,16 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
                     assert_eq!(calls, 0, "{mode:?} {order:?}");
                 }
             }
+        }
+        let query = DistanceQuery::new(a, b, pose);
+        for query in [query, query.absolute_tolerance(0.0), query.margins([0.1, 0.2]), query.closer_than(0.5)] {
+            let mut memory = PairMemory::new();
+            let calls = allocator_calls(|| {
+                use_distance(&query, &mut workspace, None);
+                use_distance(&query, &mut workspace, Some(&mut memory));
+                use_distance(&query, &mut workspace, Some(&mut memory));
+            });
+            assert_eq!(calls, 0, "{query:?}");
         }
     }
 }

@@ -13,8 +13,8 @@ use common::random::{Drift, Random, pose_about};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, Budget, BuildOptions, Calibration, CostModel, Counts, Effort, Filter, ManualClock, Mode, PairMemory, Pose,
-    Query, Reach, Scene, Tree, TreeStats, Verdict, Workspace, shapes,
+    Body, Budget, BuildOptions, Calibration, CostModel, Counts, DistanceQuery, Effort, Filter, ManualClock, Mode,
+    PairMemory, Pose, Query, Reach, Scene, Tree, TreeStats, Verdict, Workspace, shapes,
 };
 use serde_json::{Value, from_str, json, to_string, to_value};
 
@@ -159,6 +159,21 @@ fn a_memory_that_somebody_made_up_changes_no_verdict() {
                 assert_eq!(outcome.found, expected.found);
                 assert_eq!(outcome.verdict == Verdict::Separated, expected.verdict == Verdict::Separated);
             }
+        }
+    }
+    let clock = ManualClock::new();
+    for nearest in [[0, 0], [319, 255], [u32::MAX, 0], [0, u32::MAX], [320, 5]] {
+        let text = json!({ "nearest": nearest }).to_string();
+        let query = DistanceQuery::new(&a, &b, Pose::IDENTITY).closer_than(0.01);
+        let expected = query.run_with(&mut workspace, None, ENOUGH, &clock);
+        for budget in [ENOUGH, Budget::work(1)] {
+            let mut memory: PairMemory = from_str(&text).unwrap();
+            let said = query.run_with(&mut workspace, Some(&mut memory), budget, &clock);
+            again(&said);
+            assert!(said.closer == expected.closer || said.closer.is_none() && budget != ENOUGH);
+            // One that exists is looked at first.
+            let exists = (nearest[0] as usize) < a.mesh().len() && (nearest[1] as usize) < b.mesh().len();
+            assert!(budget == ENOUGH || said.nearest.is_some() == exists, "{nearest:?} {said:?}");
         }
     }
     let too_many = json!({ "witnesses": vec![[0, 0]; 17] });

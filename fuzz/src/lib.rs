@@ -4,6 +4,10 @@
 
 #[path = "../../tests/common/check.rs"]
 pub mod check;
+#[path = "../../tests/common/distance.rs"]
+pub mod distance;
+#[path = "../../tests/common/exact_distance.rs"]
+pub mod exact_distance;
 #[path = "../../tests/common/oracle.rs"]
 pub mod oracle;
 #[path = "../../tests/common/reference.rs"]

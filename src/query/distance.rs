@@ -134,11 +134,14 @@ impl<'t> DistanceQuery<'t> {
     pub fn run_with<C: Clock>(
         &self,
         workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
+        mut memory: Option<&mut PairMemory>,
         budget: Budget,
         clock: &C,
     ) -> Distance {
         let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        if let Some(memory) = memory.as_deref_mut() {
+            memory.bind(self.a, self.b);
+        }
         self.begin(workspace, memory.as_deref());
         self.spend(workspace, memory, &mut deadline)
     }
@@ -272,8 +275,10 @@ pub struct Nearest {
 #[non_exhaustive]
 pub struct Distance {
     /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
+    #[cfg_attr(feature = "serde", serde(with = "bound"))]
     pub low: f64,
     /// Proven: the distance of [`Distance::nearest`], and 0 only if the surfaces meet. Infinite if nothing was found yet.
+    #[cfg_attr(feature = "serde", serde(with = "bound"))]
     pub high: f64,
     /// The closest triangles found.
     pub nearest: Option<Nearest>,
@@ -284,4 +289,18 @@ pub struct Distance {
     pub stop: StopReason,
     /// What it has done.
     pub stats: Stats,
+}
+
+/// Infinity is written as nothing, since not every format has it.
+#[cfg(feature = "serde")]
+mod bound {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(bound: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        Some(*bound).filter(|bound| bound.is_finite()).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
+    }
 }

@@ -149,6 +149,7 @@ impl PairMemory {
 
     /// After a call of a distance query.
     pub(super) fn remember_nearest(&mut self, a: &Tree, b: &Tree, interval: &Interval) {
+        // That of a call that resumes a run may be another one than at its start.
         self.bind(a, b);
         self.nearest = interval.nearest().map(|(pair, _)| pair).or(self.nearest);
     }

@@ -147,7 +147,7 @@ impl Truth {
         let [m, n] = asked.margins;
         assert_ne!(exact.order_of_sum(&[high, m, n]), Ordering::Less, "{triangles:?} are not {high:e} apart");
         assert!(points.iter().all(|point| point.is_finite()), "{points:?}");
-        let rounding = self.size * 1e-13 + self.reach * 1e-15 + f64::MIN_POSITIVE;
+        let rounding = self.size * 1e-13 + (self.reach + m + n) * 2e-15 + f64::MIN_POSITIVE;
         for ((point, triangle), margin) in points.iter().zip([a, b]).zip(asked.margins) {
             let off = exact_distance::Distance::of(&[*point; 3], triangle);
             assert_ne!(off.order_of_sum(&[margin, rounding]), Ordering::Less, "{point} is not on {triangle:?}");
@@ -170,8 +170,9 @@ impl Truth {
             assert!(said.closer.is_some() || close_call, "undecided: {asked:?} {said:?}, is {distance:e}");
             return;
         }
-        assert!(!self.meet() || said.high == 0.0, "they meet: {asked:?} {said:?}");
-        assert!(distance > margin - rounding || said.high == 0.0, "they overlap: {asked:?} {said:?}, {distance:e}");
+        let is_told = said.high == 0.0;
+        assert!(!self.meet() || is_told, "they meet: {asked:?} {said:?}");
+        assert!(distance > margin - rounding || is_told, "they overlap: {asked:?} {said:?}, {distance:e}");
         let absolute = asked.absolute.unwrap_or(self.tolerance);
         let tolerance = absolute.max(said.low * asked.relative) + rounding;
         assert!(said.high - said.low <= tolerance, "{asked:?} {said:?}, is {distance:e} of {:e}", self.size);
@@ -194,6 +195,7 @@ impl Truth {
         ];
         let limits = [0.0, 0.9 * close, 1.1 * close, distance, distance.next_down().max(0.0), distance.next_up()];
         questions.extend(limits.map(Question::closer_than));
+        questions.push(Question { absolute: Some(2.0 * close), ..Question::closer_than(0.9 * close) });
         let thick = |limit| Question { margins: [part, rest], closer_than: Some(limit), ..exact };
         questions.extend([0.2, 0.3, 1.0 - 0.3 - 0.45].map(|share| thick(share * distance)));
         questions

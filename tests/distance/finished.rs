@@ -144,7 +144,7 @@ fn parallel_plates() {
 #[test]
 fn concentric_spheres_and_coincident_copies() {
     let mut workspace = Workspace::new();
-    let sphere = shapes::icosphere(2);
+    let sphere = shapes::icosphere(1);
     let tree = Tree::new(sphere.clone());
     for factor in [0.5, 0.9, 0.999, 1.0 - 1e-7, 1.0 - 1e-12, 1.0, 1.1] {
         let inner = Tree::new(scaled(&sphere, factor, DVec3::ZERO));
