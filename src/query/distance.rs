@@ -34,7 +34,7 @@ pub(super) struct Options {
 /// **Guarantee.** Whenever it stops, `low <= distance <= high`: no point of A's surface is closer to B's than `low`, and two
 /// named points of two named triangles are `high` apart. Both bounds only ever improve, and a query that is finished ends
 /// with them as close as the tolerance asks. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
-/// meet says so, unless an absolute tolerance was asked for.
+/// meet says so, whatever the tolerance.
 ///
 /// ```
 /// use punctual::{Budget, DistanceQuery, Pose, Tree, Workspace, shapes};
@@ -61,20 +61,17 @@ impl<'t> DistanceQuery<'t> {
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let absolute = DEFAULT_TOLERANCE * a.unit_length().max(b.unit_length());
-        let tolerance = Tolerance { absolute, relative: 0.0, spans_contact: false };
+        let tolerance = Tolerance { absolute, relative: 0.0 };
         let options = Options { tolerance, margins: [0.0; 2], limit: f64::INFINITY, poll_interval: MAX_STEP_WORK };
         Self { a, b, b_in_a, options }
     }
 
     /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
     /// can tell. Surfaces with large parallel parts have many pairs of triangles that are all but equally far apart; a
-    /// tolerance spares the comparison. Above 0 it may leave open whether surfaces meet that are closer than this; without
-    /// this call, that is decided.
+    /// tolerance spares the comparison. Whether surfaces meet is decided with any tolerance.
     #[must_use]
     pub fn absolute_tolerance(mut self, length: f64) -> Self {
-        let tolerance = &mut self.options.tolerance;
-        tolerance.absolute = length.max(0.0);
-        tolerance.spans_contact = tolerance.absolute > 0.0;
+        self.options.tolerance.absolute = length.max(0.0);
         self
     }
 

@@ -7,7 +7,7 @@
 
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, ends};
 use super::views::{Relation, View, Views};
-use crate::math::lanes::{F8, Lanes, V8, dot, per_axis};
+use crate::math::lanes::{F8, Kernel, Lanes, V8, dot, per_axis};
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::batch::Rows;
 use glam::DVec3;
@@ -164,41 +164,8 @@ impl BoxTest for Gaps {
     }
 
     #[inline(always)]
-    fn both<L: Lanes>(&self, lanes: L, facing: Facing, [alive_x, alive_y]: [u32; 2], keys: &mut Keys) -> u64 {
-        let Facing { nodes: [x, y], views: [of_x, of_y], scales, is_a } = facing;
-        let y_rows = self.boxes(lanes, y, scales[1]);
-        let seen = y_rows.seen(lanes, of_y);
-        let (y_along, y_in_x) = (self.along(lanes, !is_a, &y_rows, &seen), seen.slabs());
-        let scale = f32x4::splat(scales[0]);
-        let (center, half) = (x.own_center * scale, x.own_half * scale);
-        let (low, high) = ends(center, half);
-        let gaps = y_in_x.gaps(lanes, low, high);
-        let along = y_along + F8::splat(lanes, self.along_one(is_a, center, half, of_x));
-        let alive_y = alive_y & self.near(lanes, self.keys(lanes, gaps, gaps, along));
-        if alive_y == 0 {
-            return 0;
-        }
-        let x_rows = self.boxes(lanes, x, scales[0]);
-        let seen = x_rows.seen(lanes, of_x);
-        let (x_along, x_in_y) = (self.along(lanes, is_a, &x_rows, &seen), seen.slabs());
-        let (center, half) = facing.other();
-        let (low, high) = ends(center, half);
-        let gaps = x_in_y.gaps(lanes, low, high);
-        let along = x_along + F8::splat(lanes, self.along_one(!is_a, center, half, of_y));
-        let mut alive_x = alive_x & self.near(lanes, self.keys(lanes, gaps, gaps, along));
-        let (x_rows, x_in_y, x_along) = (x_rows.slabs().store(), x_in_y.store(), x_along.store());
-        let y_rows = y_rows.slabs();
-        let mut pairs = 0;
-        while alive_x != 0 {
-            let i = alive_x.trailing_zeros() as usize;
-            alive_x &= alive_x - 1;
-            let in_x = y_in_x.gaps_at(lanes, &x_rows, i);
-            let in_y = y_rows.gaps_at(lanes, &x_in_y, i);
-            let near = self.keys(lanes, in_x, in_y, y_along + F8::splat(lanes, x_along[i]));
-            keys[i] = near.store();
-            pairs |= u64::from(self.near(lanes, near) & alive_y) << (WIDTH * i);
-        }
-        pairs
+    fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64 {
+        lanes.run(Both { gaps: self, facing, alive, keys })
     }
 
     #[inline(always)]
@@ -259,5 +226,56 @@ impl BoxTest for Gaps {
         keys: &mut Keys,
     ) -> u64 {
         self.both(lanes, facing, [alive, facing.nodes[1].valid()], keys)
+    }
+}
+
+/// The given children of two nodes. Compiled once, as it is large and asked for in several places.
+struct Both<'k> {
+    gaps: &'k Gaps,
+    facing: Facing<'k>,
+    alive: [u32; 2],
+    keys: &'k mut Keys,
+}
+
+impl Kernel for Both<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> u64 {
+        let Self { gaps, facing, alive: [alive_x, alive_y], keys } = self;
+        let Facing { nodes: [x, y], views: [of_x, of_y], scales, is_a } = facing;
+        let y_rows = gaps.boxes(lanes, y, scales[1]);
+        let seen = y_rows.seen(lanes, of_y);
+        let (y_along, y_in_x) = (gaps.along(lanes, !is_a, &y_rows, &seen), seen.slabs());
+        let scale = f32x4::splat(scales[0]);
+        let (center, half) = (x.own_center * scale, x.own_half * scale);
+        let (low, high) = ends(center, half);
+        let apart = y_in_x.gaps(lanes, low, high);
+        let along = y_along + F8::splat(lanes, gaps.along_one(is_a, center, half, of_x));
+        let alive_y = alive_y & gaps.near(lanes, gaps.keys(lanes, apart, apart, along));
+        if alive_y == 0 {
+            return 0;
+        }
+        let x_rows = gaps.boxes(lanes, x, scales[0]);
+        let seen = x_rows.seen(lanes, of_x);
+        let (x_along, x_in_y) = (gaps.along(lanes, is_a, &x_rows, &seen), seen.slabs());
+        let (center, half) = facing.other();
+        let (low, high) = ends(center, half);
+        let apart = x_in_y.gaps(lanes, low, high);
+        let along = x_along + F8::splat(lanes, gaps.along_one(!is_a, center, half, of_y));
+        let mut alive_x = alive_x & gaps.near(lanes, gaps.keys(lanes, apart, apart, along));
+        let (x_rows, x_in_y, x_along) = (x_rows.slabs().store(), x_in_y.store(), x_along.store());
+        let y_rows = y_rows.slabs();
+        let mut pairs = 0;
+        while alive_x != 0 {
+            let i = alive_x.trailing_zeros() as usize;
+            alive_x &= alive_x - 1;
+            let in_x = y_in_x.gaps_at(lanes, &x_rows, i);
+            let in_y = y_rows.gaps_at(lanes, &x_in_y, i);
+            let near = gaps.keys(lanes, in_x, in_y, y_along + F8::splat(lanes, x_along[i]));
+            keys[i] = near.store();
+            pairs |= u64::from(gaps.near(lanes, near) & alive_y) << (WIDTH * i);
+        }
+        pairs
     }
 }

@@ -7,8 +7,6 @@ use crate::triangle::distance::Closest;
 pub(super) struct Tolerance {
     pub absolute: f64,
     pub relative: f64,
-    /// Whether the absolute one is close enough even where it leaves open if the surfaces meet.
-    pub spans_contact: bool,
 }
 
 /// Bounds of the distance of two surfaces, in the length unit of the meshes.
@@ -68,18 +66,13 @@ impl Interval {
         (cut * cut * (1.0 + 4.0 * f32::EPSILON)).max(1e-36)
     }
 
-    /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are closer than the limit or the
-    /// tolerance.
+    /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are closer than the limit.
     pub fn is_decided(&self) -> bool {
-        let enough = match self.tolerance {
-            _ if self.has_limit() => self.limit,
-            Tolerance { spans_contact: true, absolute, .. } => absolute,
-            _ => 0.0,
-        };
-        self.high <= self.margin + enough
+        self.high <= self.margin || self.has_limit() && self.high <= self.limit + self.margin
     }
 
-    /// Whether a pair that is at least this far apart matters. One that may meet does as long as nothing is decided.
+    /// Whether a pair that is at least this far apart matters. One that may meet always does: whether surfaces meet is no
+    /// question of tolerance.
     pub fn matters(&self, low: f64) -> bool {
         low < self.cut() || low == 0.0
     }

@@ -71,8 +71,7 @@ struct Bounded {
 }
 
 /// Before the first query, and where one of the meshes is empty.
-const NOTHING: Interval =
-    Interval::new(Tolerance { absolute: 0.0, relative: 0.0, spans_contact: false }, 0.0, f64::INFINITY);
+const NOTHING: Interval = Interval::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY);
 
 /// The state of a distance query in a workspace.
 #[derive(Clone, Debug)]

@@ -66,7 +66,6 @@ fn share<J>(_: usize, jobs: Vec<J>, work: &impl Fn(J)) {
 
 #[cfg(feature = "parallel")]
 fn share<J: Send>(threads: usize, jobs: Vec<J>, work: &(impl Fn(J) + Sync)) {
-    use std::thread::{Builder, scope};
     let jobs = std::sync::Mutex::new(jobs.into_iter());
     let next = || jobs.lock().ok()?.next();
     let run = || {
@@ -74,11 +73,12 @@ fn share<J: Send>(threads: usize, jobs: Vec<J>, work: &(impl Fn(J) + Sync)) {
             work(job);
         }
     };
-    scope(|scope| {
+    let done = crossbeam_utils::thread::scope(|scope| {
         for _ in 1..threads {
             // The share of a thread that cannot be spawned is done by the others.
-            let _ = Builder::new().spawn_scoped(scope, run);
+            let _ = scope.builder().spawn(|_| run());
         }
         run();
     });
+    done.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
 }

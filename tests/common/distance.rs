@@ -170,8 +170,7 @@ impl Truth {
             assert!(said.closer.is_some() || close_call, "undecided: {asked:?} {said:?}, is {distance:e}");
             return;
         }
-        // Who asks for an absolute tolerance leaves it open.
-        let is_told = said.high == 0.0 || asked.absolute.is_some_and(|length| length > 0.0);
+        let is_told = said.high == 0.0;
         assert!(!self.meet() || is_told, "they meet: {asked:?} {said:?}");
         assert!(distance > margin - rounding || is_told, "they overlap: {asked:?} {said:?}, {distance:e}");
         let absolute = asked.absolute.unwrap_or(self.tolerance);

@@ -40,7 +40,12 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
-        kernel.run(self)
+        // Compiled once, as for other sets, wherever it is called from.
+        #[inline(never)]
+        fn once<K: Kernel>(lanes: Portable, kernel: K) -> K::Output {
+            kernel.run(lanes)
+        }
+        once(self, kernel)
     }
     #[inline(always)]
     fn splat(self, x: f32) -> F {
