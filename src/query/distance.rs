@@ -37,9 +37,10 @@ pub(super) struct Options {
 /// meet says so, whatever the tolerance.
 ///
 /// ```
+/// use punctual::glam::{DMat3, DVec3};
 /// use punctual::{Budget, DistanceQuery, Pose, Tree, Workspace, shapes};
 /// let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
-/// let pose = Pose::new([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], [3.0, 0.0, 0.0])?;
+/// let pose = Pose::new(DMat3::IDENTITY, DVec3::new(3.0, 0.0, 0.0))?;
 /// let found = DistanceQuery::new(&a, &b, pose).run(&mut Workspace::new(), Budget::work(20_000));
 /// assert!(found.low <= 0.7 && 0.7 <= found.high + 0.01);
 /// # Ok::<(), punctual::PoseError>(())

@@ -290,8 +290,8 @@ impl Traversal<'_, '_, Distance> {
         let search = &mut self.workspace.search;
         let closer = (search.interval.high() / self.question.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
         let mut order = ArrayVec::<usize, WIDTH>::new();
-        for i in 0..pairs.len() {
-            let bound = f64::from(low[i]) * self.question.unit;
+        for (i, &low) in low.iter().enumerate().take(pairs.len()) {
+            let bound = f64::from(low) * self.question.unit;
             if search.interval.matters(bound) {
                 order.push(i);
             } else if search.dives == 0 {

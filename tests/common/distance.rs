@@ -170,9 +170,8 @@ impl Truth {
             assert!(said.closer.is_some() || close_call, "undecided: {asked:?} {said:?}, is {distance:e}");
             return;
         }
-        let is_told = said.high == 0.0;
-        assert!(!self.meet() || is_told, "they meet: {asked:?} {said:?}");
-        assert!(distance > margin - rounding || is_told, "they overlap: {asked:?} {said:?}, {distance:e}");
+        assert!(!self.meet() || said.high == 0.0, "they meet: {asked:?} {said:?}");
+        assert!(distance > margin - rounding || said.high == 0.0, "they overlap: {asked:?} {said:?}, {distance:e}");
         let absolute = asked.absolute.unwrap_or(self.tolerance);
         let tolerance = absolute.max(said.low * asked.relative) + rounding;
         assert!(said.high - said.low <= tolerance, "{asked:?} {said:?}, is {distance:e} of {:e}", self.size);
