@@ -26,6 +26,11 @@ pub(crate) const WORK_PER_LOOKUP: u64 = 10;
 /// The most work that is done between two looks at the budget: a batch of eight triangle tests.
 pub const MAX_STEP_WORK: u64 = 8 * WORK_PER_TRIANGLE_TEST;
 
+/// The same for distance queries: a batch of eight lower bounds.
+pub const MAX_DISTANCE_STEP_WORK: u64 = 8 * WORK_PER_DISTANCE_TEST;
+
+const _: () = assert!(MAX_DISTANCE_STEP_WORK >= WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST);
+
 const _: () = assert!(MAX_STEP_WORK >= WORK_PER_EXPANSION + 65 && MAX_STEP_WORK >= WORK_PER_EXACT_TEST);
 
 /// Work that counts for setting up the query of a pair in a scene, about what it takes.
