@@ -4,17 +4,14 @@ use std::time::Duration;
 
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, Distance, DistanceQuery, ManualClock, Mesh, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace,
-    shapes,
+    Budget, Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK, ManualClock, Mesh, Mode, PairMemory, Pose, Query,
+    StopReason, Tree, Workspace, shapes,
 };
 
 use crate::common::check;
 use crate::common::random::{Drift, Family, Random, pose_about, soup};
 use crate::distance::{ENOUGH, Question, Truth, resume, run, run_with_memory};
 use crate::finished::{moved, scaled, triangles};
-
-/// The most work between two looks at the budget: a batch of eight pairs in `f32`.
-const LARGEST_STEP: u64 = 1040;
 
 struct Case {
     name: &'static str,
@@ -107,13 +104,13 @@ fn after_every_step_the_bounds_hold_and_only_close_in() {
                 case.truth.assert_sound(&asked, &said);
                 let at = steps.partition_point(|step| step.stats.work < budget).min(steps.len() - 1);
                 assert!(said.stats == steps[at].stats && said.high == steps[at].high, "{}: {said:?}", case.name);
-                assert!(said.stats.work < budget + LARGEST_STEP);
+                assert!(said.stats.work < budget + MAX_DISTANCE_STEP_WORK);
             }
             assert_same_bits(&run(&query, &mut workspace, ENOUGH), last, case.name);
         }
     }
     println!("the largest step is {longest}");
-    assert!(longest <= LARGEST_STEP, "a step of {longest}");
+    assert!(longest <= MAX_DISTANCE_STEP_WORK, "a step of {longest}");
 }
 
 /// Cut anywhere, without a memory and with one that knows; also where a copy of the workspace goes on.
@@ -162,7 +159,7 @@ fn budgets_of_time_are_sound_and_kept() {
                 let (clock, time) = (ManualClock::ticking(tick), tick * ticks);
                 let mut said = query.run_with(&mut workspace, None, Budget::time(time), &clock);
                 case.truth.assert_sound(&asked, &said);
-                let most_per_look = 64.max(time.as_nanos() as u64) + LARGEST_STEP;
+                let most_per_look = 64.max(time.as_nanos() as u64) + MAX_DISTANCE_STEP_WORK;
                 assert!(said.stats.work <= u64::from(ticks + 1) * most_per_look, "{said:?}");
                 if said.stop == StopReason::Finished {
                     case.truth.assert_complete(&asked, &said);
