@@ -44,9 +44,15 @@
 #define PUNCTUAL_LEVELS 32
 
 /**
- * The most work between two looks at a work budget, which can be overrun by no more; the default poll interval.
+ * The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the default
+ * poll interval.
  */
 #define PUNCTUAL_MAX_STEP_WORK 352
+
+/**
+ * The same as PUNCTUAL_MAX_STEP_WORK for distance queries.
+ */
+#define PUNCTUAL_MAX_DISTANCE_STEP_WORK 1040
 
 /**
  * How a call ended. Unless it is `PUNCTUAL_STATUS_OK`, nothing was written to the outputs and nothing was changed
@@ -807,9 +813,9 @@ typedef struct punctual_distance_query {
    */
   struct punctual_pose b_in_a;
   /**
-   * Done as soon as `high - low` is no more than this length, also if that leaves open whether the surfaces meet; 0: as
-   * close as double can tell. -1 by default, as any negative number: a millionth of half the longest extent of the larger
-   * mesh, roughly, and whether they meet is decided.
+   * Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1 by default, as any negative
+   * number: a millionth of half the longest extent of the larger mesh, roughly. Whether the surfaces meet is decided with
+   * any tolerance.
    */
   double absolute_tolerance;
   /**
@@ -1421,7 +1427,8 @@ struct punctual_budget punctual_budget_unlimited(void);
 struct punctual_budget punctual_budget_time(uint64_t nanoseconds);
 
 /**
- * Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later: the same bits on every machine, in every run.
+ * Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK): the
+ * same bits on every machine, in every run.
  */
 struct punctual_budget punctual_budget_work(uint64_t units);
 
@@ -1492,6 +1499,9 @@ struct punctual_distance_query punctual_distance_query_new(const struct punctual
 /**
  * Runs a distance query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the frame
  * before makes the answer faster; `clock` may be null: the clock of the system.
+ *
+ * Under a time budget it returns at most one poll interval of work late, under a work budget at most
+ * PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
  *
  * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
  */

@@ -10,7 +10,12 @@ use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Distance, DistanceQuery, MAX_STEP_WORK};
+use punctual::{Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
+
+/// The same as PUNCTUAL_MAX_STEP_WORK for distance queries.
+pub const PUNCTUAL_MAX_DISTANCE_STEP_WORK: u64 = 1040;
+
+const _: () = assert!(PUNCTUAL_MAX_DISTANCE_STEP_WORK == MAX_DISTANCE_STEP_WORK);
 
 /// Whether two surfaces are no farther apart than the `closer_than` of a query.
 #[repr(u32)]
@@ -36,9 +41,9 @@ pub struct punctual_distance_query<'t> {
     pub b: Option<&'t punctual_tree>,
     /// Brings coordinates of B into those of A.
     pub b_in_a: punctual_pose,
-    /// Done as soon as `high - low` is no more than this length, also if that leaves open whether the surfaces meet; 0: as
-    /// close as double can tell. -1 by default, as any negative number: a millionth of half the longest extent of the larger
-    /// mesh, roughly, and whether they meet is decided.
+    /// Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1 by default, as any negative
+    /// number: a millionth of half the longest extent of the larger mesh, roughly. Whether the surfaces meet is decided with
+    /// any tolerance.
     pub absolute_tolerance: f64,
     /// Done also as soon as `high <= (1 + relative_tolerance) low`; 0 by default.
     pub relative_tolerance: f64,
@@ -95,6 +100,9 @@ pub extern "C" fn punctual_distance_query_new<'t>(
 
 /// Runs a distance query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the frame
 /// before makes the answer faster; `clock` may be null: the clock of the system.
+///
+/// Under a time budget it returns at most one poll interval of work late, under a work budget at most
+/// PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
 ///
 /// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
 #[unsafe(no_mangle)]

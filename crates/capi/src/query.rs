@@ -18,7 +18,8 @@ use punctual::{
 /// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
 pub const PUNCTUAL_LEVELS: usize = 32;
 
-/// The most work between two looks at a work budget, which can be overrun by no more; the default poll interval.
+/// The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the default
+/// poll interval.
 pub const PUNCTUAL_MAX_STEP_WORK: u64 = 352;
 
 const _: () = assert!(PUNCTUAL_LEVELS == LEVELS && PUNCTUAL_MAX_STEP_WORK == MAX_STEP_WORK);
@@ -193,7 +194,8 @@ pub extern "C" fn punctual_budget_time(nanoseconds: u64) -> punctual_budget {
     punctual_budget { limit: nanoseconds, kind: punctual_budget_kind::Time as u32 }
 }
 
-/// Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later: the same bits on every machine, in every run.
+/// Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK): the
+/// same bits on every machine, in every run.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_work(units: u64) -> punctual_budget {
     punctual_budget { limit: units, kind: punctual_budget_kind::Work as u32 }

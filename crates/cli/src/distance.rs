@@ -17,8 +17,8 @@ use crate::input::{Input, Limits, Loaded};
 /// triangles found, counted from 0, and their closest points in A's frame (empty if none was found yet, high is then inf);
 /// closer is the answer to --closer-than: yes, no (both proven), undecided, or empty if it was not asked; ns is the least
 /// time of all sweeps, pose update included; stop tells why the query ended, or error; work is in work units. All but ns
-/// are of the first sweep. high is 0 only where the surfaces meet, and there always, unless a budget, --abs or
-/// --closer-than ended the query before. Lengths are in the unit of the meshes.
+/// are of the first sweep. high is 0 only where the surfaces meet, and there always, unless a budget or --closer-than
+/// ended the query before. Lengths are in the unit of the meshes.
 ///
 /// A query ends as soon as it is known whether the surfaces meet, and high - low is a millionth of the larger mesh's unit
 /// length, which is about half of its longest extent. One of --mode exact, --rel, --abs and --closer-than asks for something
@@ -54,7 +54,7 @@ struct Goal {
     /// Stop as soon as high <= (1 + E) low.
     #[arg(long, value_name = "E", value_parser = parse_size, allow_negative_numbers = true)]
     rel: Option<f64>,
-    /// Stop as soon as high - low <= E, also if that leaves open whether the surfaces meet.
+    /// Stop as soon as high - low <= E.
     #[arg(long, value_name = "E", value_parser = parse_size, allow_negative_numbers = true)]
     abs: Option<f64>,
     /// Ask only whether the distance is at most D, and stop as soon as that is known.

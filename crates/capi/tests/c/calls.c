@@ -308,6 +308,7 @@ static void distances(void) {
   punctual_distance before = distance, last;
   OK(punctual_distance_query_run(&query, workspace, NULL, punctual_budget_work(0), NULL, &last));
   CHECK(last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && last.low == 0 && !last.has_nearest && last.points[1].x == 0);
+  CHECK(last.stats.work <= PUNCTUAL_MAX_DISTANCE_STEP_WORK);
   while (last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT) {
     OK(punctual_distance_query_resume(&query, workspace, NULL, punctual_budget_work(500), NULL, &distance));
     CHECK(distance.low >= last.low && distance.high <= last.high && distance.low <= 1 && distance.high >= 1);

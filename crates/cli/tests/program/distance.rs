@@ -2,15 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use punctual::MAX_DISTANCE_STEP_WORK;
 use punctual::glam::{DVec3, Vec3};
 use punctual::shapes::{cuboid, icosphere};
 
 use crate::files::{Soup, Truth, poses, text, truth, value};
 use crate::run::{Answer, Folder, IDENTITY};
 use crate::write;
-
-/// The most work of one step of a distance query: eight lower bounds of triangle pairs.
-const STEP: u64 = 3 * punctual::MAX_STEP_WORK;
 
 const HEADER: &str = "pose,low,high,triangle_a,triangle_b,ax,ay,az,bx,by,bz,closer,ns,stop,work";
 
@@ -81,9 +79,7 @@ fn distances_points_and_margins_of_cubes() {
     for options in ["", "--mode exact", "--rel 0", "--rel 0.2", "--abs 0.1", "--memory --reps 3", "--portable"] {
         let [within, touching, apart, again] = ask(&folder, options);
         for row in [&within, &touching] {
-            // An absolute tolerance may leave open whether they meet.
-            let width = if options.contains("abs") { 0.1 } else { 0.0 };
-            assert!(row.low == 0.0 && row.high <= width && row.stop == "finished", "{options}: {row:?}");
+            assert_eq!((row.low, row.high, row.stop.as_str()), (0.0, 0.0, "finished"), "{options}: {row:?}");
         }
         for row in [&apart, &again] {
             let width = if options.contains("0.") { 0.2 } else { 1e-5 };
@@ -121,7 +117,7 @@ fn closer_than_is_answered_and_budgets_are_kept() {
         if options.ends_with("--budget-work 0") {
             for row in &rows {
                 assert!(row.stop == "work-limit" && row.nearest.is_none(), "{row:?}");
-                assert!(row.low == 0.0 && row.high == f64::INFINITY && row.work <= STEP, "{row:?}");
+                assert!(row.low == 0.0 && row.high == f64::INFINITY && row.work <= MAX_DISTANCE_STEP_WORK, "{row:?}");
             }
         }
     }
@@ -129,7 +125,7 @@ fn closer_than_is_answered_and_budgets_are_kept() {
     for budget in (0..whole.work).step_by(97) {
         let command = format!("--mode exact --budget-work {budget}");
         let [.., row] = ask(&folder, &command);
-        assert!(row.low <= 1.0 && 1.0 <= row.high && row.work <= budget + STEP, "{row:?}");
+        assert!(row.low <= 1.0 && 1.0 <= row.high && row.work <= budget + MAX_DISTANCE_STEP_WORK, "{row:?}");
         assert_eq!(row, ask(&folder, &command)[3]);
     }
     assert!(ask(&folder, "--budget-us 0").iter().all(|row| row.stop == "deadline"));
@@ -284,8 +280,7 @@ impl Case {
             let finished = row.stop == "finished";
             assert!(finished || options.contains("budget"), "{}", at());
             if finished && !options.contains("closer") {
-                let told = row.high == 0.0 || apart > 0.0 && (truth > 0.0 || row.high <= error);
-                assert!(told || options.contains("abs"), "{}", at());
+                assert!(row.high == 0.0 || apart > 0.0 && (truth > 0.0 || row.high <= error), "{}", at());
                 self.check_tolerance(options, row, &at);
             }
             if options.contains("closer") {
