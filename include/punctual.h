@@ -18,7 +18,8 @@
  *
  * Ownership. What *_new, punctual_mesh_read*, punctual_workspace_with_capacity, punctual_shape_*, punctual_tree_mesh,
  * punctual_tree_from_bytes and punctual_scene_tree make is the caller's, to be freed by the *_free of its type, in any order.
- * Everything that is passed in is copied or shared, never taken over, but for the trees of a punctual_query, which it borrows.
+ * Everything that is passed in is copied or shared, never taken over, but for the trees of a punctual_query or
+ * punctual_distance_query, which it borrows.
  *
  * Threads. Any number of threads may use a handle through pointers to const. A call that takes a handle that is not const
  * needs it for itself alone. Nothing is bound to the thread that made it. punctual_last_error() is each thread's own.
@@ -189,6 +190,35 @@ enum punctual_stop_reason
 typedef enum punctual_stop_reason punctual_stop_reason;
 #else
 typedef uint32_t punctual_stop_reason;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Whether two surfaces are no farther apart than the `closer_than` of a query.
+ */
+enum punctual_closer
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Not known: the budget ended first, it was not asked, or the distance is the limit to 15 digits.
+   */
+  PUNCTUAL_CLOSER_UNDECIDED = 0,
+  /**
+   * Proven: they are no farther apart.
+   */
+  PUNCTUAL_CLOSER_YES = 1,
+  /**
+   * Proven: they are farther apart.
+   */
+  PUNCTUAL_CLOSER_NO = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_closer punctual_closer;
+#else
+typedef uint32_t punctual_closer;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -741,7 +771,7 @@ typedef struct punctual_outcome {
 } punctual_outcome;
 
 /**
- * What a query left open.
+ * What a query left open; of a distance query, what may be closer than its `high`.
  */
 typedef struct punctual_certificate {
   /**
@@ -749,7 +779,7 @@ typedef struct punctual_certificate {
    */
   size_t open_pairs;
   /**
-   * No more triangle pairs than this intersect, those found included.
+   * No more triangle pairs than this intersect (or are closer), those found included.
    */
   uint64_t upper_bound;
   /**
@@ -757,6 +787,88 @@ typedef struct punctual_certificate {
    */
   double largest_extent;
 } punctual_certificate;
+
+/**
+ * The question how far apart two surfaces are: 0 if they meet. Plain data, made by `punctual_distance_query_new`, one for
+ * each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was. Lengths are
+ * in the unit of the meshes.
+ */
+typedef struct punctual_distance_query {
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * Done as soon as `high - low` is no more than this length, also if that leaves open whether the surfaces meet; 0: as
+   * close as double can tell. -1 by default, as any negative number: a millionth of half the longest extent of the larger
+   * mesh, roughly, and whether they meet is decided.
+   */
+  double absolute_tolerance;
+  /**
+   * Done also as soon as `high <= (1 + relative_tolerance) low`; 0 by default.
+   */
+  double relative_tolerance;
+  /**
+   * By how much each surface is thickened, A's first: a point becomes a ball, a segment a capsule. The distance is that of the
+   * thickened surfaces. 0 by default.
+   */
+  double margins[2];
+  /**
+   * Ask only whether the surfaces are no farther apart than this length: done as soon as that is known, in a fraction of the
+   * time. Infinity by default: the distance itself is asked for.
+   */
+  double closer_than;
+  /**
+   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+   */
+  uint64_t poll_interval;
+} punctual_distance_query;
+
+/**
+ * The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length unit of the meshes.
+ */
+typedef struct punctual_distance {
+  /**
+   * Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
+   */
+  double low;
+  /**
+   * Proven: the distance of the two points, but for rounding. 0 only if the surfaces meet; infinite if nothing was found yet.
+   */
+  double high;
+  /**
+   * The answer to `closer_than`.
+   */
+  punctual_closer closer;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Whether triangles were found at all; if not, they and the points are zeros.
+   */
+  bool has_nearest;
+  /**
+   * The closest triangles found.
+   */
+  struct punctual_triangle_pair nearest;
+  /**
+   * Their closest points, A's first, both in A's frame; moved towards each other by the margins.
+   */
+  struct punctual_point points[2];
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_distance;
 
 /**
  * Bounds below which a number stays with the given probability.
@@ -1369,6 +1481,63 @@ punctual_status punctual_query_open_boxes(const struct punctual_query *query,
                                           struct punctual_aabb *boxes,
                                           size_t capacity,
                                           size_t *count);
+
+/**
+ * The question how far apart `a` and `b` are, with the default options. Checked when it is run.
+ */
+struct punctual_distance_query punctual_distance_query_new(const struct punctual_tree *a,
+                                                           const struct punctual_tree *b,
+                                                           struct punctual_pose b_in_a);
+
+/**
+ * Runs a distance query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the frame
+ * before makes the answer faster; `clock` may be null: the clock of the system.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ */
+punctual_status punctual_distance_query_run(const struct punctual_distance_query *query,
+                                            struct punctual_workspace *workspace,
+                                            struct punctual_memory *memory,
+                                            struct punctual_budget budget,
+                                            const struct punctual_clock *clock,
+                                            struct punctual_distance *outcome);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget. Its bounds are no worse than before; however it is
+ * cut into pieces by work budgets, the outcome at the end is that of one uninterrupted run.
+ *
+ * Fails as `punctual_distance_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
+ * or is complete.
+ */
+punctual_status punctual_distance_query_resume(const struct punctual_distance_query *query,
+                                               struct punctual_workspace *workspace,
+                                               struct punctual_memory *memory,
+                                               struct punctual_budget budget,
+                                               const struct punctual_clock *clock,
+                                               struct punctual_distance *outcome);
+
+/**
+ * Where the last run of this query in the workspace may have missed what is closer than its `high`. Takes time linear in the
+ * open pairs; allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ */
+punctual_status punctual_distance_query_certificate(const struct punctual_distance_query *query,
+                                                    const struct punctual_workspace *workspace,
+                                                    struct punctual_certificate *certificate);
+
+/**
+ * Boxes in A's frame, at most one for each open pair: two points that are closer than `high` have their middle in one of them.
+ * They reach as far as `high` beyond the surfaces, and are infinite where nothing was found yet. As many as `capacity` allows
+ * are written to `boxes`, and how many there are to `count`.
+ *
+ * Fails as `punctual_distance_query_certificate`.
+ */
+punctual_status punctual_distance_query_open_boxes(const struct punctual_distance_query *query,
+                                                   const struct punctual_workspace *workspace,
+                                                   struct punctual_aabb *boxes,
+                                                   size_t capacity,
+                                                   size_t *count);
 
 /**
  * What this query will take, if nothing stops it, given what is remembered of the pair; `memory` may be null. Takes about a

@@ -301,6 +301,42 @@ struct Query : punctual_query {
   }
 };
 
+/** How far apart? The fields of punctual_distance_query are public; the trees must outlive it. */
+struct DistanceQuery : punctual_distance_query {
+  DistanceQuery(const Tree &tree_a, const Tree &tree_b, const punctual_pose &pose_of_b) noexcept
+      : punctual_distance_query(punctual_distance_query_new(tree_a.get(), tree_b.get(), pose_of_b)) {}
+  DistanceQuery(const Tree &&, const Tree &, const punctual_pose &) = delete;
+  DistanceQuery(const Tree &, const Tree &&, const punctual_pose &) = delete;
+  DistanceQuery(const Tree &&, const Tree &&, const punctual_pose &) = delete;
+
+  Result<punctual_distance> run(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
+                                const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_distance>([&](punctual_distance *distance) {
+      return punctual_distance_query_run(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock,
+                                         distance);
+    });
+  }
+  Result<punctual_distance> resume(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
+                                   const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_distance>([&](punctual_distance *distance) {
+      return punctual_distance_query_resume(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock,
+                                            distance);
+    });
+  }
+  Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
+      return punctual_distance_query_certificate(this, workspace.get(), certificate);
+    });
+  }
+  /** Writes up to `capacity` boxes; how many there are. */
+  Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
+                                 std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>([&](std::size_t *count) {
+      return punctual_distance_query_open_boxes(this, workspace.get(), boxes, capacity, count);
+    });
+  }
+};
+
 /** A body to be inserted. The fields of punctual_body are public; the tree must be there until then. */
 struct Body : punctual_body {
   Body(const Tree &shape, const punctual_pose &place) noexcept

@@ -84,6 +84,20 @@ fn outcomes_certificates_and_the_model() {
             assert!(certificate.boxes().eq(boxes));
         }
     }
+    for budget in [Budget::work(0), Budget::work(3_000), ENOUGH] {
+        let pose = Pose::new(DMat3::IDENTITY, DVec3::X * 4.0).unwrap();
+        let query = DistanceQuery::new(&a, &b, pose).margins([0.1, 0.0]);
+        for query in [query, query.closer_than(1.0)] {
+            let distance = query.run_with(&mut workspace, None, budget, &clock);
+            let written = to_value(distance).unwrap();
+            // JSON has no infinity.
+            if distance.high.is_finite() {
+                again(&distance);
+            } else {
+                assert_eq!(written["high"], Value::Null);
+            }
+        }
+    }
     let stats: TreeStats = from_str(&to_string(&a.stats()).unwrap()).unwrap();
     assert_eq!(stats, a.stats());
     a.root().unwrap().profile().iter().for_each(again);

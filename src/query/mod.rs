@@ -28,6 +28,7 @@ mod order;
 mod outcome;
 mod probe;
 mod queue;
+mod search;
 mod strategy;
 mod traversal;
 #[cfg(test)]

@@ -3,11 +3,11 @@
 use super::corners::Corners;
 use super::distance;
 use super::march::March;
-use super::nearest::Search;
 use super::options::Options;
 use super::order::Order;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
+use super::search::Search;
 use super::strategy::Strategy;
 use super::triangle_pairs::TrianglePairs;
 use crate::math::Pose;

@@ -18,6 +18,7 @@
 mod arrays;
 mod body;
 mod clock;
+mod distance;
 mod estimate;
 mod handle;
 mod memory;
@@ -33,6 +34,7 @@ mod workspace;
 
 pub use body::*;
 pub use clock::punctual_clock;
+pub use distance::*;
 pub use estimate::*;
 pub use memory::*;
 pub use mesh::*;

@@ -11,8 +11,8 @@ use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
 use core::time::Duration;
 use punctual::{
-    Budget, DEFAULT_PRIOR, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats, StopReason, Verdict,
-    Workspace,
+    Budget, Certificate, DEFAULT_PRIOR, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats,
+    StopReason, Verdict, Workspace,
 };
 
 /// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
@@ -169,13 +169,13 @@ pub struct punctual_outcome {
     pub stats: punctual_stats,
 }
 
-/// What a query left open.
+/// What a query left open; of a distance query, what may be closer than its `high`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_certificate {
     /// Open pairs, of nodes or triangles; 0 means that nothing was missed.
     pub open_pairs: usize,
-    /// No more triangle pairs than this intersect, those found included.
+    /// No more triangle pairs than this intersect (or are closer), those found included.
     pub upper_bound: u64,
     /// Every missed intersection lies in a box with no edge longer than this, in the length unit of the meshes.
     pub largest_extent: f64,
@@ -236,11 +236,15 @@ pub unsafe extern "C" fn punctual_query_run(
     clock: Option<&punctual_clock>,
     outcome: Option<&mut MaybeUninit<punctual_outcome>>,
 ) -> punctual_status {
-    let run = |query: &Query, workspace: &mut _, memory: Option<&mut _>, budget, clock: &_| {
-        Ok(query.run_with(workspace, memory, budget, clock))
-    };
-    // SAFETY: the contract of the header for clocks.
-    door("punctual_query_run", || unsafe { answer(query, workspace, memory, budget, clock, outcome, run) })
+    door("punctual_query_run", || {
+        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for clocks.
+        unsafe {
+            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
+                Ok(query.run_with(workspace, memory, budget, clock))
+            })
+        }
+    })
 }
 
 /// Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets,
@@ -257,11 +261,15 @@ pub unsafe extern "C" fn punctual_query_resume(
     clock: Option<&punctual_clock>,
     outcome: Option<&mut MaybeUninit<punctual_outcome>>,
 ) -> punctual_status {
-    let resume = |query: &Query, workspace: &mut _, memory: Option<&mut _>, budget, clock: &_| {
-        Ok(query.resume_with(workspace, memory, budget, clock)?)
-    };
-    // SAFETY: the contract of the header for clocks.
-    door("punctual_query_resume", || unsafe { answer(query, workspace, memory, budget, clock, outcome, resume) })
+    door("punctual_query_resume", || {
+        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for clocks.
+        unsafe {
+            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
+                Ok(query.resume_with(workspace, memory, budget, clock)?)
+            })
+        }
+    })
 }
 
 /// What the last run of this query in the workspace left open. Takes time linear in the open pairs; allocates nothing.
@@ -277,11 +285,7 @@ pub extern "C" fn punctual_query_certificate(
         let query = given(query, "query")?.check()?;
         let certificate = given(certificate, "certificate")?;
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
-        certificate.write(punctual_certificate {
-            open_pairs: open.open_pairs(),
-            upper_bound: open.upper_bound(),
-            largest_extent: open.largest_extent(),
-        });
+        certificate.write(open.into());
         Ok(())
     })
 }
@@ -307,28 +311,25 @@ pub unsafe extern "C" fn punctual_query_open_boxes(
     })
 }
 
-/// Runs or resumes a query.
-type Run = fn(&Query, &mut Workspace, Option<&mut PairMemory>, Budget, &AnyClock) -> Result<Outcome, Fault>;
-
+/// Hands what a caller passed to `run`, which runs or resumes a query, and the answer back.
+///
 /// # Safety
 /// That of [`AnyClock::new`].
-unsafe fn answer(
-    query: Option<&punctual_query>,
+pub(crate) unsafe fn answer<Answer, Outcome: From<Answer>>(
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    outcome: Option<&mut MaybeUninit<punctual_outcome>>,
-    run: Run,
+    outcome: Option<&mut MaybeUninit<Outcome>>,
+    run: impl FnOnce(&mut Workspace, Option<&mut PairMemory>, Budget, &AnyClock) -> Result<Answer, Fault>,
 ) -> Result<(), Fault> {
-    let query = given(query, "query")?.check()?;
     let budget = budget.check()?;
     // SAFETY: the caller's promise.
     let clock = unsafe { AnyClock::new(clock) }?;
     let outcome = given(outcome, "outcome")?;
     let answer = given(workspace, "workspace")?.0.change("workspace", |workspace| match memory {
-        Some(memory) => memory.0.change("memory", |memory| run(&query, workspace, Some(memory), budget, &clock)),
-        None => run(&query, workspace, None, budget, &clock),
+        Some(memory) => memory.0.change("memory", |memory| run(workspace, Some(memory), budget, &clock)),
+        None => run(workspace, None, budget, &clock),
     })?;
     outcome.write(answer.into());
     Ok(())
@@ -392,20 +393,31 @@ pub(crate) fn verdict(verdict: Verdict) -> (punctual_verdict, punctual_triangle_
     }
 }
 
+impl From<Certificate<'_>> for punctual_certificate {
+    fn from(open: Certificate) -> Self {
+        Self { open_pairs: open.open_pairs(), upper_bound: open.upper_bound(), largest_extent: open.largest_extent() }
+    }
+}
+
 impl From<Outcome> for punctual_outcome {
     fn from(outcome: Outcome) -> Self {
         let (verdict, witness) = verdict(outcome.verdict);
-        let stop = match outcome.stop {
-            StopReason::Finished => punctual_stop_reason::Finished,
-            StopReason::FirstHit => punctual_stop_reason::FirstHit,
-            StopReason::Deadline => punctual_stop_reason::Deadline,
-            StopReason::WorkLimit => punctual_stop_reason::WorkLimit,
-            StopReason::PairsFull => punctual_stop_reason::PairsFull,
-            StopReason::FlushedToZero => punctual_stop_reason::FlushedToZero,
+        Self { verdict, stop: outcome.stop.into(), witness, found: outcome.found, stats: outcome.stats.into() }
+    }
+}
+
+impl From<StopReason> for punctual_stop_reason {
+    fn from(stop: StopReason) -> Self {
+        match stop {
+            StopReason::Finished => Self::Finished,
+            StopReason::FirstHit => Self::FirstHit,
+            StopReason::Deadline => Self::Deadline,
+            StopReason::WorkLimit => Self::WorkLimit,
+            StopReason::PairsFull => Self::PairsFull,
+            StopReason::FlushedToZero => Self::FlushedToZero,
             // A reason that is added without a number here may be taken for one that is not final either.
-            _ => punctual_stop_reason::WorkLimit,
-        };
-        Self { verdict, stop, witness, found: outcome.found, stats: outcome.stats.into() }
+            _ => Self::WorkLimit,
+        }
     }
 }
 

@@ -57,6 +57,8 @@ pub(crate) enum Fault {
     TooMany(&'static str, usize, usize),
     /// Not finite, or larger than allowed.
     Number(&'static str, f64),
+    /// Below 0, or NaN.
+    Negative(&'static str, f64),
     NotUtf8(&'static str),
     OutOfMemory,
     Poisoned(&'static str),
@@ -80,6 +82,7 @@ impl Fault {
             | Self::Index(..)
             | Self::TooMany(..)
             | Self::Number(..)
+            | Self::Negative(..)
             | Self::NotUtf8(_) => punctual_status::BadArgument,
             Self::OutOfMemory => punctual_status::OutOfMemory,
             Self::Poisoned(_) => punctual_status::Poisoned,
@@ -107,6 +110,7 @@ impl fmt::Display for Fault {
             Self::Index(what, index, count) => write!(f, "{what} is {index}, but there are {count}"),
             Self::TooMany(what, value, most) => write!(f, "{what} is {value}, possible are {most}"),
             Self::Number(what, value) => write!(f, "{what} is {value}, which is not finite or too large"),
+            Self::Negative(what, value) => write!(f, "{what} is {value}, which is negative or no number"),
             Self::NotUtf8(what) => write!(f, "{what} is not UTF-8"),
             Self::OutOfMemory => f.write_str("there is not that much memory"),
             Self::Poisoned(what) => write!(f, "{what} was being changed when a fault was caught; it can only be freed"),

@@ -7,6 +7,8 @@ mod allocations;
 mod call;
 #[path = "../../../tests/common/mod.rs"]
 mod common;
+#[path = "capi/distances.rs"]
+mod distances;
 #[path = "capi/queries.rs"]
 mod queries;
 #[path = "capi/refusals.rs"]
@@ -34,11 +36,17 @@ fn a_cycle_does_not_allocate_even_if_it_fails() {
     let calls = allocator_calls(|| {
         for budget in [punctual_budget_time(20_000), punctual_budget_work(5_000), punctual_budget_unlimited()] {
             for (pose, works) in [(raw(&tilted()), true), (broken, false)] {
-                let query = punctual_query_new(Some(&tree), Some(&tree), pose);
-                let (workspace, memory) = (Some(&mut *workspace), Some(&mut *memory));
-                let out = &mut MaybeUninit::uninit();
+                let tree = Some(&*tree);
+                let query = punctual_query_new(tree, tree, pose);
+                let (space, known, out) = (Some(&mut *workspace), Some(&mut *memory), &mut MaybeUninit::uninit());
                 // SAFETY: no clock of the caller's.
-                let status = unsafe { punctual_query_run(Some(&query), workspace, memory, budget, None, Some(out)) };
+                let status = unsafe { punctual_query_run(Some(&query), space, known, budget, None, Some(out)) };
+                assert_eq!(status == Status::Ok, works);
+                let query = punctual_distance_query_new(tree, tree, pose);
+                let (space, known, out) = (Some(&mut *workspace), Some(&mut *memory), &mut MaybeUninit::uninit());
+                // SAFETY: no clock of the caller's.
+                let status =
+                    unsafe { punctual_distance_query_run(Some(&query), space, known, budget, None, Some(out)) };
                 assert_eq!(status == Status::Ok, works);
             }
         }

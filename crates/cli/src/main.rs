@@ -6,8 +6,10 @@
 #![deny(unsafe_code)]
 
 mod compare;
+mod distance;
 mod fit;
 mod info;
+mod input;
 mod pair;
 mod paper;
 mod scene;
@@ -31,6 +33,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Pair(pair::Args),
+    Distance(distance::Args),
     Triangles(triangles::Args),
     Info(info::Args),
     Paper(paper::Args),
@@ -56,6 +59,7 @@ fn main() -> ExitCode {
     let mut out = BufWriter::new(io::stdout().lock());
     let result = match &cli.command {
         Command::Pair(args) => pair::run(args, &mut out),
+        Command::Distance(args) => distance::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),

@@ -4,16 +4,14 @@ mod calibration;
 mod sweep;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::path::PathBuf;
 
-use clap::{ArgGroup, ValueEnum};
-use punctual::{Budget, BuildOptions, CostModel, Mode, Order, Tree, Verdict};
-use punctual_io::{FileError, load};
-use punctual_lab::files::{self, ListedPose};
+use clap::ValueEnum;
+use punctual::{BuildOptions, CostModel, Mode, Order, Verdict};
 use punctual_lab::report::Failure;
 
-use crate::{Completion, complain};
+use crate::Completion;
+use crate::input::{Input, Limits, Loaded};
 use calibration::CalibrationFile;
 use sweep::{PairsFile, Row, Sweeper};
 
@@ -26,29 +24,17 @@ use sweep::{PairsFile, Row, Sweeper};
 /// 90 % quantile of its BV tests, and the median time in ns; at its end, the BV tests still to be made, the probability of
 /// an intersection, and with --mode all the expected share of the pairs that was found. All but ns are of the first sweep.
 #[derive(clap::Args)]
-#[command(group = ArgGroup::new("budget"))]
 pub struct Args {
-    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply or .glb.
-    a: PathBuf,
-    /// Mesh B, which takes the poses.
-    b: PathBuf,
-    /// Poses of B in A's frame: 12 numbers a line, the rows of [R|t]; `#` begins a comment.
-    ///
-    /// A line that holds no rigid pose gives a row with the verdict `error` and a message on standard error; the others
-    /// are answered, and the exit status is 1.
-    poses: PathBuf,
+    #[command(flatten)]
+    input: Input,
     /// Stop at the first intersecting triangle pair, or find all.
     #[arg(long, value_enum, default_value = "any")]
     mode: ModeName,
     /// Sweeps over the whole list; ns is the least of them.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     reps: u32,
-    /// Time budget of a query in microseconds; none without it.
-    #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds)]
-    budget_us: Option<Duration>,
-    /// Work budget of a query in work units (BV tests and weighted triangle tests); the same answer on every run.
-    #[arg(long, value_name = "N", group = "budget")]
-    budget_work: Option<u64>,
+    #[command(flatten)]
+    limits: Limits,
     /// Which node pair of the front is visited next.
     #[arg(long, value_enum, default_value = "penetration")]
     order: OrderName,
@@ -115,15 +101,10 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         return Err("--early needs --mode all".into());
     }
     let mut calibration = args.calibration.as_deref().map(CalibrationFile::read).transpose()?;
-    let meshes = (load(&args.a)?, load(&args.b)?);
-    let poses = files::poses(&args.poses)?;
-    let start = Instant::now();
-    let options = BuildOptions::default().neighbors(args.early);
-    let (a, b) = (Tree::with_options(meshes.0, &options), Tree::with_options(meshes.1, &options));
-    let build = start.elapsed();
+    let Loaded { a, b, build, poses } = args.input.load(&BuildOptions::default().neighbors(args.early))?;
     let mut pairs_out = args.pairs_out.as_deref().map(PairsFile::create).transpose()?;
 
-    let completion = complain_of_bad_poses(&args.poses, &poses);
+    let completion = args.input.complain_of_bad_poses(&poses);
     let mut sweeper = Sweeper::new(args, &a, &b);
     let mut rows = sweeper.first_sweep(&poses, pairs_out.as_mut(), calibration.as_mut())?;
     for _ in 1..args.reps {
@@ -138,17 +119,6 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         file.write()?;
     }
     Ok(completion)
-}
-
-fn complain_of_bad_poses(file: &Path, poses: &[ListedPose]) -> Completion {
-    let mut completion = Completion::Full;
-    for (i, listed) in poses.iter().enumerate() {
-        if let Err(what) = &listed.pose {
-            complain(&FileError::at_line(file, listed.line, format!("pose {i}: {what}")));
-            completion = Completion::Partial;
-        }
-    }
-    completion
 }
 
 impl Args {
@@ -169,24 +139,6 @@ impl Args {
             OrderName::Random => Order::Random(self.seed),
         }
     }
-
-    fn budget(&self) -> Budget {
-        self.budget_left(Duration::ZERO, 0)
-    }
-
-    /// The budget of a query that has used some of it.
-    fn budget_left(&self, elapsed: Duration, work: u64) -> Budget {
-        match (self.budget_us, self.budget_work) {
-            (Some(limit), _) => Budget::time(limit.saturating_sub(elapsed)),
-            (None, Some(limit)) => Budget::work(limit.saturating_sub(work)),
-            (None, None) => Budget::unlimited(),
-        }
-    }
-}
-
-pub fn parse_microseconds(text: &str) -> Result<Duration, String> {
-    let microseconds: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
-    Duration::try_from_secs_f64(microseconds * 1e-6).map_err(|error| error.to_string())
 }
 
 fn parse_share(text: &str) -> Result<f64, String> {

@@ -15,7 +15,8 @@ use punctual::{Budget, Mode, PairReport, Verdict};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::pair::{ModeName, parse_microseconds};
+use crate::input::parse_microseconds;
+use crate::pair::ModeName;
 use files::Recording;
 use play::{ClockName, FrameRow, Settings, play};
 

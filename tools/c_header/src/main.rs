@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::{env, error::Error, fs};
 
 /// In the order of the header.
-const SOURCES: [&str; 13] = [
+const SOURCES: [&str; 14] = [
     "status",
     "pose",
     "mesh",
@@ -19,6 +19,7 @@ const SOURCES: [&str; 13] = [
     "memory",
     "clock",
     "query",
+    "distance",
     "estimate",
     "body",
     "scene",

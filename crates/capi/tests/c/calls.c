@@ -280,6 +280,68 @@ static void queries(void) {
   punctual_tree_free(tree);
 }
 
+static void distances(void) {
+  punctual_mesh *mesh;
+  punctual_tree *cube;
+  punctual_workspace *workspace;
+  punctual_memory *memory;
+  punctual_distance distance;
+  punctual_certificate open;
+  punctual_aabb boxes[4];
+  size_t count;
+  OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
+  OK(punctual_tree_new(mesh, NULL, &cube));
+  OK(punctual_workspace_new(&workspace));
+  OK(punctual_memory_new(&memory));
+
+  /* Two cubes of edge 2, their middles 3 apart. */
+  punctual_distance_query query = punctual_distance_query_new(cube, cube, at(3, 0, 0));
+  CHECK(query.absolute_tolerance == -1 && query.relative_tolerance == 0 && query.closer_than > 1e300);
+  query.absolute_tolerance = 0;
+  OK(punctual_distance_query_run(&query, workspace, memory, punctual_budget_unlimited(), NULL, &distance));
+  CHECK(distance.stop == PUNCTUAL_STOP_REASON_FINISHED && distance.closer == PUNCTUAL_CLOSER_UNDECIDED);
+  CHECK(distance.low <= 1 && distance.high >= 1 && distance.high - distance.low < 1e-14 && distance.has_nearest);
+  CHECK(distance.points[0].x == 1 && distance.points[1].x == 2 && distance.points[0].y == distance.points[1].y);
+  CHECK(distance.nearest.a < 192 && distance.nearest.b < 192 && distance.stats.elapsed == -1);
+
+  /* Little work at a time: bounds that only close in. */
+  punctual_distance before = distance, last;
+  OK(punctual_distance_query_run(&query, workspace, NULL, punctual_budget_work(0), NULL, &last));
+  CHECK(last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && last.low == 0 && !last.has_nearest && last.points[1].x == 0);
+  while (last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT) {
+    OK(punctual_distance_query_resume(&query, workspace, NULL, punctual_budget_work(500), NULL, &distance));
+    CHECK(distance.low >= last.low && distance.high <= last.high && distance.low <= 1 && distance.high >= 1);
+    OK(punctual_distance_query_certificate(&query, workspace, &open));
+    OK(punctual_distance_query_open_boxes(&query, workspace, boxes, 4, &count));
+    CHECK(count <= open.open_pairs && (count == 0 || boxes[0].max.x - boxes[0].min.x <= open.largest_extent));
+    last = distance;
+  }
+  CHECK(last.low == before.low && last.high == before.high && open.open_pairs == 0);
+  CHECK(punctual_distance_query_resume(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &distance) ==
+        PUNCTUAL_STATUS_NOT_RESUMABLE);
+
+  query.margins[0] = 0.25, query.margins[1] = 0.5;
+  query.closer_than = 0.2;
+  OK(punctual_distance_query_run(&query, workspace, memory, punctual_budget_unlimited(), NULL, &distance));
+  CHECK(distance.closer == PUNCTUAL_CLOSER_NO && distance.low > 0.2);
+  query.closer_than = 0.3;
+  OK(punctual_distance_query_run(&query, workspace, memory, punctual_budget_unlimited(), NULL, &distance));
+  CHECK(distance.closer == PUNCTUAL_CLOSER_YES && distance.high <= 0.3);
+
+  uint64_t now = 0;
+  punctual_clock clock = {tick, &now};
+  OK(punctual_distance_query_run(&query, workspace, NULL, punctual_budget_time(1), &clock, &distance));
+  CHECK(distance.stop == PUNCTUAL_STOP_REASON_DEADLINE && distance.stats.elapsed == (int64_t)now - 1000);
+
+  query.margins[1] = -1;
+  FAILS(punctual_distance_query_run(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &distance), BAD_ARGUMENT,
+        "punctual_distance_query_run: query->margins[1] is -1, which is negative or no number");
+  punctual_memory_free(memory);
+  punctual_workspace_free(workspace);
+  punctual_tree_free(cube);
+  punctual_mesh_free(mesh);
+}
+
 static void scenes(void) {
   punctual_tree *tree = knot(), *shared;
   punctual_mesh *mesh;
@@ -361,6 +423,7 @@ int main(int count, char **arguments) {
   trees();
   bytes();
   queries();
+  distances();
   scenes();
   punctual_mesh_free(NULL);
   punctual_tree_free(NULL);

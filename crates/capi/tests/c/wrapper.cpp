@@ -20,11 +20,17 @@ static_assert(std::is_constructible_v<punctual::Query, const Tree &, Tree &, Pos
 static_assert(!std::is_constructible_v<punctual::Query, Tree, Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::Query, Tree &, Tree, Pose>);
 static_assert(!std::is_constructible_v<punctual::Query, Tree, Tree, Pose>);
+static_assert(std::is_constructible_v<punctual::DistanceQuery, const Tree &, Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::DistanceQuery, Tree, Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::DistanceQuery, Tree &, Tree, Pose>);
+static_assert(!std::is_constructible_v<punctual::DistanceQuery, Tree, Tree, Pose>);
 static_assert(std::is_constructible_v<punctual::Body, const Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::Body, Tree, Pose>);
 
 // Plain data: they may be copied and passed to C.
 static_assert(std::is_trivially_copyable_v<punctual::Query> && sizeof(punctual::Query) == sizeof(punctual_query));
+static_assert(std::is_trivially_copyable_v<punctual::DistanceQuery> &&
+              sizeof(punctual::DistanceQuery) == sizeof(punctual_distance_query));
 static_assert(std::is_trivially_copyable_v<punctual::Body> && sizeof(punctual::Body) == sizeof(punctual_body));
 
 } // namespace

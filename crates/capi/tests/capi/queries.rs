@@ -7,7 +7,7 @@ use std::time::Duration;
 use super::call::*;
 use super::common::{MODES, ORDERS};
 use punctual::{
-    Budget, CostModel, ManualClock, Mode, Order, PairMemory, Query, StopReason, Tree, Verdict, Workspace, shapes,
+    Budget, CostModel, ManualClock, Mode, Order, PairMemory, Query, Stats, StopReason, Tree, Verdict, Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 
@@ -16,7 +16,10 @@ fn same(ours: &punctual_outcome, theirs: &punctual::Outcome) {
     assert_eq!((ours.verdict, [ours.witness.a, ours.witness.b], ours.found), (verdict, witness, theirs.found));
     // The names are the same on both sides.
     assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
-    let (x, y) = (ours.stats, theirs.stats);
+    same_stats(&ours.stats, &theirs.stats);
+}
+
+pub fn same_stats(x: &punctual_stats, y: &Stats) {
     assert_eq!([x.bv_tests, x.primitive_tests, x.exact_tests], [y.bv_tests, y.primitive_tests, y.exact_tests]);
     assert_eq!((x.work, x.queue_peak, x.bv_tests_per_level), (y.work, y.queue_peak, y.bv_tests_per_level));
     assert_eq!(x.elapsed, y.elapsed.map_or(-1, |time| time.as_nanos() as i64));

@@ -107,11 +107,11 @@ impl<'a> Sweeper<'a> {
         let start = Instant::now();
         let query = self.query(pose);
         let clock = self.clock;
-        let budget = self.args.budget();
+        let budget = self.args.limits.budget();
         let mut outcome = query.run_with(&mut self.workspace, self.memory.as_mut(), budget, &clock);
         while outcome.stop == StopReason::PairsFull {
             self.found.extend(self.workspace.drain_pairs());
-            let left = self.args.budget_left(start.elapsed(), outcome.stats.work);
+            let left = self.args.limits.budget_left(start.elapsed(), outcome.stats.work);
             outcome = query.resume_with(&mut self.workspace, self.memory.as_mut(), left, &clock)?;
         }
         Ok((outcome, start.elapsed()))

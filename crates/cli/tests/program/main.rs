@@ -3,6 +3,7 @@
 mod calibration;
 mod cases;
 mod damage;
+mod distance;
 #[allow(dead_code, reason = "the library's tests use the rest")]
 #[path = "../../../../tests/common/files.rs"]
 mod files;

@@ -78,14 +78,19 @@ impl Answer {
         Self { status: output.status.code().expect("an exit status"), out, err }
     }
 
-    /// The rows of `punctual pair`, after a check of its first two lines.
-    pub fn rows(&self) -> Vec<Row> {
+    /// The lines after the one that names the program and the one of the columns.
+    pub fn lines(&self, header: &str) -> std::str::Lines<'_> {
         let mut lines = self.out.lines();
         let first = lines.next().unwrap_or_else(|| panic!("no output; {}", self.err));
         let version = concat!("# peer=punctual version=", env!("CARGO_PKG_VERSION"), " build_ns=");
         assert!(first.strip_prefix(version).unwrap().parse::<u64>().is_ok(), "{first}");
-        assert_eq!(lines.next(), Some(HEADER));
-        lines.enumerate().map(|(pose, line)| Row::new(pose, line)).collect()
+        assert_eq!(lines.next(), Some(header));
+        lines
+    }
+
+    /// The rows of `punctual pair`.
+    pub fn rows(&self) -> Vec<Row> {
+        self.lines(HEADER).enumerate().map(|(pose, line)| Row::new(pose, line)).collect()
     }
 
     /// No result, status 2, and a message that contains all of `parts`.

@@ -1,0 +1,233 @@
+//! Distance queries: two trees, a pose and tolerances in; proven bounds and the closest points out.
+
+use crate::arrays::fill;
+use crate::clock::punctual_clock;
+use crate::memory::punctual_memory;
+use crate::mesh::{punctual_aabb, punctual_point};
+use crate::pose::punctual_pose;
+use crate::query::{answer, punctual_budget, punctual_certificate, punctual_stats, punctual_stop_reason};
+use crate::status::{Fault, door, given, punctual_status};
+use crate::tree::punctual_tree;
+use crate::workspace::{punctual_triangle_pair, punctual_workspace};
+use core::mem::MaybeUninit;
+use punctual::{Distance, DistanceQuery, MAX_STEP_WORK};
+
+/// Whether two surfaces are no farther apart than the `closer_than` of a query.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_closer {
+    /// Not known: the budget ended first, it was not asked, or the distance is the limit to 15 digits.
+    Undecided = 0,
+    /// Proven: they are no farther apart.
+    Yes = 1,
+    /// Proven: they are farther apart.
+    No = 2,
+}
+
+/// The question how far apart two surfaces are: 0 if they meet. Plain data, made by `punctual_distance_query_new`, one for
+/// each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was. Lengths are
+/// in the unit of the meshes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct punctual_distance_query<'t> {
+    /// Tree A.
+    pub a: Option<&'t punctual_tree>,
+    /// Tree B; it may be the same.
+    pub b: Option<&'t punctual_tree>,
+    /// Brings coordinates of B into those of A.
+    pub b_in_a: punctual_pose,
+    /// Done as soon as `high - low` is no more than this length, also if that leaves open whether the surfaces meet; 0: as
+    /// close as double can tell. -1 by default, as any negative number: a millionth of half the longest extent of the larger
+    /// mesh, roughly, and whether they meet is decided.
+    pub absolute_tolerance: f64,
+    /// Done also as soon as `high <= (1 + relative_tolerance) low`; 0 by default.
+    pub relative_tolerance: f64,
+    /// By how much each surface is thickened, A's first: a point becomes a ball, a segment a capsule. The distance is that of the
+    /// thickened surfaces. 0 by default.
+    pub margins: [f64; 2],
+    /// Ask only whether the surfaces are no farther apart than this length: done as soon as that is known, in a fraction of the
+    /// time. Infinity by default: the distance itself is asked for.
+    pub closer_than: f64,
+    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+    pub poll_interval: u64,
+}
+
+/// The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length unit of the meshes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_distance {
+    /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
+    pub low: f64,
+    /// Proven: the distance of the two points, but for rounding. 0 only if the surfaces meet; infinite if nothing was found yet.
+    pub high: f64,
+    /// The answer to `closer_than`.
+    pub closer: punctual_closer,
+    /// Why the query returned.
+    pub stop: punctual_stop_reason,
+    /// Whether triangles were found at all; if not, they and the points are zeros.
+    pub has_nearest: bool,
+    /// The closest triangles found.
+    pub nearest: punctual_triangle_pair,
+    /// Their closest points, A's first, both in A's frame; moved towards each other by the margins.
+    pub points: [punctual_point; 2],
+    /// What it has done.
+    pub stats: punctual_stats,
+}
+
+/// The question how far apart `a` and `b` are, with the default options. Checked when it is run.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_distance_query_new<'t>(
+    a: Option<&'t punctual_tree>,
+    b: Option<&'t punctual_tree>,
+    b_in_a: punctual_pose,
+) -> punctual_distance_query<'t> {
+    punctual_distance_query {
+        a,
+        b,
+        b_in_a,
+        absolute_tolerance: -1.0,
+        relative_tolerance: 0.0,
+        margins: [0.0; 2],
+        closer_than: f64::INFINITY,
+        poll_interval: MAX_STEP_WORK,
+    }
+}
+
+/// Runs a distance query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the frame
+/// before makes the answer faster; `clock` may be null: the clock of the system.
+///
+/// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_distance_query_run(
+    query: Option<&punctual_distance_query>,
+    workspace: Option<&mut punctual_workspace>,
+    memory: Option<&mut punctual_memory>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    outcome: Option<&mut MaybeUninit<punctual_distance>>,
+) -> punctual_status {
+    door("punctual_distance_query_run", || {
+        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for clocks.
+        unsafe {
+            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
+                Ok(query.run_with(workspace, memory, budget, clock))
+            })
+        }
+    })
+}
+
+/// Goes on with the stopped run that the workspace holds, with a fresh budget. Its bounds are no worse than before; however it is
+/// cut into pieces by work budgets, the outcome at the end is that of one uninterrupted run.
+///
+/// Fails as `punctual_distance_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
+/// or is complete.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_distance_query_resume(
+    query: Option<&punctual_distance_query>,
+    workspace: Option<&mut punctual_workspace>,
+    memory: Option<&mut punctual_memory>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    outcome: Option<&mut MaybeUninit<punctual_distance>>,
+) -> punctual_status {
+    door("punctual_distance_query_resume", || {
+        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for clocks.
+        unsafe {
+            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
+                Ok(query.resume_with(workspace, memory, budget, clock)?)
+            })
+        }
+    })
+}
+
+/// Where the last run of this query in the workspace may have missed what is closer than its `high`. Takes time linear in the
+/// open pairs; allocates nothing.
+///
+/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_distance_query_certificate(
+    query: Option<&punctual_distance_query>,
+    workspace: Option<&punctual_workspace>,
+    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+) -> punctual_status {
+    door("punctual_distance_query_certificate", || {
+        let query = given(query, "query")?.check()?;
+        let certificate = given(certificate, "certificate")?;
+        certificate.write(query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?.into());
+        Ok(())
+    })
+}
+
+/// Boxes in A's frame, at most one for each open pair: two points that are closer than `high` have their middle in one of them.
+/// They reach as far as `high` beyond the surfaces, and are infinite where nothing was found yet. As many as `capacity` allows
+/// are written to `boxes`, and how many there are to `count`.
+///
+/// Fails as `punctual_distance_query_certificate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_distance_query_open_boxes(
+    query: Option<&punctual_distance_query>,
+    workspace: Option<&punctual_workspace>,
+    boxes: *mut punctual_aabb,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_distance_query_open_boxes", || {
+        let query = given(query, "query")?.check()?;
+        let count = given(count, "count")?;
+        let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
+        Ok(())
+    })
+}
+
+impl punctual_distance_query<'_> {
+    fn check(&self) -> Result<DistanceQuery<'_>, Fault> {
+        let a = given(self.a, "query->a")?.0.get("query->a")?;
+        let b = given(self.b, "query->b")?.0.get("query->b")?;
+        if self.absolute_tolerance.is_nan() {
+            return Err(Fault::Number("query->absolute_tolerance", self.absolute_tolerance));
+        }
+        not_negative(self.relative_tolerance, "query->relative_tolerance")?;
+        not_negative(self.closer_than, "query->closer_than")?;
+        for (margin, what) in self.margins.into_iter().zip(["query->margins[0]", "query->margins[1]"]) {
+            not_negative(margin, what)?;
+            if margin.is_infinite() {
+                return Err(Fault::Number(what, margin));
+            }
+        }
+        let query = DistanceQuery::new(a, b, self.b_in_a.check()?);
+        let query = match self.absolute_tolerance {
+            ..0.0 => query,
+            length => query.absolute_tolerance(length),
+        };
+        let query = query.relative_tolerance(self.relative_tolerance).margins(self.margins);
+        Ok(query.closer_than(self.closer_than).poll_interval(self.poll_interval))
+    }
+}
+
+fn not_negative(value: f64, what: &'static str) -> Result<(), Fault> {
+    if value >= 0.0 { Ok(()) } else { Err(Fault::Negative(what, value)) }
+}
+
+impl From<Distance> for punctual_distance {
+    fn from(distance: Distance) -> Self {
+        let (nearest, points) = distance.nearest.map_or_else(Default::default, |near| (near.triangles, near.points));
+        Self {
+            low: distance.low,
+            high: distance.high,
+            closer: match distance.closer {
+                None => punctual_closer::Undecided,
+                Some(true) => punctual_closer::Yes,
+                Some(false) => punctual_closer::No,
+            },
+            stop: distance.stop.into(),
+            has_nearest: distance.nearest.is_some(),
+            nearest: nearest.into(),
+            points: points.map(Into::into),
+            stats: distance.stats.into(),
+        }
+    }
+}

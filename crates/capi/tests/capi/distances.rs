@@ -1,0 +1,162 @@
+//! Distance queries: the bounds, points and counters of Rust, and everything that is refused.
+
+use std::mem::MaybeUninit;
+use std::ptr::null_mut;
+
+use super::call::*;
+use super::queries::same_stats;
+use punctual::{Budget, Certificate, Distance, DistanceQuery, PairMemory, Pose, StopReason, Tree, Workspace, shapes};
+use punctual_capi::{punctual_status as Status, *};
+
+fn same(ours: &punctual_distance, theirs: &Distance) {
+    assert_eq!([ours.low, ours.high], [theirs.low, theirs.high]);
+    assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
+    let closer = match theirs.closer {
+        None => punctual_closer::Undecided,
+        Some(true) => punctual_closer::Yes,
+        Some(false) => punctual_closer::No,
+    };
+    assert_eq!((ours.closer, ours.has_nearest), (closer, theirs.nearest.is_some()));
+    let (ids, points) = theirs.nearest.map_or_else(Default::default, |near| (near.triangles, near.points));
+    assert_eq!([ours.nearest.a, ours.nearest.b], ids);
+    assert_eq!(ours.points.map(|p| [p.x, p.y, p.z]), points.map(|p| p.to_array()));
+    same_stats(&ours.stats, &theirs.stats);
+}
+
+fn same_certificate(query: &punctual_distance_query, workspace: &punctual_workspace, theirs: &Certificate) {
+    let open = made(|open| punctual_distance_query_certificate(Some(query), Some(workspace), open));
+    assert_eq!((open.open_pairs, open.upper_bound), (theirs.open_pairs(), theirs.upper_bound()));
+    assert_eq!(open.largest_extent, theirs.largest_extent());
+    let mut boxes = vec![punctual_aabb { min: NO_POINT, max: NO_POINT }; 3];
+    // SAFETY: there is room for three.
+    let count = made(|count| unsafe {
+        punctual_distance_query_open_boxes(Some(query), Some(workspace), boxes.as_mut_ptr(), 3, count)
+    });
+    assert!(count == theirs.boxes().count() && open.open_pairs > 0);
+    for (ours, theirs) in boxes.iter().zip(theirs.boxes()) {
+        assert_eq!([ours.min.x, ours.max.z], [theirs.min.x, theirs.max.z]);
+    }
+}
+
+/// Of a knot and itself: through each other, closer, and apart.
+fn poses() -> [Pose; 3] {
+    let tilted = tilted();
+    [0.0, 1.5, 4.0].map(|x| Pose::new(tilted.rotation(), tilted.translation() + punctual::glam::DVec3::X * x).unwrap())
+}
+
+/// Each option, budgets that stop and resume, with and without memory.
+#[test]
+fn distances_are_those_of_rust() {
+    let ours = tree_of(&knot());
+    let theirs = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
+    let mut workspace = owned(|out| punctual_workspace_new(out));
+    let mut other = Workspace::new();
+    let mut stops = 0;
+    for (tolerance, share, margins, limit) in [
+        (-1.0, 0.0, [0.0; 2], f64::INFINITY),
+        (0.0, 0.0, [0.0; 2], f64::INFINITY),
+        (0.0, 0.1, [0.0, 0.3], f64::INFINITY),
+        (0.5, 0.0, [0.1, 0.0], f64::INFINITY),
+        (0.0, 0.0, [0.0; 2], 1.0),
+    ] {
+        let (mut memory, mut remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
+        for pose in poses() {
+            let mut query = punctual_distance_query_new(Some(&ours), Some(&ours), raw(&pose));
+            (query.absolute_tolerance, query.relative_tolerance) = (tolerance, share);
+            (query.margins, query.closer_than, query.poll_interval) = (margins, limit, 1000);
+            let native = DistanceQuery::new(&theirs, &theirs, pose).relative_tolerance(share).margins(margins);
+            let native = native.closer_than(limit).poll_interval(1000);
+            let native = if tolerance < 0.0 { native } else { native.absolute_tolerance(tolerance) };
+            let budget = punctual_budget_work(4_000);
+            let mut distance = made(|out| {
+                let (workspace, memory) = (Some(&mut *workspace), Some(&mut *memory));
+                // SAFETY: no clock of the caller's.
+                unsafe { punctual_distance_query_run(Some(&query), workspace, memory, budget, None, out) }
+            });
+            let mut expected = native.run_with_memory(&mut other, &mut remembered, Budget::work(4_000));
+            while expected.stop != StopReason::Finished {
+                stops += 1;
+                same(&distance, &expected);
+                same_certificate(&query, &workspace, &native.certificate(&other).unwrap());
+                distance = made(|out| {
+                    let workspace = Some(&mut *workspace);
+                    // SAFETY: no clock of the caller's.
+                    unsafe { punctual_distance_query_resume(Some(&query), workspace, None, budget, None, out) }
+                });
+                expected = native.resume(&mut other, Budget::work(4_000)).unwrap();
+            }
+            same(&distance, &expected);
+            let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
+            // SAFETY: no clock of the caller's.
+            let status = unsafe { punctual_distance_query_resume(Some(&query), workspace, None, budget, None, out) };
+            assert_eq!(status, Status::NotResumable);
+        }
+    }
+    assert!(stops > 5, "{stops}");
+}
+
+/// By the clock of the system, without memory.
+fn run(
+    query: &punctual_distance_query,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    out: Option<&mut MaybeUninit<punctual_distance>>,
+) -> Status {
+    // SAFETY: no clock of the caller's.
+    unsafe { punctual_distance_query_run(Some(query), workspace, None, budget, None, out) }
+}
+
+#[test]
+fn null_is_refused_by_distance_queries() {
+    let tree = tree_of(&knot());
+    let query = punctual_distance_query_new(Some(&tree), Some(&tree), punctual_pose_identity());
+    let budget = punctual_budget_unlimited();
+    let mut workspace = owned(|out| punctual_workspace_new(out));
+    let mut out = MaybeUninit::uninit();
+    null_is_seen(run(&punctual_distance_query { a: None, ..query }, None, budget, None), "query->a");
+    null_is_seen(run(&punctual_distance_query { b: None, ..query }, None, budget, None), "query->b");
+    null_is_seen(run(&query, None, budget, None), "outcome");
+    null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
+    null_is_seen(punctual_distance_query_certificate(None, None, None), "query");
+    null_is_seen(punctual_distance_query_certificate(Some(&query), None, None), "certificate");
+    null_is_seen(
+        punctual_distance_query_certificate(Some(&query), None, Some(&mut MaybeUninit::uninit())),
+        "workspace",
+    );
+    let no_clock = punctual_clock { now: None, context: null_mut() };
+    // SAFETY: nothing but null.
+    unsafe {
+        null_is_seen(punctual_distance_query_open_boxes(None, None, null_mut(), 0, None), "query");
+        null_is_seen(punctual_distance_query_open_boxes(Some(&query), None, null_mut(), 0, None), "count");
+        null_is_seen(punctual_distance_query_run(None, None, None, budget, None, None), "query");
+        null_is_seen(punctual_distance_query_resume(None, None, None, budget, None, None), "query");
+        let (workspace, clock) = (Some(&mut *workspace), Some(&no_clock));
+        let status = punctual_distance_query_resume(Some(&query), workspace, None, budget, clock, Some(&mut out));
+        null_is_seen(status, "clock->now");
+    }
+}
+
+#[test]
+fn numbers_out_of_range_are_named_by_distance_queries() {
+    let tree = tree_of(&knot());
+    let query = punctual_distance_query_new(Some(&tree), Some(&tree), punctual_pose_identity());
+    let mut workspace = owned(|out| punctual_workspace_new(out));
+    let (nan, infinite) = (f64::NAN, f64::INFINITY);
+    for (bad, what) in [
+        (punctual_distance_query { absolute_tolerance: nan, ..query }, "absolute_tolerance is NaN"),
+        (punctual_distance_query { relative_tolerance: -0.1, ..query }, "relative_tolerance is -0.1"),
+        (punctual_distance_query { relative_tolerance: nan, ..query }, "relative_tolerance is NaN"),
+        (punctual_distance_query { closer_than: -1.0, ..query }, "closer_than is -1"),
+        (punctual_distance_query { margins: [-1.0, 0.0], ..query }, "margins[0] is -1"),
+        (punctual_distance_query { margins: [0.0, infinite], ..query }, "margins[1] is inf"),
+    ] {
+        let status = run(&bad, Some(&mut workspace), punctual_budget_unlimited(), Some(&mut MaybeUninit::uninit()));
+        assert_eq!(status, Status::BadArgument);
+        let text = last_error();
+        assert!(text.starts_with(&format!("punctual_distance_query_run: query->{what}, which is ")), "{text}");
+    }
+    let mut bad = query;
+    bad.b_in_a.m[7] = nan;
+    let status = run(&bad, Some(&mut workspace), punctual_budget_unlimited(), Some(&mut MaybeUninit::uninit()));
+    fails(status, Status::BadPose, "punctual_distance_query_run: entry 7 of the pose [R|t], row by row, is not finite");
+}

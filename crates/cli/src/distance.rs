@@ -1,0 +1,152 @@
+//! `punctual distance`: two meshes, a list of poses, how far apart they are at each, bounded within a budget.
+
+use std::io::{self, Write};
+use std::time::{Duration, Instant};
+
+use clap::ValueEnum;
+use punctual::{BuildOptions, Distance, DistanceQuery, PairMemory, Pose, SystemClock, Tree, Workspace};
+use punctual_lab::files::ListedPose;
+use punctual_lab::report::Failure;
+
+use crate::Completion;
+use crate::input::{Input, Limits, Loaded};
+
+/// How far apart two meshes are at each pose of a list.
+///
+/// Prints CSV, a line for each pose: low <= distance <= high, both proven, also where a budget ended the query; the closest
+/// triangles found, counted from 0, and their closest points in A's frame (empty if none was found yet, high is then inf);
+/// closer is the answer to --closer-than: yes, no (both proven), undecided, or empty if it was not asked; ns is the least
+/// time of all sweeps, pose update included; stop tells why the query ended, or error; work is in work units. All but ns
+/// are of the first sweep. high is 0 only where the surfaces meet, and there always, unless a budget, --abs or
+/// --closer-than ended the query before. Lengths are in the unit of the meshes.
+///
+/// A query ends as soon as it is known whether the surfaces meet, and high - low is a millionth of the larger mesh's unit
+/// length, which is about half of its longest extent. One of --mode exact, --rel, --abs and --closer-than asks for something
+/// else.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    input: Input,
+    #[command(flatten)]
+    goal: Goal,
+    /// Sweeps over the whole list; ns is the least of them.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    reps: u32,
+    #[command(flatten)]
+    limits: Limits,
+    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
+    #[arg(long)]
+    portable: bool,
+    /// Take the poses as consecutive frames: begin with the triangles that were closest in the one before.
+    #[arg(long)]
+    memory: bool,
+    /// Thicken each of the two surfaces by M: the distance is less by 2 M, and 0 if that is negative.
+    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = parse_size, allow_negative_numbers = true)]
+    margin: f64,
+}
+
+#[derive(clap::Args)]
+#[group(multiple = false)]
+struct Goal {
+    /// How close the bounds are to be.
+    #[arg(long, value_enum)]
+    mode: Option<ModeName>,
+    /// Stop as soon as high <= (1 + E) low.
+    #[arg(long, value_name = "E", value_parser = parse_size, allow_negative_numbers = true)]
+    rel: Option<f64>,
+    /// Stop as soon as high - low <= E, also if that leaves open whether the surfaces meet.
+    #[arg(long, value_name = "E", value_parser = parse_size, allow_negative_numbers = true)]
+    abs: Option<f64>,
+    /// Ask only whether the distance is at most D, and stop as soon as that is known.
+    #[arg(long, value_name = "D", value_parser = parse_size, allow_negative_numbers = true)]
+    closer_than: Option<f64>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ModeName {
+    /// As close as f64 can tell
+    Exact,
+}
+
+/// A length or a share.
+fn parse_size(text: &str) -> Result<f64, String> {
+    let size: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
+    if size >= 0.0 && size.is_finite() { Ok(size) } else { Err("must be finite and not negative".into()) }
+}
+
+pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
+    let Loaded { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
+    let completion = args.input.complain_of_bad_poses(&poses);
+    let mut workspace = Workspace::new();
+    if args.portable {
+        workspace.use_portable_kernels();
+    }
+    let mut rows = args.sweep(&a, &b, &poses, &mut workspace);
+    for _ in 1..args.reps {
+        for (row, again) in rows.iter_mut().zip(args.sweep(&a, &b, &poses, &mut workspace)) {
+            if let (Some((_, least)), Some((_, time))) = (row, again) {
+                *least = time.min(*least);
+            }
+        }
+    }
+    writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
+    args.print(out, &rows)?;
+    Ok(completion)
+}
+
+/// An answer and what it took; none where a line holds no pose.
+type Row = Option<(Distance, Duration)>;
+
+impl Args {
+    /// All poses once.
+    fn sweep(&self, a: &Tree, b: &Tree, poses: &[ListedPose], workspace: &mut Workspace) -> Vec<Row> {
+        let clock = SystemClock::default();
+        let mut memory = self.memory.then(PairMemory::new);
+        let mut answer = |&pose: &Pose| {
+            let start = Instant::now();
+            let query = self.goal.of(DistanceQuery::new(a, b, pose)).margins([self.margin; 2]);
+            let found = query.run_with(workspace, memory.as_mut(), self.limits.budget(), &clock);
+            (found, start.elapsed())
+        };
+        poses.iter().map(|listed| listed.pose.as_ref().ok().map(&mut answer)).collect()
+    }
+
+    fn print(&self, out: &mut impl Write, rows: &[Row]) -> io::Result<()> {
+        writeln!(out, "pose,low,high,triangle_a,triangle_b,ax,ay,az,bx,by,bz,closer,ns,stop,work")?;
+        for (i, row) in rows.iter().enumerate() {
+            let Some((Distance { low, high, nearest, closer, stop, stats, .. }, least)) = row else {
+                writeln!(out, "{i},,,,,,,,,,,,0,error,0")?;
+                continue;
+            };
+            write!(out, "{i},{low},{high},")?;
+            match nearest {
+                Some(nearest) => {
+                    let ([a, b], [p, q]) = (nearest.triangles, nearest.points);
+                    write!(out, "{a},{b},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z)?;
+                }
+                None => write!(out, ",,,,,,,")?,
+            }
+            let closer = match closer {
+                _ if self.goal.closer_than.is_none() => "",
+                Some(true) => "yes",
+                Some(false) => "no",
+                None => "undecided",
+            };
+            writeln!(out, ",{closer},{},{stop},{}", least.as_nanos(), stats.work)?;
+        }
+        Ok(())
+    }
+}
+
+impl Goal {
+    fn of<'t>(&self, query: DistanceQuery<'t>) -> DistanceQuery<'t> {
+        let exact = query.absolute_tolerance(0.0);
+        match *self {
+            Self { closer_than: Some(limit), .. } => query.closer_than(limit),
+            Self { abs: Some(length), .. } => query.absolute_tolerance(length),
+            Self { rel: Some(share), .. } => exact.relative_tolerance(share),
+            Self { mode: Some(ModeName::Exact), .. } => exact,
+            Self { mode: None, .. } => query,
+        }
+    }
+}

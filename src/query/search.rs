@@ -1,0 +1,123 @@
+//! The state of a distance query: triangle pairs that wait, and what is proven of all that is left.
+
+use super::interval::{Interval, Tolerance};
+use super::queue::{BUCKETS, Front, Pair};
+use crate::tree::WIDTH;
+use arrayvec::ArrayVec;
+
+/// Factors of half extents with which dives guess.
+pub(super) const DIVES: [f32; 2] = [-0.7, 0.0];
+
+/// Triangle pairs that are put off; others are looked at when they are met.
+const PUT_OFF: usize = 1024;
+
+/// A triangle pair (tree order) and what is proven of its distance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounded {
+    pub pair: [u32; 2],
+    /// Of pairs that wait for the first test, a key: the square. Of others, the distance, A's units.
+    pub low: f32,
+}
+
+/// Before the first query, and where one of the meshes is empty.
+const NOTHING: Interval = Interval::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY);
+
+/// The state of a distance query in a workspace.
+#[derive(Clone, Debug)]
+pub(super) struct Search {
+    pub interval: Interval,
+    /// Whether a query has begun since all was cleared.
+    is_used: bool,
+    /// Dives that are left.
+    pub dives: usize,
+    /// Where the dive at hand goes on.
+    pub dive: Option<Pair>,
+    /// Triangle pairs that wait for the `f32` test.
+    pub waiting: ArrayVec<Bounded, { WIDTH * (WIDTH + 1) }>,
+    /// Those that may be closest, after it; the most likely is the last.
+    pub proposed: ArrayVec<Bounded, WIDTH>,
+    pub put_off: ArrayVec<Bounded, PUT_OFF>,
+    /// The bits of a key that make the first bucket.
+    first_bucket: Option<u32>,
+}
+
+impl Search {
+    pub const fn new() -> Self {
+        Self {
+            interval: NOTHING,
+            is_used: false,
+            dives: 0,
+            dive: None,
+            waiting: ArrayVec::new_const(),
+            proposed: ArrayVec::new_const(),
+            put_off: ArrayVec::new_const(),
+            first_bucket: None,
+        }
+    }
+
+    pub fn clear(&mut self) {
+        if !self.is_used {
+            return;
+        }
+        self.is_used = false;
+        (self.interval, self.dives, self.dive, self.first_bucket) = (NOTHING, 0, None, None);
+        self.waiting.clear();
+        self.proposed.clear();
+        self.put_off.clear();
+    }
+
+    /// Begins with a triangle pair that is likely to be close, or else with dives.
+    pub fn begin(&mut self, interval: Interval, guess: Option<[u32; 2]>) {
+        (self.interval, self.is_used) = (interval, true);
+        match guess {
+            Some(pair) => self.proposed.push(Bounded { pair, low: 0.0 }),
+            // With a limit there is something to compare with already.
+            None => self.dives = if interval.has_limit() { 0 } else { DIVES.len() },
+        }
+    }
+
+    /// Whether no dive and no triangle pair is left.
+    pub fn is_done(&self) -> bool {
+        self.dives == 0 && self.pairs().next().is_none()
+    }
+
+    /// All triangle pairs that are left.
+    pub fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        self.waiting.iter().chain(&self.proposed).chain(&self.put_off).map(|left| left.pair)
+    }
+
+    /// Tells the interval what is proven of all pairs that are left, with A's unit of this length; of the pair at hand, if
+    /// there is one, `at_hand`.
+    pub fn bound(&mut self, front: &Front, at_hand: f32, unit: f64) {
+        let nodes = match front.least_bucket() {
+            _ if self.dives > 0 => 0.0,
+            None => f32::INFINITY,
+            Some(bucket) => root(self.least_key(bucket)),
+        };
+        let waiting = self.waiting.iter().map(|left| root(left.low));
+        let others = self.proposed.iter().chain(&self.put_off).map(|left| left.low);
+        self.interval.raise(f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)) * unit);
+    }
+
+    /// The bucket of a key: eight for each factor of two, so that bounds differ by 4 to 6 percent. The last but few hold
+    /// what is as far as the first upper bound.
+    pub fn bucket(&mut self, key: f32, cut: f32) -> usize {
+        let bits = key.to_bits() >> BUCKET_BITS;
+        let first = *self.first_bucket.get_or_insert((cut.to_bits() >> BUCKET_BITS).saturating_sub(BUCKETS as u32 - 2));
+        (bits.saturating_sub(first) as usize).min(BUCKETS - 1)
+    }
+
+    /// The least key of a bucket.
+    fn least_key(&self, bucket: usize) -> f32 {
+        let first = self.first_bucket.unwrap_or(0);
+        if bucket == 0 { 0.0 } else { f32::from_bits((first + bucket as u32) << BUCKET_BITS) }
+    }
+}
+
+/// Bits of a key that do not matter for its bucket.
+const BUCKET_BITS: u32 = 20;
+
+/// The distance that a key stands for, rounded down.
+pub(super) fn root(key: f32) -> f32 {
+    libm::sqrtf(key.max(0.0)) * (1.0 - f32::EPSILON)
+}
