@@ -10,10 +10,10 @@ use punctual::glam::{DMat3, DVec3};
 use punctual::{Body, Budget, ManualClock, Mesh, Pose, Scene, Tree, Workspace, shapes};
 
 #[test]
-fn a_workspace_has_16_bytes_a_queued_and_8_a_found_pair() {
+fn a_workspace_has_20_bytes_a_queued_and_8_a_found_pair() {
     for (queue, found) in [(0, 1), (4096, 65536), (100, 7)] {
         let (_workspace, bytes) = held(|| Workspace::with_capacity(queue, found));
-        assert_eq!(bytes, 311_296 + 16 * queue + 8 * found);
+        assert_eq!(bytes, 323_588 + 20 * queue + 8 * found);
     }
 }
 
@@ -43,7 +43,7 @@ fn a_scene_has_a_fixed_part_and_some_hundred_bytes_a_body_and_a_pair() {
     let ball = Arc::new(Tree::new(shapes::icosphere(2)));
     let (mut scene, fixed) = held(Scene::new);
     println!("a scene: {fixed} bytes");
-    assert!(fixed < 6_000_000);
+    assert!(fixed < 7_000_000);
     // A row in which each meets the next.
     for bodies in [100, 400] {
         let (pairs, bytes) = held(|| {

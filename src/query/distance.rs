@@ -8,6 +8,7 @@ use super::certificate::Certificate;
 use super::interval::{Interval, Tolerance};
 use super::memory::PairMemory;
 use super::nearest;
+use super::options::DistanceOptions;
 use super::outcome::{Stats, StopReason};
 use super::queue::{Origin, Pair};
 use super::strategy::Strategy;
@@ -15,19 +16,10 @@ use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::math::Pose;
+use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::{Tree, WIDTH};
 use glam::DVec3;
-
-/// Everything about a distance query that is a choice of the caller.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Options {
-    tolerance: Tolerance,
-    margins: [f64; 2],
-    /// Infinite if the distance itself is asked for.
-    limit: f64,
-    poll_interval: u64,
-}
 
 /// The question how far apart two surfaces are at a pose: 0 if they meet. Cheap to make; one for each pose.
 ///
@@ -50,20 +42,29 @@ pub struct DistanceQuery<'t> {
     a: &'t Tree,
     b: &'t Tree,
     b_in_a: Pose,
-    options: Options,
+    options: DistanceOptions,
 }
 
-/// The default absolute tolerance over the size of the larger mesh.
+/// The default absolute tolerance over the size of the larger mesh; and the relative one of bodies that are farther apart than
+/// so many times this size, where boxes in `f32` tell no more.
 const DEFAULT_TOLERANCE: f64 = 1e-6;
+const FAR: f64 = 64.0;
+const FAR_TOLERANCE: f64 = 1e-5;
 
 impl<'t> DistanceQuery<'t> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The absolute tolerance is a
-    /// millionth of the larger mesh's unit ([`Tree::unit_length`], about half of its longest extent), the relative one 0.
+    /// millionth of the larger mesh's unit ([`Tree::unit_length`], about half of its longest extent; 0 for a point), the
+    /// relative one 0, or 1e-5 if the middles of the meshes are more than 64 such units apart.
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        let absolute = DEFAULT_TOLERANCE * a.unit_length().max(b.unit_length());
-        let tolerance = Tolerance { absolute, relative: 0.0 };
-        let options = Options { tolerance, margins: [0.0; 2], limit: f64::INFINITY, poll_interval: MAX_STEP_WORK };
+        let units = [a.unit(), b.unit()];
+        let [of_a, of_b] = units.map(|unit| if unit.is_point { 0.0 } else { unit.length() });
+        let size = of_a.max(of_b);
+        let apart = (b_in_a.transform_point(units[1].origin) - units[0].origin).abs().max_element();
+        let relative = if apart > FAR * size { FAR_TOLERANCE } else { 0.0 };
+        let tolerance = Tolerance { absolute: DEFAULT_TOLERANCE * size, relative };
+        let limit = f64::INFINITY;
+        let options = DistanceOptions { tolerance, margins: [0.0; 2], limit, poll_interval: MAX_STEP_WORK };
         Self { a, b, b_in_a, options }
     }
 
@@ -76,23 +77,23 @@ impl<'t> DistanceQuery<'t> {
         self
     }
 
-    /// Done also as soon as `high <= (1 + share) low`; 0 (and NaN) by default.
+    /// Done also as soon as `high <= (1 + share) low`. NaN counts as 0.
     #[must_use]
     pub fn relative_tolerance(mut self, share: f64) -> Self {
         self.options.tolerance.relative = share.max(0.0);
         self
     }
 
-    /// Thickens each surface by its margin (not negative; NaN counts as 0), in the length unit of the meshes: a point becomes
-    /// a ball, a segment a capsule. The distance is that of the thickened surfaces.
+    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the length unit of the meshes:
+    /// a point becomes a ball, a segment a capsule. The distance is that of the thickened surfaces.
     #[must_use]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
-        self.options.margins = margins.map(|margin| margin.max(0.0));
+        self.options.margins = margins.map(|margin| if margin > 0.0 { margin.min(COORDINATE_LIMIT) } else { 0.0 });
         self
     }
 
     /// Asks only whether the (thickened) surfaces are no farther apart than this: done as soon as one of the bounds tells.
-    /// [`Distance::closer`] is the answer. Takes a fraction of the time of the distance.
+    /// [`Distance::closer`] is the answer. Takes a fraction of the time of the distance. Infinite: not asked.
     #[must_use]
     pub fn closer_than(mut self, distance: f64) -> Self {
         self.options.limit = distance.max(0.0);
@@ -193,7 +194,7 @@ impl<'t> DistanceQuery<'t> {
             return;
         }
         let guess = memory.and_then(|memory| memory.nearest(self.a, self.b));
-        let Options { tolerance, limit, .. } = self.options;
+        let DistanceOptions { tolerance, limit, .. } = self.options;
         workspace.search.begin(Interval::new(tolerance, self.margin(), limit), guess);
         workspace.testing = guess.is_some();
         workspace.front.push(Pair::new(0, 0));
@@ -202,9 +203,8 @@ impl<'t> DistanceQuery<'t> {
     /// Spends a budget on the run in the workspace.
     fn spend(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, deadline: &mut Deadline) -> Distance {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
-        let unit = self.a.unit_length();
         let stop = Traversal {
-            question: nearest::Distance::new(unit, &relation, &workspace.search.interval),
+            question: nearest::Distance::new(&relation, &workspace.search.interval),
             a: self.a,
             b: self.b,
             b_in_a: &self.b_in_a,
@@ -216,7 +216,7 @@ impl<'t> DistanceQuery<'t> {
             origin: Origin::Stack,
         }
         .advance();
-        workspace.search.bound(&workspace.front, f32::INFINITY, unit);
+        workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
         if let Some(memory) = memory {
             memory.remember_nearest(self.a, self.b, &workspace.search.interval);
         }
@@ -264,8 +264,8 @@ fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
 pub struct Nearest {
     /// Triangle of A, triangle of B: ids of the input meshes.
     pub triangles: [u32; 2],
-    /// Their closest points, A's frame, rounded; moved towards each other by the margins. If the triangles meet, points near
-    /// where they do.
+    /// Their closest points, A's frame, rounded; moved towards each other by the margins. If the triangles meet, a point of
+    /// each, not where they meet.
     pub points: [DVec3; 2],
 }
 
@@ -284,7 +284,8 @@ pub struct Distance {
     /// The closest triangles found.
     pub nearest: Option<Nearest>,
     /// Whether the surfaces are as close as [`DistanceQuery::closer_than`] asks; `None` if that is undecided, or not asked.
-    /// Undecided stays what `f64` cannot tell: distances that equal the limit to 15 digits.
+    /// Undecided stays what `f64` cannot tell: distances that equal the limit up to the rounding of numbers as
+    /// large as the meshes.
     pub closer: Option<bool>,
     /// Why the query returned.
     pub stop: StopReason,

@@ -40,9 +40,10 @@ pub(super) struct Distance {
 }
 
 impl Distance {
-    pub fn new(unit: f64, relation: &Relation, interval: &Interval) -> Self {
+    pub fn new(relation: &Relation, interval: &Interval) -> Self {
         // To begin with, that of the middles.
         let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
+        let unit = relation.unit;
         let mut distance = Self { unit, matters: 0.0, cut: 0.0, direction, guess: f32::INFINITY };
         distance.update(relation, interval);
         distance
@@ -182,6 +183,8 @@ impl Traversal<'_, '_, Distance> {
                 search.interval.pass(bound);
             }
         }
+        // Whatever the sign of what is no number.
+        let about = about.map(|about| if about < f32::INFINITY { about } else { f32::INFINITY });
         order.sort_unstable_by(|&i, &j| about[j].total_cmp(&about[i]).then(j.cmp(&i)));
         for i in order {
             let proposed = Bounded { pair: pairs[i], low: low[i] };

@@ -1,5 +1,6 @@
 //! What a query is asked to do.
 
+use super::interval::Tolerance;
 use super::order::Order;
 use crate::names::named;
 
@@ -25,4 +26,14 @@ pub(crate) struct Options {
     pub poll_interval: u64,
     pub queue_threshold: Option<f32>,
     pub early: bool,
+}
+
+/// The same of a distance query.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct DistanceOptions {
+    pub tolerance: Tolerance,
+    pub margins: [f64; 2],
+    /// Infinite if the distance itself is asked for.
+    pub limit: f64,
+    pub poll_interval: u64,
 }

@@ -3,6 +3,7 @@
 use super::interval::{Interval, Tolerance};
 use super::queue::{BUCKETS, Front, Pair};
 use crate::tree::WIDTH;
+use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
 /// Factors of half extents with which dives guess.
@@ -36,13 +37,13 @@ pub(super) struct Search {
     pub waiting: ArrayVec<Bounded, { WIDTH * (WIDTH + 1) }>,
     /// Those that may be closest, after it; the most likely is the last.
     pub proposed: ArrayVec<Bounded, WIDTH>,
-    pub put_off: ArrayVec<Bounded, PUT_OFF>,
+    pub put_off: Box<ArrayVec<Bounded, PUT_OFF>>,
     /// The bits of a key that make the first bucket.
     first_bucket: Option<u32>,
 }
 
 impl Search {
-    pub const fn new() -> Self {
+    pub fn new() -> Self {
         Self {
             interval: NOTHING,
             is_used: false,
@@ -50,7 +51,7 @@ impl Search {
             dive: None,
             waiting: ArrayVec::new_const(),
             proposed: ArrayVec::new_const(),
-            put_off: ArrayVec::new_const(),
+            put_off: Box::default(),
             first_bucket: None,
         }
     }
@@ -83,7 +84,7 @@ impl Search {
 
     /// All triangle pairs that are left.
     pub fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.waiting.iter().chain(&self.proposed).chain(&self.put_off).map(|left| left.pair)
+        self.waiting.iter().chain(&self.proposed).chain(&*self.put_off).map(|left| left.pair)
     }
 
     /// Tells the interval what is proven of all pairs that are left, with A's unit of this length; of the pair at hand, if
@@ -95,7 +96,7 @@ impl Search {
             Some(bucket) => root(self.least_key(bucket)),
         };
         let waiting = self.waiting.iter().map(|left| root(left.low));
-        let others = self.proposed.iter().chain(&self.put_off).map(|left| left.low);
+        let others = self.proposed.iter().chain(&*self.put_off).map(|left| left.low);
         self.interval.raise(f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)) * unit);
     }
 

@@ -16,6 +16,8 @@ type Columns = [f32x4; 3];
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relation {
     rotation: Columns,
+    /// Length of A's unit, in that of the meshes.
+    pub unit: f64,
     /// Length of B's unit in A's: a power of two.
     pub scale: f32,
     translation: f32x4,
@@ -35,8 +37,9 @@ const LARGEST_SCALE: i32 = 30;
 impl Relation {
     pub fn new(a: &Tree, b: &Tree, b_in_a: &Pose) -> Self {
         let (ua, ub) = (a.unit(), b.unit());
-        let exponent = ub.exponent - ua.exponent;
-        let per_unit = power_of_two(-ua.exponent);
+        let [of_a, of_b] = Unit::exponents([ua, ub]);
+        let exponent = of_b - of_a;
+        let per_unit = power_of_two(-of_a);
         let translation = (b_in_a.transform_point(ub.origin) - ua.origin) * per_unit;
         let scale = power_of_two(exponent.clamp(-1000, 1000));
         let slop = rounding(ua, ub, b_in_a) * per_unit + (1.0 + scale) * power_of_two(-43) + 1e-20;
@@ -47,13 +50,14 @@ impl Relation {
         let margin_a = u * (32.0 + 192.0 * scale + 32.0 * distance) + slop;
         let margin_b = u * (192.0 + 32.0 * scale + 32.0 * distance) + slop + 8.0 * deviation * scale;
         if exponent.abs() > LARGEST_SCALE || !(margin_a < 1e6 && margin_b < 1e6 * scale) {
-            return Self::BLIND;
+            return Self { unit: power_of_two(of_a), ..Self::BLIND };
         }
         let columns = b_in_a.rotation().to_cols_array_2d();
         let rows = b_in_a.rotation().transpose();
         let linear = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row * scale).to_array());
         Self {
             rotation: columns.map(rounded),
+            unit: power_of_two(of_a),
             scale: scale as f32,
             translation: rounded(translation.to_array()),
             margin: [f32x4::splat(margin_a as f32), f32x4::splat(margin_b as f32)],
@@ -82,6 +86,7 @@ impl Relation {
     /// For what `f32` cannot hold: every box overlaps and every triangle pair is in doubt.
     const BLIND: Self = Self {
         rotation: [f32x4::ZERO; 3],
+        unit: 1.0,
         scale: 1.0,
         translation: f32x4::ZERO,
         margin: [f32x4::splat(1e6); 2],

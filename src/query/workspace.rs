@@ -1,9 +1,8 @@
 //! Every buffer that a query needs, owned by the caller.
 
 use super::corners::Corners;
-use super::distance;
 use super::march::March;
-use super::options::Options;
+use super::options::{DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
@@ -163,11 +162,11 @@ pub(super) struct Key {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Asked {
     Intersection(Options),
-    Distance(distance::Options),
+    Distance(DistanceOptions),
 }
 
 impl Workspace {
-    /// Room for 4,096 queued node pairs and 65,536 found pairs, about 910 kB.
+    /// Room for 4,096 queued node pairs and 65,536 found pairs, about 930 kB.
     #[must_use]
     pub fn new() -> Self {
         Self::with_capacity(4096, 65536)
@@ -175,7 +174,7 @@ impl Workspace {
 
     /// Room for `queue` node pairs (a full queue goes depth-first and loses nothing) and `found` intersecting pairs (a
     /// full buffer stops the query with [`crate::StopReason::PairsFull`], to be drained and resumed).
-    /// `20 queue + 8 found` bytes and about 320 kB.
+    /// `20 queue + 8 found` bytes and about 330 kB.
     #[must_use]
     pub fn with_capacity(queue: usize, found: usize) -> Self {
         Self {

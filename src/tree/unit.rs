@@ -14,6 +14,8 @@ pub(crate) struct Unit {
     pub origin: DVec3,
     /// log2 of the length of one unit.
     pub exponent: i32,
+    /// Whether the mesh is a single point, so that all unit coordinates are 0 and any length of the unit would do.
+    pub is_point: bool,
 }
 
 /// A triangle as the fast filter reads it: the first corner and the edges to the other two, unit coordinates.
@@ -29,7 +31,7 @@ const _: () = assert!(size_of::<Triangle>() == 48);
 impl Unit {
     pub fn of(mesh: &Mesh) -> Self {
         if mesh.is_empty() {
-            return Self { origin: DVec3::ZERO, exponent: 0 };
+            return Self { origin: DVec3::ZERO, exponent: 0, is_point: true };
         }
         let bounds = mesh.aabb();
         // Halves first: the sum of two finite corners may overflow.
@@ -37,7 +39,16 @@ impl Unit {
         let reach = (bounds.max - origin).max(origin - bounds.min).max_element();
         // A point has no extent of its own; its distance from the origin is the scale that rounding knows.
         let scale = if reach > 0.0 { reach } else { origin.abs().max_element() };
-        Self { origin, exponent: exponent_above(scale).clamp(-1000, 1010) }
+        Self { origin, exponent: exponent_above(scale).clamp(-1000, 1010), is_point: reach == 0.0 }
+    }
+
+    /// The exponents of two units, of which that of a point is the other's: products of lengths keep within `f32` then.
+    pub fn exponents([a, b]: [&Self; 2]) -> [i32; 2] {
+        match (a.is_point, b.is_point) {
+            (_, true) => [a.exponent; 2],
+            (true, false) => [b.exponent; 2],
+            (false, false) => [a.exponent, b.exponent],
+        }
     }
 
     /// Length of one unit, mesh coordinates.
