@@ -362,6 +362,9 @@ public:
   [[nodiscard]] punctual_status use_threads(std::size_t threads) noexcept {
     return punctual_scene_use_threads(get(), threads);
   }
+  [[nodiscard]] punctual_status reserve(std::size_t bodies, std::size_t pairs) noexcept {
+    return punctual_scene_reserve(get(), bodies, pairs);
+  }
   Result<punctual_body_id> insert(const punctual_body &body) noexcept {
     return detail::filled<punctual_body_id>(
         [&](punctual_body_id *id) { return punctual_scene_insert(get(), &body, id); });

@@ -127,8 +127,11 @@ pub struct punctual_query<'t> {
     /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
     pub poll_interval: u64,
     /// For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being queued: 0 queues every
-    /// pair, infinity none. -1 by default: 256, and infinity for MODE_ANY with ORDER_PENETRATION.
+    /// pair, infinity none. -1 by default: 128 (64 with `early`), and infinity for MODE_ANY with ORDER_PENETRATION.
     pub queue_threshold: f32,
+    /// Whether finding much early is worth some more time in all, for MODE_ALL: 0 (the default) or not 0. It needs trees that
+    /// were built with `neighbors`.
+    pub early: u32,
     /// The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
     /// `punctual_query_estimate`; by default that of the poses for which the model was fitted.
     pub prior: f64,
@@ -218,6 +221,7 @@ pub extern "C" fn punctual_query_new<'t>(
         pair_limit: usize::MAX,
         poll_interval: MAX_STEP_WORK,
         queue_threshold: -1.0,
+        early: 0,
         prior: DEFAULT_PRIOR,
     }
 }
@@ -358,7 +362,8 @@ impl punctual_query<'_> {
         }
         let query = Query::new(a, b, self.b_in_a.check()?).mode(check_mode(self.mode, "query->mode")?).order(order);
         let query = if self.queue_threshold < 0.0 { query } else { query.queue_threshold(self.queue_threshold) };
-        Ok(query.pair_limit(self.pair_limit).poll_interval(self.poll_interval).prior(self.prior))
+        let query = query.pair_limit(self.pair_limit).poll_interval(self.poll_interval).early(self.early != 0);
+        Ok(query.prior(self.prior))
     }
 }
 

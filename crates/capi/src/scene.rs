@@ -178,6 +178,28 @@ pub extern "C" fn punctual_scene_use_threads(scene: Option<&mut punctual_scene>,
     })
 }
 
+/// Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do. Within this room
+/// `punctual_scene_detect` does not allocate. Takes about 750 bytes a body and 650 a pair.
+///
+/// Fails with OUT_OF_MEMORY if there is not so much; the scene has the room that it had then.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_reserve(
+    scene: Option<&mut punctual_scene>,
+    bodies: usize,
+    pairs: usize,
+) -> punctual_status {
+    door("punctual_scene_reserve", || {
+        punctual_scene::change(scene, |scene| {
+            // More than it takes, so that what follows does not end the program.
+            let bytes = bodies.checked_mul(2000).zip(pairs.checked_mul(2000));
+            let bytes = bytes.and_then(|(bodies, pairs)| bodies.checked_add(pairs)).ok_or(Fault::OutOfMemory)?;
+            Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| Fault::OutOfMemory)?;
+            scene.reserve(bodies, pairs);
+            Ok(())
+        })
+    })
+}
+
 /// Puts a body into the scene.
 ///
 /// Fails with BAD_POSE if its pose is refused (a scene allows a little less than a query), BAD_ARGUMENT if its kind is unknown

@@ -39,8 +39,8 @@ pub extern "C" fn punctual_workspace_new(
 }
 
 /// Makes a workspace with room for `queue` node pairs (a full queue costs order, no answer) and `pairs` found pairs, at
-/// least 1 (when they are full, the query stops with PAIRS_FULL, to be drained and resumed): `16 queue + 8 pairs` bytes and
-/// about 320 kB.
+/// least 1 (when they are full, the query stops with PAIRS_FULL, to be drained and resumed): `20 queue + 8 pairs` bytes and
+/// about 330 kB.
 ///
 /// Fails with OUT_OF_MEMORY if there is not that much.
 #[unsafe(no_mangle)]
@@ -51,8 +51,8 @@ pub extern "C" fn punctual_workspace_with_capacity(
 ) -> punctual_status {
     door("punctual_workspace_with_capacity", || {
         put(workspace, || {
-            let bytes = queue.checked_mul(16).zip(pairs.checked_mul(8)).and_then(|(q, p)| q.checked_add(p));
-            let bytes = bytes.and_then(|bytes| bytes.checked_add(1 << 18)).ok_or(Fault::OutOfMemory)?;
+            let bytes = queue.checked_mul(20).zip(pairs.checked_mul(8)).and_then(|(q, p)| q.checked_add(p));
+            let bytes = bytes.and_then(|bytes| bytes.checked_add(1 << 19)).ok_or(Fault::OutOfMemory)?;
             // The workspace itself would abort.
             Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| Fault::OutOfMemory)?;
             Ok(punctual_workspace(Handle::new(Workspace::with_capacity(queue, pairs))))

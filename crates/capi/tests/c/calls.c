@@ -355,6 +355,7 @@ static void scenes(void) {
   size_t count;
   OK(punctual_scene_new(PUNCTUAL_MODE_ALL, PUNCTUAL_REACH_SWEPT, &scene));
   OK(punctual_scene_use_threads(scene, 2));
+  OK(punctual_scene_reserve(scene, 3, 3));
   for (int i = 0; i < 3; i++) {
     punctual_body body = punctual_body_new(tree, at(0.7 * i, 0, 0));
     body.kind = i == 0 ? PUNCTUAL_BODY_KIND_FIXED : PUNCTUAL_BODY_KIND_MOVING;

@@ -154,6 +154,7 @@ fn null_is_refused_by_scenes() {
     let budget = punctual_budget_unlimited();
     null_is_seen(punctual_scene_new(0, 0, None), HANDLE);
     null_is_seen(punctual_scene_use_threads(None, 1), "scene");
+    null_is_seen(punctual_scene_reserve(None, 1, 1), "scene");
     null_is_seen(punctual_scene_insert(None, None, None), "body");
     null_is_seen(punctual_scene_insert(None, Some(&body), None), "id");
     null_is_seen(punctual_scene_insert(None, Some(&body), Some(&mut MaybeUninit::uninit())), "scene");
@@ -284,6 +285,10 @@ fn numbers_out_of_range_are_named_by_scenes() {
     fails(punctual_scene_new(2, 0, None), Status::BadArgument, "punctual_scene_new: mode has no value 2");
     fails(punctual_scene_new(0, 2, None), Status::BadArgument, "punctual_scene_new: reach has no value 2");
     let mut scene = owned(|scene| punctual_scene_new(0, 0, scene));
+    for (bodies, pairs) in [(usize::MAX, 0), (0, usize::MAX / 2000), (1 << 50, 1 << 50)] {
+        let status = punctual_scene_reserve(Some(&mut scene), bodies, pairs);
+        assert_eq!(status, Status::OutOfMemory, "{bodies} {pairs}");
+    }
     let status = punctual_scene_use_threads(Some(&mut scene), 2000);
     fails(status, Status::BadArgument, "punctual_scene_use_threads: threads is 2000, possible are 1024");
     let body = punctual_body_new(Some(&tree), punctual_pose_identity());

@@ -31,6 +31,8 @@ impl Both {
             owned(|scene| punctual_scene_new(punctual_mode::All as u32, punctual_reach::Swept as u32, scene));
         let mut native = Scene::new().mode(Mode::All).reach(Reach::Swept);
         assert_eq!(punctual_scene_use_threads(Some(&mut scene), 2), Status::Ok);
+        assert_eq!(punctual_scene_reserve(Some(&mut scene), 12, 30), Status::Ok);
+        native.reserve(12, 30);
         let mut ids = Vec::new();
         for i in 0..12 {
             let mut body = punctual_body_new(Some(&ours), raw(&place(i, 0)));
