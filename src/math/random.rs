@@ -27,7 +27,7 @@ impl Random {
     }
 
     /// Uniform from `low` to below `high`.
-    #[cfg(any(test, feature = "internals"))]
+    #[cfg(any(all(test, feature = "std"), feature = "internals"))]
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.fraction()
     }

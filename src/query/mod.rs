@@ -31,7 +31,7 @@ mod queue;
 mod search;
 mod strategy;
 mod traversal;
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 mod triangle_bounds_tests;
 mod triangle_pairs;
 mod views;

@@ -17,14 +17,14 @@
 //! All error bounds are derived in `docs/numerics.md`. Both take constant time.
 
 mod batch;
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 #[path = "../../tests/common/exact_distance.rs"]
 pub(crate) mod exact_distance;
 mod pair;
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 mod tests;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 pub(crate) use batch::Distances;
 pub(crate) use batch::distances;
 pub(crate) use pair::{Closest, closest};

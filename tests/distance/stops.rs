@@ -98,7 +98,7 @@ fn after_every_step_the_bounds_hold_and_only_close_in() {
             let last = steps.last().unwrap();
             case.truth.assert_complete(&asked, last);
             // A budget ends at the first step that uses it up, and says what is known there.
-            let stride = if all { 1 } else { (last.stats.work / 40).max(1) };
+            let stride = if all { 1 } else { (last.stats.work / 20).max(1) };
             for budget in (0..last.stats.work + stride).step_by(stride as usize) {
                 let said = run(&query, &mut workspace, Budget::work(budget));
                 case.truth.assert_sound(&asked, &said);
