@@ -17,7 +17,7 @@ use super::queue::{Origin, Pair};
 use super::search::{Bounded, DIVES, root};
 use super::traversal::{Question, Traversal};
 use super::views::Relation;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{F8, Lanes};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_LOOKUP,
 };
@@ -81,7 +81,9 @@ impl Question for Traversal<'_, '_, Distance> {
                 gaps.least = self.workspace.front.popped_key();
                 if gaps.least >= gaps.cut {
                     self.workspace.run.stats.work += WORK_PER_LOOKUP;
-                    return self.pass(root(gaps.least));
+                    let dropped = &mut self.workspace.search.dropped;
+                    *dropped = dropped.min(gaps.least);
+                    return;
                 }
                 // What goes on the stack for lack of room has no bound any more.
                 if self.workspace.front.room() < WIDTH * WIDTH {
@@ -142,7 +144,7 @@ impl Traversal<'_, '_, Distance> {
                 (pairs[count], keys[count]) = (left.pair, left.low);
                 count += 1;
             } else {
-                search.interval.pass(f64::from(root(left.low)) * self.question.unit);
+                search.dropped = search.dropped.min(left.low);
             }
         }
         if count == 0 {
@@ -165,7 +167,8 @@ impl Traversal<'_, '_, Distance> {
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_DISTANCE_TEST;
         // Boxes may have proven more: what is proven stays so.
-        let low = core::array::from_fn(|i| found.low[i].max(root(keys[i])));
+        let proven = F8::load(lanes, &keys).max(F8::splat(lanes, 0.0)).sqrt() * F8::splat(lanes, 1.0 - f32::EPSILON);
+        let low = F8::load(lanes, &found.low).max(proven).store();
         self.propose(&pairs[..count], &low, &found.about);
     }
 
@@ -202,11 +205,6 @@ impl Traversal<'_, '_, Distance> {
             search.waiting.clear();
             search.dives -= 1;
         }
-    }
-
-    /// A pair at least this far apart (A's units) is done with.
-    fn pass(&mut self, low: f32) {
-        self.workspace.search.interval.pass(f64::from(low) * self.question.unit);
     }
 
     /// Looks at a pair in `f64`, unless it does not matter any more.

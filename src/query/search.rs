@@ -38,6 +38,8 @@ pub(super) struct Search {
     /// Those that may be closest, after it; the most likely is the last.
     pub proposed: ArrayVec<Bounded, WIDTH>,
     pub put_off: Box<ArrayVec<Bounded, PUT_OFF>>,
+    /// The least key of pairs that were dropped when their turn came. Its root is taken once, at the end of a call.
+    pub dropped: f32,
     /// The bits of a key that make the first bucket.
     first_bucket: Option<u32>,
 }
@@ -52,6 +54,7 @@ impl Search {
             waiting: ArrayVec::new_const(),
             proposed: ArrayVec::new_const(),
             put_off: Box::default(),
+            dropped: f32::INFINITY,
             first_bucket: None,
         }
     }
@@ -62,6 +65,7 @@ impl Search {
         }
         self.is_used = false;
         (self.interval, self.dives, self.dive, self.first_bucket) = (NOTHING, 0, None, None);
+        self.dropped = f32::INFINITY;
         self.waiting.clear();
         self.proposed.clear();
         self.put_off.clear();
@@ -97,7 +101,8 @@ impl Search {
         };
         let waiting = self.waiting.iter().map(|left| root(left.low));
         let others = self.proposed.iter().chain(&*self.put_off).map(|left| left.low);
-        self.interval.raise(f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)) * unit);
+        self.interval
+            .raise(f64::from(waiting.chain(others).fold(nodes.min(at_hand).min(root(self.dropped)), f32::min)) * unit);
     }
 
     /// The bucket of a key: eight for each factor of two, so that bounds differ by 4 to 6 percent. The last but few hold
