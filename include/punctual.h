@@ -208,7 +208,8 @@ enum punctual_closer
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
   /**
-   * Not known: the budget ended first, it was not asked, or the distance is the limit to 15 digits.
+   * Not known: the budget ended first, it was not asked, or the distance is the limit up to the rounding of
+   * numbers as large as the meshes.
    */
   PUNCTUAL_CLOSER_UNDECIDED = 0,
   /**
@@ -829,7 +830,8 @@ typedef struct punctual_distance_query {
    */
   double absolute_tolerance;
   /**
-   * Done also as soon as `high <= (1 + relative_tolerance) low`; 0 by default.
+   * Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a negative `absolute_tolerance` that is
+   * 1e-5 for meshes that are more than 64 times their size apart.
    */
   double relative_tolerance;
   /**

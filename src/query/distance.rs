@@ -54,17 +54,12 @@ const FAR_TOLERANCE: f64 = 1e-5;
 impl<'t> DistanceQuery<'t> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The absolute tolerance is a
     /// millionth of the larger mesh's unit ([`Tree::unit_length`], about half of its longest extent; 0 for a point), the
-    /// relative one 0, or 1e-5 if the middles of the meshes are more than 64 such units apart.
+    /// relative one 0. Where the middles of the meshes are more than 64 such units apart, it is 1e-5 if no tolerance at all
+    /// is asked for.
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        let units = [a.unit(), b.unit()];
-        let [of_a, of_b] = units.map(|unit| if unit.is_point { 0.0 } else { unit.length() });
-        let size = of_a.max(of_b);
-        let apart = (b_in_a.transform_point(units[1].origin) - units[0].origin).abs().max_element();
-        let relative = if apart > FAR * size { FAR_TOLERANCE } else { 0.0 };
-        let tolerance = Tolerance { absolute: DEFAULT_TOLERANCE * size, relative };
-        let limit = f64::INFINITY;
-        let options = DistanceOptions { tolerance, margins: [0.0; 2], limit, poll_interval: MAX_STEP_WORK };
+        let (margins, limit) = ([0.0; 2], f64::INFINITY);
+        let options = DistanceOptions { absolute: None, relative: None, margins, limit, poll_interval: MAX_STEP_WORK };
         Self { a, b, b_in_a, options }
     }
 
@@ -73,14 +68,14 @@ impl<'t> DistanceQuery<'t> {
     /// tolerance spares the comparison. Whether surfaces meet is decided with any tolerance.
     #[must_use]
     pub fn absolute_tolerance(mut self, length: f64) -> Self {
-        self.options.tolerance.absolute = length.max(0.0);
+        self.options.absolute = Some(length.max(0.0));
         self
     }
 
     /// Done also as soon as `high <= (1 + share) low`. NaN counts as 0.
     #[must_use]
     pub fn relative_tolerance(mut self, share: f64) -> Self {
-        self.options.tolerance.relative = share.max(0.0);
+        self.options.relative = Some(share.max(0.0));
         self
     }
 
@@ -182,6 +177,19 @@ impl<'t> DistanceQuery<'t> {
         Key { trees, b_in_a: self.b_in_a, asked: Asked::Distance(self.options) }
     }
 
+    fn tolerance(&self) -> Tolerance {
+        let units = [self.a.unit(), self.b.unit()];
+        let [of_a, of_b] = units.map(|unit| if unit.is_point { 0.0 } else { unit.length() });
+        let size = of_a.max(of_b);
+        let apart = (self.b_in_a.transform_point(units[1].origin) - units[0].origin).abs().max_element();
+        let DistanceOptions { absolute, relative, .. } = self.options;
+        let is_far = absolute.is_none() && apart > FAR * size;
+        Tolerance {
+            absolute: absolute.unwrap_or(DEFAULT_TOLERANCE * size),
+            relative: relative.unwrap_or(if is_far { FAR_TOLERANCE } else { 0.0 }),
+        }
+    }
+
     fn margin(&self) -> f64 {
         self.options.margins[0] + self.options.margins[1]
     }
@@ -194,8 +202,7 @@ impl<'t> DistanceQuery<'t> {
             return;
         }
         let guess = memory.and_then(|memory| memory.nearest(self.a, self.b));
-        let DistanceOptions { tolerance, limit, .. } = self.options;
-        workspace.search.begin(Interval::new(tolerance, self.margin(), limit), guess);
+        workspace.search.begin(Interval::new(self.tolerance(), self.margin(), self.options.limit), guess);
         workspace.testing = guess.is_some();
         workspace.front.push(Pair::new(0, 0));
     }

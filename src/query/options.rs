@@ -1,6 +1,5 @@
 //! What a query is asked to do.
 
-use super::interval::Tolerance;
 use super::order::Order;
 use crate::names::named;
 
@@ -31,7 +30,9 @@ pub(crate) struct Options {
 /// The same of a distance query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DistanceOptions {
-    pub tolerance: Tolerance,
+    /// As asked for; `None`: by default.
+    pub absolute: Option<f64>,
+    pub relative: Option<f64>,
     pub margins: [f64; 2],
     /// Infinite if the distance itself is asked for.
     pub limit: f64,

@@ -1,7 +1,7 @@
 //! A query that nothing stopped, against brute force over all pairs: on soups made to be nasty and on surfaces.
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Budget, Mesh, Pose, StopReason, Tree, Workspace, shapes};
+use punctual::{Budget, DistanceQuery, Mesh, Pose, StopReason, Tree, Workspace, shapes};
 
 use crate::common::random::{Drift, Family, Random, pose_about, poses, soup};
 use crate::distance::{ENOUGH, Question, Truth, run};
@@ -265,5 +265,24 @@ fn nothing_is_infinitely_far() {
                 }
             }
         }
+    }
+}
+
+/// Only who asks for no tolerance is content with a relative one where meshes are far apart.
+#[test]
+fn a_tolerance_that_is_asked_for_is_kept_however_far() {
+    let sphere = Tree::new(shapes::icosphere(1));
+    let mut workspace = Workspace::new();
+    for far in [65.0, 1e3, 1e6] {
+        let pose = moved(far, 0.3, 0.2);
+        let mut truth = Truth::new(&sphere, &sphere, &pose);
+        let query = DistanceQuery::new(&sphere, &sphere, pose);
+        for absolute in [0.0, 1e-9] {
+            let asked = Question { absolute: Some(absolute), ..Question::default() };
+            truth.assert_complete(&asked, &run(&query.absolute_tolerance(absolute), &mut workspace, ENOUGH));
+        }
+        let said = run(&query, &mut workspace, ENOUGH);
+        truth.assert_sound(&Question::default(), &said);
+        assert!(said.high - said.low <= 1.000_000_1e-5 * said.low, "{said:?}");
     }
 }

@@ -21,7 +21,8 @@ const _: () = assert!(PUNCTUAL_MAX_DISTANCE_STEP_WORK == MAX_DISTANCE_STEP_WORK)
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum punctual_closer {
-    /// Not known: the budget ended first, it was not asked, or the distance is the limit to 15 digits.
+    /// Not known: the budget ended first, it was not asked, or the distance is the limit up to the rounding of
+    /// numbers as large as the meshes.
     Undecided = 0,
     /// Proven: they are no farther apart.
     Yes = 1,
@@ -45,7 +46,8 @@ pub struct punctual_distance_query<'t> {
     /// number: a millionth of half the longest extent of the larger mesh, roughly. Whether the surfaces meet is decided with
     /// any tolerance.
     pub absolute_tolerance: f64,
-    /// Done also as soon as `high <= (1 + relative_tolerance) low`; 0 by default.
+    /// Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a negative `absolute_tolerance` that is
+    /// 1e-5 for meshes that are more than 64 times their size apart.
     pub relative_tolerance: f64,
     /// By how much each surface is thickened, A's first: a point becomes a ball, a segment a capsule. The distance is that of the
     /// thickened surfaces. 0 by default.
@@ -211,8 +213,11 @@ impl punctual_distance_query<'_> {
             ..0.0 => query,
             length => query.absolute_tolerance(length),
         };
-        let query = query.relative_tolerance(self.relative_tolerance).margins(self.margins);
-        Ok(query.closer_than(self.closer_than).poll_interval(self.poll_interval))
+        let query = match self.relative_tolerance {
+            0.0 => query,
+            share => query.relative_tolerance(share),
+        };
+        Ok(query.margins(self.margins).closer_than(self.closer_than).poll_interval(self.poll_interval))
     }
 }
 
