@@ -2,7 +2,7 @@
 
 use super::Deadline;
 #[cfg(feature = "std")]
-use super::SystemClock;
+use super::budget::by_system_clock;
 use super::budget::{Budget, Clock};
 use super::certificate::Certificate;
 use super::interval::{Interval, Tolerance};
@@ -10,7 +10,7 @@ use super::memory::PairMemory;
 use super::nearest;
 use super::options::DistanceOptions;
 use super::outcome::{Stats, StopReason};
-use super::queue::{Origin, Pair};
+use super::queue::Pair;
 use super::strategy::Strategy;
 use super::traversal::Traversal;
 use super::views::Relation;
@@ -18,7 +18,7 @@ use super::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::math::Pose;
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::model::cost::MAX_STEP_WORK;
-use crate::tree::{Tree, WIDTH};
+use crate::tree::Tree;
 use glam::DVec3;
 
 /// The question how far apart two surfaces are at a pose: 0 if they meet. Cheap to make; one for each pose.
@@ -106,14 +106,14 @@ impl<'t> DistanceQuery<'t> {
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Distance {
-        self.run_with(workspace, None, budget, &SystemClock::default())
+        by_system_clock(budget, |clock| self.run_by(workspace, None, budget, clock))
     }
 
     /// [`DistanceQuery::run`] with what is remembered of the pair from the frame before, and will be for the next: the
     /// triangles that were closest then give an upper bound at once.
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Distance {
-        self.run_with(workspace, Some(memory), budget, &SystemClock::default())
+        by_system_clock(budget, |clock| self.run_by(workspace, Some(memory), budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -124,23 +124,18 @@ impl<'t> DistanceQuery<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Distance, ResumeError> {
-        self.resume_with(workspace, None, budget, &SystemClock::default())
+        by_system_clock(budget, |clock| self.resume_by(workspace, None, budget, clock))
     }
 
     /// [`DistanceQuery::run`] by a clock of the caller's, with or without a memory.
     pub fn run_with<C: Clock>(
         &self,
         workspace: &mut Workspace,
-        mut memory: Option<&mut PairMemory>,
+        memory: Option<&mut PairMemory>,
         budget: Budget,
         clock: &C,
     ) -> Distance {
-        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
-        if let Some(memory) = memory.as_deref_mut() {
-            memory.bind(self.a, self.b);
-        }
-        self.begin(workspace, memory.as_deref());
-        self.spend(workspace, memory, &mut deadline)
+        self.run_by(workspace, memory, budget, clock)
     }
 
     /// [`DistanceQuery::resume`] by a clock of the caller's, with or without a memory.
@@ -154,9 +149,32 @@ impl<'t> DistanceQuery<'t> {
         budget: Budget,
         clock: &C,
     ) -> Result<Distance, ResumeError> {
-        if !workspace.run.stopped || workspace.run.key != Some(self.key()) {
-            return Err(ResumeError);
+        self.resume_by(workspace, memory, budget, clock)
+    }
+
+    fn run_by(
+        &self,
+        workspace: &mut Workspace,
+        mut memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> Distance {
+        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        if let Some(memory) = &mut memory {
+            memory.bind(self.a, self.b);
         }
+        self.begin(workspace, memory.as_deref());
+        self.spend(workspace, memory, &mut deadline)
+    }
+
+    fn resume_by(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> Result<Distance, ResumeError> {
+        workspace.run.holds_stopped(&self.key())?;
         Ok(self.spend(workspace, memory, &mut Deadline::of(budget, self.options.poll_interval, clock)))
     }
 
@@ -165,9 +183,7 @@ impl<'t> DistanceQuery<'t> {
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
-        if workspace.run.key != Some(self.key()) {
-            return Err(ResumeError);
-        }
+        workspace.run.holds(&self.key())?;
         let reach = workspace.search.interval.high().min(self.options.limit + self.margin());
         Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, reach))
     }
@@ -210,35 +226,20 @@ impl<'t> DistanceQuery<'t> {
     /// Spends a budget on the run in the workspace.
     fn spend(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, deadline: &mut Deadline) -> Distance {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
-        let stop = Traversal {
-            question: nearest::Distance::new(&relation, &workspace.search.interval),
-            a: self.a,
-            b: self.b,
-            b_in_a: &self.b_in_a,
-            strategy: workspace.run.strategy,
-            relation: &relation,
-            workspace,
-            deadline,
-            keys: [[0.0; WIDTH]; WIDTH],
-            origin: Origin::Stack,
-        }
-        .advance();
+        let question = nearest::Distance::new(&relation, &workspace.search.interval);
+        let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
         workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
         if let Some(memory) = memory {
             memory.remember_nearest(self.a, self.b, &workspace.search.interval);
         }
-        self.outcome(workspace, stop, deadline)
+        workspace.run.took(deadline.elapsed());
+        self.outcome(workspace, stop)
     }
 
-    fn outcome(&self, workspace: &mut Workspace, stop: StopReason, deadline: &Deadline) -> Distance {
-        if let Some(elapsed) = deadline.elapsed() {
-            let total = &mut workspace.run.stats.elapsed;
-            *total = Some(total.unwrap_or_default().saturating_add(elapsed));
-        }
+    fn outcome(&self, workspace: &Workspace, stop: StopReason) -> Distance {
         let interval = &workspace.search.interval;
         let low = less(interval.low(), self.margin(), -f64::EPSILON);
-        let touch = interval.nearest().is_some() && interval.high() <= self.margin();
-        let high = if touch { 0.0 } else { less(interval.high(), self.margin(), f64::EPSILON) };
+        let high = if interval.touches() { 0.0 } else { less(interval.high(), self.margin(), f64::EPSILON) };
         let nearest = interval.nearest().map(|(pair, found)| Nearest {
             triangles: [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]],
             points: [

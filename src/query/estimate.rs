@@ -135,9 +135,7 @@ impl Query<'_> {
 
     fn front_while(&self, workspace: &Workspace, goes_on: &dyn Fn() -> bool) -> Result<FrontSummary, ResumeError> {
         let run = &workspace.run;
-        if run.key != Some(self.key()) {
-            return Err(ResumeError);
-        }
+        run.holds(&self.key())?;
         let summary = FrontSummary {
             bv_tests: run.bv_tests() as f64,
             triangle_tests: run.stats.primitive_tests as f64,

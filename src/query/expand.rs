@@ -79,24 +79,24 @@ pub(super) fn expand<L: Lanes>(
             let view = || views.triangles_of_a(b, relation);
             let triangles = || Triangles { rows: rows(tree_a, a), view: view(), skew: relation.skew };
             let hits = boxes.triangles(lanes, of_a, valid[0], triangles, sink.keys());
-            for (column, alive) in transposed(hits).to_le_bytes().into_iter().enumerate() {
-                if alive != 0 {
-                    let nodes = [ia, first[1] + column as u32];
-                    sink.cluster(Pair { nodes, alive: [alive, u8::MAX] }, column);
-                }
-            }
+            clusters(hits, sink, |j, alive| Pair { nodes: [ia, first[1] + j], alive: [alive, u8::MAX] });
         }
         Open::TrianglesOfB => {
             sink.count(level + 2, valid[1].count_ones() * u32::from(a.children) + 1);
             let view = || views.triangles_of_b(a, relation);
             let triangles = || Triangles { rows: rows(tree_b, b), view: view(), skew: relation.skew };
             let hits = boxes.triangles(lanes, of_b, valid[1], triangles, sink.keys());
-            for (column, alive) in transposed(hits).to_le_bytes().into_iter().enumerate() {
-                if alive != 0 {
-                    let nodes = [first[0] + column as u32, ib];
-                    sink.cluster(Pair { nodes, alive: [u8::MAX, alive] }, column);
-                }
-            }
+            clusters(hits, sink, |i, alive| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive] });
+        }
+    }
+}
+
+/// Hands on the triangles of a cluster, rows of `hits`, that are of interest with each child of the other side, a column.
+#[inline(always)]
+fn clusters(hits: u64, sink: &mut impl Sink, pair: impl Fn(u32, u8) -> Pair) {
+    for (column, alive) in transposed(hits).to_le_bytes().into_iter().enumerate() {
+        if alive != 0 {
+            sink.cluster(pair(column as u32, alive), column);
         }
     }
 }

@@ -18,6 +18,8 @@ pub(super) struct Interval {
     limit: f64,
     low: f64,
     high: f64,
+    /// Pairs at least this far apart do not matter any more.
+    cut: f64,
     /// The least lower bound of all pairs that are done with: looked at in `f64`, or too far apart to matter.
     done: f64,
     /// The closest pair found (tree order).
@@ -26,8 +28,16 @@ pub(super) struct Interval {
 
 impl Interval {
     /// Nothing is known yet. `limit` is infinite if the distance itself is asked for.
-    pub const fn new(tolerance: Tolerance, margin: f64, limit: f64) -> Self {
-        Self { tolerance, margin, limit, low: 0.0, high: f64::INFINITY, done: f64::INFINITY, nearest: None }
+    pub fn new(tolerance: Tolerance, margin: f64, limit: f64) -> Self {
+        let [cut, high, done] = [f64::INFINITY; 3];
+        let mut interval = Self { tolerance, margin, limit, low: 0.0, high, cut, done, nearest: None };
+        interval.cut = interval.cut_now();
+        interval
+    }
+
+    /// Before the first query, and where one of the meshes is empty.
+    pub fn nothing() -> Self {
+        Self::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY)
     }
 
     /// No surface is closer than this, nor is the distance more than `high`; both without margins.
@@ -48,8 +58,7 @@ impl Interval {
         self.limit < f64::INFINITY
     }
 
-    /// Pairs at least this far apart do not matter any more.
-    pub fn cut(&self) -> f64 {
+    fn cut_now(&self) -> f64 {
         let Self { tolerance, margin, limit, high, .. } = *self;
         if self.has_limit() {
             // More than the limit, so that what is proven then is too; also if that is 0.
@@ -62,19 +71,24 @@ impl Interval {
 
     /// Its square, not less, in units of this length. Never so small that a pair that may meet would not matter.
     pub fn square_cut(&self, unit: f64) -> f32 {
-        let cut = (self.cut() / unit) as f32 * (1.0 + 4.0 * f32::EPSILON);
+        let cut = (self.cut / unit) as f32 * (1.0 + 4.0 * f32::EPSILON);
         (cut * cut * (1.0 + 4.0 * f32::EPSILON)).max(1e-36)
+    }
+
+    /// Whether the thickened surfaces meet.
+    pub fn touches(&self) -> bool {
+        self.high <= self.margin
     }
 
     /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are closer than the limit.
     pub fn is_decided(&self) -> bool {
-        self.high <= self.margin || self.has_limit() && self.high <= self.limit + self.margin
+        self.touches() || self.has_limit() && self.high <= self.limit + self.margin
     }
 
     /// Whether a pair that is at least this far apart matters. One that may meet always does: whether surfaces meet is no
     /// question of tolerance.
     pub fn matters(&self, low: f64) -> bool {
-        low < self.cut() || low == 0.0
+        low < self.cut || low == 0.0
     }
 
     /// Takes note of what `f64` says of a pair, and whether the triangles meet.
@@ -83,6 +97,7 @@ impl Interval {
         let high = if meet { 0.0 } else { found.high };
         if high < self.high {
             self.high = high;
+            self.cut = self.cut_now();
             self.nearest = Some((pair, *found));
         }
     }
@@ -91,6 +106,12 @@ impl Interval {
     #[inline(always)]
     pub fn pass(&mut self, low: f64) {
         self.done = self.done.min(low);
+    }
+
+    /// The same of whatever is too far apart to matter now.
+    #[inline(always)]
+    pub fn pass_rest(&mut self) {
+        self.pass(self.cut);
     }
 
     /// Takes note that no pair that is left is closer than this.

@@ -6,8 +6,8 @@ use super::options::Mode;
 use super::traversal::{Traversal, bits};
 use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_EXACT_TEST, WORK_PER_TRIANGLE_TEST};
-use crate::tree::WIDTH;
-use crate::triangle::batch::{self, Crossings};
+use crate::tree::{Tree, WIDTH};
+use crate::triangle::batch::{self, Crossings, Rows};
 use crate::triangle::triangles_intersect;
 
 impl Traversal<'_, '_, Intersection<'_>> {
@@ -51,15 +51,11 @@ impl Traversal<'_, '_, Intersection<'_>> {
         if count == 0 {
             return;
         }
-        let (a, b) = (self.a.triangles(), self.b.triangles());
-        let [p, q, r, s, t, u, v, w] = pairs;
-        let of_a = |pair: [u32; 2]| &a[pair[0] as usize].0;
-        let of_b = |pair: [u32; 2]| &b[pair[1] as usize].0;
         let mut crossings = Crossings::default();
         let verdicts = batch::test(
             lanes,
-            [of_a(p), of_a(q), of_a(r), of_a(s), of_a(t), of_a(u), of_a(v), of_a(w)],
-            [of_b(p), of_b(q), of_b(r), of_b(s), of_b(t), of_b(u), of_b(v), of_b(w)],
+            rows(self.a, pairs, 0),
+            rows(self.b, pairs, 1),
             &self.relation.triangles,
             self.strategy.march.then_some(&mut crossings),
         );
@@ -108,4 +104,16 @@ impl Traversal<'_, '_, Intersection<'_>> {
             workspace.march.lead([self.a, self.b], pair, crossings());
         }
     }
+}
+
+/// The triangles of one side of eight pairs, written out: a closure would not be compiled for the kernel's instruction set.
+#[inline(always)]
+pub(super) fn rows(tree: &Tree, [p, q, r, s, t, u, v, w]: [[u32; 2]; WIDTH], side: usize) -> [&Rows; WIDTH] {
+    let triangles = tree.triangles();
+    macro_rules! row {
+        ($pair:ident) => {
+            &triangles[$pair[side] as usize].0
+        };
+    }
+    [row!(p), row!(q), row!(r), row!(s), row!(t), row!(u), row!(v), row!(w)]
 }

@@ -40,6 +40,8 @@ mod workspace;
 
 #[cfg(feature = "std")]
 pub use budget::SystemClock;
+#[cfg(feature = "std")]
+use budget::by_system_clock;
 pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
 pub(crate) use deadline::Deadline;
@@ -56,10 +58,10 @@ pub use workspace::{ResumeError, Workspace};
 use crate::math::Pose;
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::MAX_STEP_WORK;
-use crate::tree::{Tree, WIDTH};
+use crate::tree::Tree;
 use intersection::Intersection;
 use memory::{Before, WITNESSES};
-use queue::{Origin, Pair};
+use queue::Pair;
 use strategy::WarmStart;
 use traversal::Traversal;
 use views::Relation;
@@ -259,9 +261,7 @@ impl<'t> Query<'t> {
         budget: Budget,
         clock: &dyn Clock,
     ) -> Result<Outcome, ResumeError> {
-        if !self.is_stopped_in(workspace) {
-            return Err(ResumeError);
-        }
+        workspace.run.holds_stopped(&self.key())?;
         Ok(self.spend(workspace, memory, &mut Deadline::of(budget, self.options.poll_interval, clock)))
     }
 
@@ -270,16 +270,13 @@ impl<'t> Query<'t> {
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
-        if workspace.run.key == Some(self.key()) {
-            Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, 0.0))
-        } else {
-            Err(ResumeError)
-        }
+        workspace.run.holds(&self.key())?;
+        Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, 0.0))
     }
 
     /// Whether the workspace holds a stopped run of this query.
     pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
-        workspace.run.stopped && workspace.run.key == Some(self.key())
+        workspace.run.holds_stopped(&self.key()).is_ok()
     }
 
     fn key(&self) -> Key {
@@ -345,9 +342,8 @@ impl<'t> Query<'t> {
         if let (Some(before), Some(elapsed)) = (before, deadline.elapsed()) {
             let done = workspace.counts().since(&before);
             workspace.cost_model = workspace.cost_model.learned(&done, elapsed.as_nanos() as f64);
-            let total = &mut workspace.run.stats.elapsed;
-            *total = Some(total.unwrap_or_default().saturating_add(elapsed));
         }
+        workspace.run.took(deadline.elapsed());
         workspace.outcome(stop)
     }
 
@@ -360,19 +356,9 @@ impl<'t> Query<'t> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
-        let stop = Traversal {
-            question: Intersection { options: &self.options },
-            a: self.a,
-            b: self.b,
-            b_in_a: &self.b_in_a,
-            strategy: workspace.run.strategy,
-            relation: &Relation::new(self.a, self.b, &self.b_in_a),
-            workspace,
-            deadline,
-            keys: [[0.0; WIDTH]; WIDTH],
-            origin: Origin::Stack,
-        }
-        .advance();
+        let (question, relation) =
+            (Intersection { options: &self.options }, Relation::new(self.a, self.b, &self.b_in_a));
+        let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
         if stop == StopReason::FlushedToZero {
             return stop;
         }
@@ -382,11 +368,4 @@ impl<'t> Query<'t> {
         }
         stop
     }
-}
-
-/// Runs by the clock of the system if the budget has a limit of time. Otherwise no clock is asked, and to make that of the
-/// system, which looks at it, would cost up to a twentieth of a small query.
-#[cfg(feature = "std")]
-fn by_system_clock<R>(budget: Budget, run: impl FnOnce(&dyn Clock) -> R) -> R {
-    if budget.time.is_some() { run(&SystemClock::default()) } else { run(&ManualClock::new()) }
 }

@@ -12,6 +12,7 @@ use super::boxes::Keys;
 use super::expand::{Sink, expand};
 use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
+use super::leaf::rows;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::search::{Bounded, DIVES, root};
@@ -28,30 +29,26 @@ use arrayvec::ArrayVec;
 
 /// How far apart two surfaces are.
 pub(super) struct Distance {
-    /// Length of A's unit.
-    pub unit: f64,
-    /// The distance from which on nothing matters; and its square, not less, in A's units.
-    matters: f64,
-    pub cut: f32,
+    /// Squared distance, in A's units, from which on nothing matters: not less than that of the interval.
+    cut: f32,
     /// From A to B, where the closest triangles found are: [`Gaps::direction`].
-    pub direction: Direction,
+    direction: Direction,
     /// The least key of children met by a dive.
-    pub guess: f32,
+    guess: f32,
 }
 
 impl Distance {
     pub fn new(relation: &Relation, interval: &Interval) -> Self {
         // To begin with, that of the middles.
         let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
-        let unit = relation.unit;
-        let mut distance = Self { unit, matters: 0.0, cut: 0.0, direction, guess: f32::INFINITY };
+        let mut distance = Self { cut: 0.0, direction, guess: f32::INFINITY };
         distance.update(relation, interval);
         distance
     }
 
     /// After a change of the interval.
     fn update(&mut self, relation: &Relation, interval: &Interval) {
-        (self.matters, self.cut) = (interval.cut(), interval.square_cut(self.unit));
+        self.cut = interval.square_cut(relation.unit);
         if let Some((_, found)) = interval.nearest() {
             self.direction = Direction::new(-found.direction, relation);
         }
@@ -88,7 +85,7 @@ impl Question for Traversal<'_, '_, Distance> {
                 // What goes on the stack for lack of room has no bound any more.
                 if self.workspace.front.room() < WIDTH * WIDTH {
                     let workspace = &mut *self.workspace;
-                    workspace.search.bound(&workspace.front, root(gaps.least), self.question.unit);
+                    workspace.search.bound(&workspace.front, root(gaps.least), self.relation.unit);
                 }
             }
             Origin::Stack => {}
@@ -97,7 +94,7 @@ impl Question for Traversal<'_, '_, Distance> {
         let search = &mut self.workspace.search;
         if self.origin != Origin::Path {
             // Whatever was not kept of its children is at least as far apart.
-            search.interval.pass(self.question.matters);
+            search.interval.pass_rest();
         } else if search.dive.is_none() && search.waiting.is_empty() {
             search.dives = 0;
         }
@@ -153,16 +150,7 @@ impl Traversal<'_, '_, Distance> {
         for i in count..WIDTH {
             pairs[i] = pairs[0];
         }
-        let (a, b) = (self.a.triangles(), self.b.triangles());
-        let [p, q, r, s, t, u, v, w] = pairs;
-        let of_a = |pair: [u32; 2]| &a[pair[0] as usize].0;
-        let of_b = |pair: [u32; 2]| &b[pair[1] as usize].0;
-        let found = distances(
-            lanes,
-            [of_a(p), of_a(q), of_a(r), of_a(s), of_a(t), of_a(u), of_a(v), of_a(w)],
-            [of_b(p), of_b(q), of_b(r), of_b(s), of_b(t), of_b(u), of_b(v), of_b(w)],
-            &self.relation.triangles,
-        );
+        let found = distances(lanes, rows(self.a, pairs, 0), rows(self.b, pairs, 1), &self.relation.triangles);
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_DISTANCE_TEST;
@@ -176,10 +164,10 @@ impl Traversal<'_, '_, Distance> {
     #[inline(never)]
     fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], about: &[f32; WIDTH]) {
         let search = &mut self.workspace.search;
-        let closer = (search.interval.high() / self.question.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
+        let closer = (search.interval.high() / self.relation.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
         let mut order = ArrayVec::<usize, WIDTH>::new();
         for (i, &low) in low.iter().enumerate().take(pairs.len()) {
-            let bound = f64::from(low) * self.question.unit;
+            let bound = f64::from(low) * self.relation.unit;
             if search.interval.matters(bound) {
                 order.push(i);
             } else if search.dives == 0 {
@@ -212,7 +200,7 @@ impl Traversal<'_, '_, Distance> {
         let interval = &mut self.workspace.search.interval;
         let is_settled = interval.nearest().is_some_and(|(nearest, _)| nearest == pair);
         let stats = &mut self.workspace.run.stats;
-        let proven = f64::from(low) * self.question.unit;
+        let proven = f64::from(low) * self.relation.unit;
         if is_settled || !interval.matters(proven) {
             stats.work += WORK_PER_LOOKUP;
             if !is_settled {

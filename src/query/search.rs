@@ -1,6 +1,6 @@
 //! The state of a distance query: triangle pairs that wait, and what is proven of all that is left.
 
-use super::interval::{Interval, Tolerance};
+use super::interval::Interval;
 use super::queue::{BUCKETS, Front, Pair};
 use crate::tree::WIDTH;
 use alloc::boxed::Box;
@@ -19,9 +19,6 @@ pub(super) struct Bounded {
     /// Of pairs that wait for the first test, a key: the square. Of others, the distance, A's units.
     pub low: f32,
 }
-
-/// Before the first query, and where one of the meshes is empty.
-const NOTHING: Interval = Interval::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY);
 
 /// The state of a distance query in a workspace.
 #[derive(Clone, Debug)]
@@ -47,7 +44,7 @@ pub(super) struct Search {
 impl Search {
     pub fn new() -> Self {
         Self {
-            interval: NOTHING,
+            interval: Interval::nothing(),
             is_used: false,
             dives: 0,
             dive: None,
@@ -64,7 +61,7 @@ impl Search {
             return;
         }
         self.is_used = false;
-        (self.interval, self.dives, self.dive, self.first_bucket) = (NOTHING, 0, None, None);
+        (self.interval, self.dives, self.dive, self.first_bucket) = (Interval::nothing(), 0, None, None);
         self.dropped = f32::INFINITY;
         self.waiting.clear();
         self.proposed.clear();

@@ -25,7 +25,7 @@ use super::views::Relation;
 use super::workspace::Workspace;
 use crate::math::Pose;
 use crate::math::lanes::{Kernel, Lanes};
-use crate::tree::Tree;
+use crate::tree::{Tree, WIDTH};
 
 /// One call of a query that asks `Q`.
 pub(super) struct Traversal<'q, 'c, Q> {
@@ -61,7 +61,21 @@ impl<'q, 'c, Q> Traversal<'q, 'c, Q>
 where
     Traversal<'q, 'c, Q>: Question,
 {
-    /// Goes on with the run in the workspace until it is over or the deadline stops it.
+    /// A call that goes on with the run in the workspace.
+    #[inline(always)]
+    pub fn new(
+        question: Q,
+        [a, b]: [&'q Tree; 2],
+        b_in_a: &'q Pose,
+        relation: &'q Relation,
+        workspace: &'q mut Workspace,
+        deadline: &'q mut Deadline<'c>,
+    ) -> Self {
+        let (strategy, keys, origin) = (workspace.run.strategy, [[0.0; WIDTH]; WIDTH], Origin::Stack);
+        Self { question, a, b, b_in_a, strategy, relation, workspace, deadline, keys, origin }
+    }
+
+    /// Goes on until the run is over or the deadline stops it.
     pub fn advance(mut self) -> StopReason {
         if flushing::matters(self.a, self.b, self.b_in_a) {
             self.workspace.run.stopped = true;

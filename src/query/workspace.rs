@@ -16,6 +16,7 @@ use crate::model::cost::{CostModel, Counts};
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::fmt;
+use core::time::Duration;
 
 /// The buffers of a query. Allocated once; no query allocates.
 ///
@@ -83,6 +84,24 @@ impl Run {
         self.stats.clear();
         self.found = 0;
         self.witness = None;
+    }
+
+    /// Whether it is of this query.
+    pub fn holds(&self, key: &Key) -> Result<(), ResumeError> {
+        if self.key.as_ref() == Some(key) { Ok(()) } else { Err(ResumeError) }
+    }
+
+    /// Whether it is of this query, and was stopped.
+    pub fn holds_stopped(&self, key: &Key) -> Result<(), ResumeError> {
+        if self.stopped { self.holds(key) } else { Err(ResumeError) }
+    }
+
+    /// Adds the time of a call, if it is known.
+    pub fn took(&mut self, elapsed: Option<Duration>) {
+        if let Some(elapsed) = elapsed {
+            let total = &mut self.stats.elapsed;
+            *total = Some(total.unwrap_or_default().saturating_add(elapsed));
+        }
     }
 
     /// BV tests of all levels.

@@ -21,7 +21,8 @@ use crate::input::{Input, Limits, Loaded};
 /// ended the query before. Lengths are in the unit of the meshes.
 ///
 /// A query ends as soon as it is known whether the surfaces meet, and high - low is a millionth of the larger mesh's unit
-/// length, which is about half of its longest extent. One of --mode exact, --rel, --abs and --closer-than asks for something
+/// length, which is about half of its longest extent, or, of meshes that are more than 64 such lengths apart, a
+/// hundred-thousandth of low. One of --mode exact, --rel, --abs and --closer-than asks for something
 /// else.
 #[derive(clap::Args)]
 pub struct Args {
