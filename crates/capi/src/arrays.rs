@@ -20,6 +20,13 @@ pub(crate) unsafe fn array<'a, T>(pointer: *const T, count: usize, what: &'stati
     Ok(unsafe { slice::from_raw_parts(pointer, count) })
 }
 
+/// Whether there is memory for so many things of so many bytes each. Asked before what would end the program without.
+pub(crate) fn find_room<const N: usize>(things: [(usize, usize); N]) -> Result<(), Fault> {
+    let sum = |sum: usize, (count, bytes): (usize, usize)| sum.checked_add(count.checked_mul(bytes)?);
+    let bytes = things.into_iter().try_fold(0, sum).ok_or(Fault::OutOfMemory)?;
+    Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| Fault::OutOfMemory)
+}
+
 /// The path of a file, in UTF-8.
 ///
 /// # Safety

@@ -1,6 +1,6 @@
 //! Scenes: many bodies, one budget a frame.
 
-use crate::arrays::{array, fill};
+use crate::arrays::{array, fill, find_room};
 use crate::body::{punctual_body, punctual_body_id};
 use crate::clock::{AnyClock, punctual_clock};
 use crate::handle::Handle;
@@ -190,10 +190,8 @@ pub extern "C" fn punctual_scene_reserve(
 ) -> punctual_status {
     door("punctual_scene_reserve", || {
         punctual_scene::change(scene, |scene| {
-            // More than it takes, so that what follows does not end the program.
-            let bytes = bodies.checked_mul(2000).zip(pairs.checked_mul(2000));
-            let bytes = bytes.and_then(|(bodies, pairs)| bodies.checked_add(pairs)).ok_or(Fault::OutOfMemory)?;
-            Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| Fault::OutOfMemory)?;
+            // More than it takes.
+            find_room([(bodies, 2000), (pairs, 2000)])?;
             scene.reserve(bodies, pairs);
             Ok(())
         })

@@ -1,8 +1,9 @@
 //! The buffers of a query.
 
+use crate::arrays::find_room;
 use crate::handle::Handle;
 use crate::mesh::put;
-use crate::status::{Fault, door, free, given, punctual_status};
+use crate::status::{door, free, given, punctual_status};
 use core::mem::MaybeUninit;
 use punctual::Workspace;
 
@@ -51,10 +52,7 @@ pub extern "C" fn punctual_workspace_with_capacity(
 ) -> punctual_status {
     door("punctual_workspace_with_capacity", || {
         put(workspace, || {
-            let bytes = queue.checked_mul(20).zip(pairs.checked_mul(8)).and_then(|(q, p)| q.checked_add(p));
-            let bytes = bytes.and_then(|bytes| bytes.checked_add(1 << 19)).ok_or(Fault::OutOfMemory)?;
-            // The workspace itself would abort.
-            Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| Fault::OutOfMemory)?;
+            find_room([(queue, 20), (pairs, 8), (1, 1 << 19)])?;
             Ok(punctual_workspace(Handle::new(Workspace::with_capacity(queue, pairs))))
         })
     })
