@@ -4,7 +4,7 @@
 mod common;
 
 use common::check::{ENOUGH, assert_complete, run, run_to_end};
-use common::random::{Drift, Family, Random, pose_about, poses, soup};
+use common::random::{Drift, Family, Random, pose_about, poses, soup, soups};
 use common::reference::all_pairs;
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
@@ -47,33 +47,7 @@ fn assert_soups_equal(family: Family) {
     assert!(touching > 0 && apart > 0, "{touching} and {apart}");
 }
 
-macro_rules! soups {
-    ($($name:ident: $family:ident,)*) => {
-        $(#[test] fn $name() { assert_soups_equal(Family::$family); })*
-
-        #[test]
-        fn every_family_has_a_test() {
-            let tested = [$(Family::$family),*];
-            assert!(Family::ALL.iter().all(|family| tested.contains(family)));
-        }
-    };
-}
-
-soups! {
-    uniform_soups: Uniform,
-    soups_of_f64_vertices: Double,
-    slivers: Sliver,
-    degenerate_triangles: Degenerate,
-    duplicate_triangles: Duplicate,
-    exact_touches_on_a_grid: Grid,
-    very_unequal_triangles: Unequal,
-    sizes_over_270_decades: Nested,
-    soups_far_from_the_origin: FarOffset,
-    tiny_coordinates: Tiny,
-    large_coordinates: Large,
-    denormal_coordinates: Denormal,
-    enormous_coordinates: Enormous,
-}
+soups!(assert_soups_equal);
 
 #[test]
 fn shapes_against_shapes() {

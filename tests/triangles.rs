@@ -3,12 +3,13 @@
 mod common;
 #[path = "common/oracle.rs"]
 mod oracle;
+#[path = "common/pairs.rs"]
+mod pairs;
 
 use std::array::from_fn;
-use std::path::Path;
 
-use common::files;
 use common::random::Random;
+use pairs::HardPair;
 use punctual::glam::DVec3;
 use punctual::triangles_intersect;
 
@@ -32,30 +33,17 @@ fn assert_pair(a: &Triangle, b: &Triangle, expected: bool) {
     }
 }
 
-/// One line of a pairs file: the truth, the family, two triangles.
-fn parse(line: &str) -> (bool, &str, [Triangle; 2]) {
-    let fields: Vec<&str> = line.split(' ').collect();
-    let numbers: Vec<f64> = fields[4..].iter().map(|field| field.parse().expect("a number")).collect();
-    assert_eq!(numbers.len(), 18, "{line}");
-    let triangle = |first: usize| from_fn(|corner| DVec3::from_slice(&numbers[first + 3 * corner..]));
-    (fields[0] == "1", fields[2], [triangle(0), triangle(9)])
-}
-
-fn pairs(text: &str) -> impl Iterator<Item = (bool, &str, [Triangle; 2])> {
-    text.lines().filter(|line| !line.starts_with('#')).map(parse)
-}
-
-fn fixture() -> String {
-    files::text(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/pairs.txt"))
+fn corners(pair: &HardPair) -> [Triangle; 2] {
+    pair.triangles.map(|triangle| triangle.map(DVec3::from))
 }
 
 #[test]
 fn hard_pairs_of_every_family() {
-    let text = fixture();
     let mut families = Vec::new();
-    for (expected, family, [a, b]) in pairs(&text) {
-        assert_pair(&a, &b, expected);
-        families.push(family);
+    for pair in pairs::fixture() {
+        let [a, b] = corners(&pair);
+        assert_pair(&a, &b, pair.meet);
+        families.push(pair.family);
     }
     assert_eq!(families.len(), 658);
     families.dedup();
@@ -65,19 +53,20 @@ fn hard_pairs_of_every_family() {
 /// The truth in the file comes from elsewhere, so this tests the oracle.
 #[test]
 fn the_oracle_knows_the_hard_pairs() {
-    for (expected, family, [a, b]) in pairs(&fixture()) {
-        assert_eq!(oracle::intersects(&a, &b), expected, "{family} {a:?} {b:?}");
+    for pair in pairs::fixture() {
+        let [a, b] = corners(&pair);
+        assert_eq!(oracle::intersects(&a, &b), pair.meet, "{} {a:?} {b:?}", pair.family);
     }
 }
 
 #[test]
 fn all_hard_pairs() {
-    let Some(folder) = files::shared("hardcases/pairs") else { return };
-    let text = files::text(&folder.join("pairs.txt"));
-    for (expected, _, [a, b]) in pairs(&text) {
-        assert_pair(&a, &b, expected);
+    let Some(all) = pairs::all() else { return };
+    for pair in &all {
+        let [a, b] = corners(pair);
+        assert_pair(&a, &b, pair.meet);
     }
-    assert_eq!(pairs(&text).count(), 48_100);
+    assert_eq!(all.len(), 48_100);
 }
 
 /// A triangle with coordinates of few values: many points, segments, common planes, touching edges and corners.

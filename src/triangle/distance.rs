@@ -22,6 +22,9 @@ mod batch;
 pub(crate) mod exact_distance;
 mod pair;
 #[cfg(all(test, feature = "std"))]
+#[path = "../../tests/common/pairs.rs"]
+mod pairs;
+#[cfg(all(test, feature = "std"))]
 mod tests;
 
 #[cfg(all(test, feature = "std"))]

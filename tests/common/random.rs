@@ -43,6 +43,39 @@ impl Random {
     }
 }
 
+/// A test for each family of soups: it calls the function that is named.
+#[allow(unused_macros, reason = "each test file is a crate of its own and uses a part")]
+macro_rules! soups {
+    ($assert:ident) => {
+        soups! { $assert
+            uniform_soups: Uniform,
+            soups_of_f64_vertices: Double,
+            slivers: Sliver,
+            degenerate_triangles: Degenerate,
+            duplicate_triangles: Duplicate,
+            exact_touches_on_a_grid: Grid,
+            very_unequal_triangles: Unequal,
+            sizes_over_270_decades: Nested,
+            soups_far_from_the_origin: FarOffset,
+            tiny_coordinates: Tiny,
+            large_coordinates: Large,
+            denormal_coordinates: Denormal,
+            enormous_coordinates: Enormous,
+        }
+    };
+    ($assert:ident $($name:ident: $family:ident,)*) => {
+        $(#[test] fn $name() { $assert(Family::$family); })*
+
+        #[test]
+        fn every_family_has_a_test() {
+            let tested = [$(Family::$family),*];
+            assert!(Family::ALL.iter().all(|family| tested.contains(family)));
+        }
+    };
+}
+#[allow(unused_imports, reason = "each test file is a crate of its own and uses a part")]
+pub(crate) use soups;
+
 /// What makes a soup nasty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {

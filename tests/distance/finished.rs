@@ -3,7 +3,7 @@
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{Budget, DistanceQuery, Mesh, Pose, StopReason, Tree, Workspace, shapes};
 
-use crate::common::random::{Drift, Family, Random, pose_about, poses, soup};
+use crate::common::random::{Drift, Family, Random, pose_about, poses, soup, soups};
 use crate::distance::{ENOUGH, Question, Truth, run};
 
 pub fn moved(x: f64, y: f64, z: f64) -> Pose {
@@ -65,33 +65,7 @@ fn assert_soups_true(family: Family) {
     assert!(touching > 0 && apart > 5, "{touching} and {apart}");
 }
 
-macro_rules! soups {
-    ($($name:ident: $family:ident,)*) => {
-        $(#[test] fn $name() { assert_soups_true(Family::$family); })*
-
-        #[test]
-        fn every_family_has_a_test() {
-            let tested = [$(Family::$family),*];
-            assert!(Family::ALL.iter().all(|family| tested.contains(family)));
-        }
-    };
-}
-
-soups! {
-    uniform_soups: Uniform,
-    soups_of_f64_vertices: Double,
-    slivers: Sliver,
-    degenerate_triangles: Degenerate,
-    duplicate_triangles: Duplicate,
-    exact_touches_on_a_grid: Grid,
-    very_unequal_triangles: Unequal,
-    sizes_over_270_decades: Nested,
-    soups_far_from_the_origin: FarOffset,
-    tiny_coordinates: Tiny,
-    large_coordinates: Large,
-    denormal_coordinates: Denormal,
-    enormous_coordinates: Enormous,
-}
+soups!(assert_soups_true);
 
 #[test]
 fn shapes_against_shapes() {

@@ -2,15 +2,14 @@
 
 use core::array::from_fn;
 use core::cmp::Ordering;
-use std::io::Read;
-use std::path::Path;
+use std::println;
 use std::string::String;
 use std::vec::Vec;
-use std::{fs, println};
 
 use glam::{DMat3, DVec3};
 
 use super::exact_distance::Distance;
+use super::pairs::{self, HardPair};
 use super::{Closest, Distances, closest, distances};
 use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::math::random::Random;
@@ -176,57 +175,37 @@ fn points_lie_on_the_triangles() {
     }
 }
 
-/// A line of the pairs file.
-struct HardPair {
-    meet: bool,
-    family: String,
-    /// The distance with four digits, if they do not meet.
-    margin: f64,
-    triangles: [Triangle; 2],
+fn corners(pair: &HardPair) -> [Triangle; 2] {
+    pair.triangles.map(|triangle| triangle.map(DVec3::from))
 }
 
-fn read_pairs(path: &str) -> Option<Vec<HardPair>> {
-    let file = fs::File::open(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).ok()?;
-    let mut text = String::new();
-    flate2::read::GzDecoder::new(file).read_to_string(&mut text).unwrap();
-    let parse = |line: &str| {
-        let fields: Vec<&str> = line.split(' ').collect();
-        let numbers: Vec<f64> = fields[3..].iter().map(|field| field.parse().unwrap()).collect();
-        assert_eq!(numbers.len(), 19, "{line}");
-        let triangle = |first: usize| from_fn(|corner| DVec3::from_slice(&numbers[first + 3 * corner..]));
-        let triangles = [triangle(1), triangle(10)];
-        HardPair { meet: fields[0] == "1", family: fields[2].into(), margin: numbers[0], triangles }
-    };
-    Some(text.lines().filter(|line| !line.starts_with('#')).map(parse).collect())
-}
-
-/// The truth in the file comes from elsewhere, so this tests the oracle too.
-fn check_pairs(path: &str) -> Option<usize> {
-    let pairs = read_pairs(path)?;
-    for HardPair { meet, family, margin, triangles: [a, b] } in &pairs {
-        let exact = Distance::of(a, b);
-        assert_bounds(&closest(a, b), &exact);
-        assert_bounds(&closest(b, a), &exact);
+/// The truth in the file comes from elsewhere, so this tests the judge too.
+fn check_pairs(pairs: &[HardPair]) {
+    for pair in pairs {
+        let (HardPair { meet, family, margin, .. }, [a, b]) = (pair, corners(pair));
+        let exact = Distance::of(&a, &b);
+        assert_bounds(&closest(&a, &b), &exact);
+        assert_bounds(&closest(&b, &a), &exact);
         assert_eq!(exact.is_zero(), *meet, "{family} {a:?} {b:?}");
         // Fewer digits of denormal distances.
         let distance = exact.rounded();
         let is_same = (margin - distance).abs() <= 1e-3 * distance;
         assert!(*meet || is_same || distance < 1e-300, "{family} {margin:e} {distance:e}");
     }
-    Some(pairs.len())
 }
 
 #[test]
 fn hard_pairs_of_every_family() {
-    assert_eq!(check_pairs("tests/fixtures/pairs.txt.gz"), Some(658));
+    let pairs = pairs::fixture();
+    check_pairs(&pairs);
+    assert_eq!(pairs.len(), 658);
 }
 
 #[test]
 fn all_hard_pairs() {
-    let Some(count) = check_pairs("../shared/hardcases/pairs/pairs.txt.gz") else {
-        return println!("skipped: no ../shared/hardcases/pairs");
-    };
-    assert_eq!(count, 48_100);
+    let Some(pairs) = pairs::all() else { return };
+    check_pairs(&pairs);
+    assert_eq!(pairs.len(), 48_100);
 }
 
 /// The table in `docs/numerics.md`.
@@ -248,10 +227,10 @@ fn tightness() {
         let pairs: Vec<[Triangle; 2]> = (0..3000).map(|round| family.pair(round, &mut random)).collect();
         row(&std::format!("{family:?}"), &pairs);
     }
-    let Some(mut pairs) = read_pairs("../shared/hardcases/pairs/pairs.txt.gz") else { return };
+    let Some(mut pairs) = pairs::all() else { return };
     pairs.sort_by(|x, y| x.family.cmp(&y.family));
     for chunk in pairs.chunk_by(|x, y| x.family == y.family) {
-        let apart: Vec<[Triangle; 2]> = chunk.iter().filter(|pair| !pair.meet).map(|pair| pair.triangles).collect();
+        let apart: Vec<[Triangle; 2]> = chunk.iter().filter(|pair| !pair.meet).map(corners).collect();
         if !apart.is_empty() {
             row(&chunk[0].family, &apart);
         }
