@@ -76,8 +76,8 @@ pub use mesh::{Mesh, MeshError, shapes};
 pub use model::calibration::Calibration;
 pub use model::confidence::{DEFAULT_PRIOR, History};
 pub use model::cost::{
-    CostModel, Counts, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
-    WORK_PER_TRIANGLE_TEST,
+    CostModel, Counts, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, WORK_PER_EDGE_TEST, WORK_PER_EXACT_TEST,
+    WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
 };
 pub use model::prediction::Quantiles;
 pub use names::UnknownName;

@@ -10,6 +10,9 @@
 /// budget of work means.
 pub const WORK_PER_EXPANSION: u64 = 84;
 
+/// Work of comparing the boxes of a slim node pair on their nine edge axes too, once they overlap on the face axes.
+pub const WORK_PER_EDGE_TEST: u64 = 20;
+
 /// Work of one triangle test in the fast filter.
 pub const WORK_PER_TRIANGLE_TEST: u64 = 44;
 
@@ -31,7 +34,8 @@ pub const MAX_DISTANCE_STEP_WORK: u64 = 8 * WORK_PER_DISTANCE_TEST;
 
 const _: () = assert!(MAX_DISTANCE_STEP_WORK >= WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST);
 
-const _: () = assert!(MAX_STEP_WORK >= WORK_PER_EXPANSION + 65 && MAX_STEP_WORK >= WORK_PER_EXACT_TEST);
+const _: () =
+    assert!(MAX_STEP_WORK >= WORK_PER_EXPANSION + WORK_PER_EDGE_TEST + 65 && MAX_STEP_WORK >= WORK_PER_EXACT_TEST);
 
 /// Work that counts for setting up the query of a pair in a scene, about what it takes.
 pub(crate) const WORK_PER_QUERY: u64 = 250;

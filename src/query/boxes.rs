@@ -2,7 +2,7 @@
 //!
 //! A box with centre `c` and half extents `h` lies, seen from the orientation of a node of the other side ([`View`]), within
 //! `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and
-//! a box kept in vain only costs time. The nine edge axes would cost more than they save. All is in A's units.
+//! a box kept in vain only costs time. The other nine axes: [`edge_axes`](super::edge_axes). All is in A's units.
 
 use super::views::{View, Views};
 use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis};
@@ -139,6 +139,9 @@ pub(super) type Keys = [[f32; WIDTH]; WIDTH];
 /// A question in terms of boxes: which pairs of children are of interest, and how much. Bit `8 i + j` of an answer stands for
 /// child `i` of the opened node and child `j` of the other, and so does entry `[i][j]` of the keys.
 pub(super) trait BoxTest {
+    /// Whether slim nodes whose own boxes are apart on an edge axis are of no interest.
+    const EDGE_AXES: bool;
+
     /// Whether a pair is of interest, by the own boxes of both nodes. A child first passes the test along its parent's axes;
     /// this one is along its own.
     fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool;
@@ -192,6 +195,8 @@ fn apart(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> bool {
 }
 
 impl BoxTest for Overlap {
+    const EDGE_AXES: bool = true;
+
     #[inline(always)]
     fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
         let scale = f32x4::splat(scale);

@@ -26,7 +26,8 @@ impl Budget {
     }
 
     /// Stop after this much work: BV tests, plus [`WORK_PER_EXPANSION`](crate::WORK_PER_EXPANSION),
-    /// [`WORK_PER_TRIANGLE_TEST`](crate::WORK_PER_TRIANGLE_TEST) and [`WORK_PER_EXACT_TEST`](crate::WORK_PER_EXACT_TEST).
+    /// [`WORK_PER_EDGE_TEST`](crate::WORK_PER_EDGE_TEST), [`WORK_PER_TRIANGLE_TEST`](crate::WORK_PER_TRIANGLE_TEST) and
+    /// [`WORK_PER_EXACT_TEST`](crate::WORK_PER_EXACT_TEST).
     /// Where it stops depends on the input alone: the same bits on every machine, in every run.
     ///
     /// The step at hand is finished, so up to [`MAX_STEP_WORK`](crate::MAX_STEP_WORK) units more are spent (by a distance

@@ -1,13 +1,15 @@
 //! What a node pair is replaced by: the pairs of its children that are of interest, that may meet or come close.
 //!
-//! The boxes of the two nodes are compared first, in the orientations of both. Then the larger node is opened, or both if
-//! their sizes are alike. Triangles of a cluster that meets a smaller inner node stay together: eight of them go down the
-//! tree as one pair with a bit for each that is still of interest.
+//! The boxes of the two nodes are compared first, in the orientations of both, and slim ones on their edge axes. Then the
+//! larger node is opened, or both if their sizes are alike. Triangles of a cluster that meets a smaller inner node stay
+//! together: eight of them go down the tree as one pair with a bit for each that is still of interest.
 
 use super::boxes::{BoxTest, Facing, Keys, Triangles};
+use super::edge_axes;
 use super::queue::Pair;
 use super::views::{Relation, Views};
 use crate::math::lanes::Lanes;
+use crate::model::cost::WORK_PER_EDGE_TEST;
 use crate::tree::{Node, Tree, WIDTH};
 use crate::triangle::batch::Rows;
 
@@ -15,6 +17,10 @@ use crate::triangle::batch::Rows;
 pub(super) trait Sink {
     /// Takes note of BV tests on a level of the bounding volume test tree.
     fn count(&mut self, level: usize, bv_tests: u32);
+
+    /// Takes note of the work of a test on edge axes.
+    #[inline(always)]
+    fn spend(&mut self, _work: u64) {}
 
     /// The table into which box tests write the keys of pairs of children.
     fn keys(&mut self) -> &mut Keys;
@@ -31,19 +37,19 @@ pub(super) trait Sink {
 
 /// Replaces a pair by the pairs of children that are of interest.
 #[inline(always)]
-pub(super) fn expand<L: Lanes>(
+pub(super) fn expand<L: Lanes, T: BoxTest>(
     lanes: L,
     Pair { nodes: [ia, ib], alive }: Pair,
     [tree_a, tree_b]: [&Tree; 2],
     relation: &Relation,
-    boxes: &mut impl BoxTest,
+    boxes: &mut T,
     sink: &mut impl Sink,
 ) {
     let scale = relation.scale;
     let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
     let level = usize::from(a.depth) + usize::from(b.depth);
     let views = Views::between(a, b, relation);
-    if !boxes.own(a, b, &views, scale) {
+    if !boxes.own(a, b, &views, scale) || T::EDGE_AXES && are_parted(a, b, &views, relation, sink) {
         return sink.count(level, 1);
     }
     // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
@@ -91,6 +97,16 @@ pub(super) fn expand<L: Lanes>(
     }
 }
 
+/// Whether an edge axis parts the boxes of two nodes, as far as they are slim.
+#[inline(always)]
+fn are_parted(a: &Node, b: &Node, views: &Views, relation: &Relation, sink: &mut impl Sink) -> bool {
+    if !edge_axes::are_slim(a, b) {
+        return false;
+    }
+    sink.spend(WORK_PER_EDGE_TEST);
+    edge_axes::part(a, b, &views.of_b, relation)
+}
+
 /// Hands on the triangles of a cluster, rows of `hits`, that are of interest with each child of the other side, a column.
 #[inline(always)]
 fn clusters(hits: u64, sink: &mut impl Sink, pair: impl Fn(u32, u8) -> Pair) {
@@ -111,7 +127,7 @@ enum Open {
 }
 
 /// The larger of two inner nodes is opened alone if it is this many times larger than the other.
-const LARGER: f32 = 6.0;
+const LARGER: f32 = 3.0;
 
 #[inline(always)]
 fn which(a: &Node, b: &Node, scale: f32) -> Open {

@@ -143,6 +143,8 @@ impl Gaps {
 }
 
 impl BoxTest for Gaps {
+    const EDGE_AXES: bool = false;
+
     #[inline(always)]
     fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
         if self.swell < 1.0 {

@@ -116,6 +116,11 @@ impl Sink for Traversal<'_, '_, Intersection<'_>> {
     }
 
     #[inline(always)]
+    fn spend(&mut self, work: u64) {
+        self.workspace.run.stats.work += work;
+    }
+
+    #[inline(always)]
     fn keys(&mut self) -> &mut Keys {
         &mut self.keys
     }

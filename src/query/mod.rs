@@ -10,6 +10,7 @@ mod certificate;
 mod corners;
 mod deadline;
 mod distance;
+mod edge_axes;
 mod estimate;
 mod expand;
 mod flushing;

@@ -6,6 +6,7 @@ use super::queue::Pair;
 use super::views::Relation;
 use crate::math::Pose;
 use crate::math::lanes::{Instructions, Kernel, Lanes};
+use crate::model::cost::WORK_PER_EXPANSION;
 use crate::tree::{Tree, WIDTH};
 use alloc::vec::Vec;
 
@@ -16,6 +17,8 @@ pub struct OpenedPair {
     pub parent: usize,
     /// BV tests made.
     pub bv_tests: u32,
+    /// Work of opening it, triangle tests aside.
+    pub work: u64,
     /// The triangle pairs that are left to be tested, ids of the input meshes.
     pub triangle_pairs: Vec<[u32; 2]>,
 }
@@ -58,6 +61,13 @@ impl Sink for Recorder<'_> {
     fn count(&mut self, _level: usize, bv_tests: u32) {
         if let Some(pair) = self.opened.last_mut() {
             pair.bv_tests += bv_tests;
+            pair.work += WORK_PER_EXPANSION + u64::from(bv_tests);
+        }
+    }
+
+    fn spend(&mut self, work: u64) {
+        if let Some(pair) = self.opened.last_mut() {
+            pair.work += work;
         }
     }
 

@@ -87,7 +87,10 @@ fn set_own(node: &mut Node, own: &Extent) {
     let half = own.half();
     node.own_center = f32x4::new(own.center().extend(0.0).to_array());
     node.own_half = f32x4::new(half.extend(0.0).to_array());
-    let area = 8.0 * (half.x * half.y + half.y * half.z + half.z * half.x);
+    let (x, y, z) = (half.x, half.y, half.z);
+    let (middle, longest) = (x.min(y).max(x.max(y).min(z)), x.max(y).max(z));
+    node.slimness = if longest > 0.0 { middle / longest } else { 1.0 };
+    let area = 8.0 * (x * y + y * z + z * x);
     // Not that of `libm`: its instruction makes AVX code wait for a hundred cycles.
     [node.size, ..] = f32x4::splat(area).sqrt().to_array();
 }

@@ -40,6 +40,8 @@ pub(crate) struct Node {
     pub self_cost: f32,
     /// End to end alpha, product of the axes.
     pub alpha: f32,
+    /// The middle extent of the own box over the longest; 1 for a point.
+    pub slimness: f32,
     /// Number of children.
     pub children: u8,
     pub is_cluster: bool,

@@ -15,7 +15,7 @@
 use std::cmp::Ordering;
 
 use punctual::internals::{OpenedPair, opened_pairs};
-use punctual::{Pose, Tree, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
+use punctual::{Pose, Tree, WORK_PER_TRIANGLE_TEST};
 
 /// Triangle pairs that the engine tests together.
 const BATCH: usize = 8;
@@ -66,9 +66,7 @@ fn first_hit(opened: &[OpenedPair], hits: &[Vec<u32>]) -> ([u64; 2], u64) {
             below[i] = least(below[i], ([batch * WORK_PER_TRIANGLE_TEST, 0], 0));
         }
         let Some(([work, bv_tests], before)) = below[i] else { continue };
-        let own = u64::from(pair.bv_tests);
-        let opening = WORK_PER_EXPANSION + own;
-        let all = ([opening + work, own + bv_tests], opening + before);
+        let all = ([pair.work + work, u64::from(pair.bv_tests) + bv_tests], pair.work + before);
         if i == 0 {
             return all;
         }
@@ -106,7 +104,7 @@ fn pieces(opened: &[OpenedPair], hits: Vec<Vec<u32>>) -> Vec<Piece> {
         later.sort_by(Piece::compare);
         let pair = &opened[i];
         let tests = pair.triangle_pairs.len() as u64 * WORK_PER_TRIANGLE_TEST;
-        let mut piece = Piece { work: WORK_PER_EXPANSION + u64::from(pair.bv_tests) + tests, hits };
+        let mut piece = Piece { work: pair.work + tests, hits };
         while let Some(best) = later.pop_if(|best| (*best).compare(&piece).is_gt()) {
             piece.work += best.work;
             piece.hits.extend(best.hits);
@@ -125,10 +123,11 @@ fn pieces(opened: &[OpenedPair], hits: Vec<Vec<u32>>) -> Vec<Piece> {
 mod tests {
     use super::*;
     use punctual::glam::{DMat3, DVec3};
-    use punctual::{Budget, Mode, Order, Query, Workspace, shapes};
+    use punctual::{Budget, Mode, Order, Query, WORK_PER_EXPANSION, Workspace, shapes};
 
     fn pair(parent: usize, bv_tests: u32, triangle_pairs: usize) -> OpenedPair {
-        OpenedPair { parent, bv_tests, triangle_pairs: vec![[0, 0]; triangle_pairs] }
+        let work = WORK_PER_EXPANSION + u64::from(bv_tests);
+        OpenedPair { parent, bv_tests, work, triangle_pairs: vec![[0, 0]; triangle_pairs] }
     }
 
     #[test]

@@ -1,0 +1,195 @@
+//! The nine edge axes of two boxes, the products of their edges: they part slim boxes that overlap on all six face axes.
+//!
+//! The product of an axis of A and one of B, as seen from A, has the entries of the latter, so it has no rounding of its own and
+//! need not be a unit vector. The proof of the margins is in `docs/numerics.md`, "Edge axes".
+
+use super::views::{Relation, View};
+use crate::math::lanes::per_axis;
+use crate::tree::Node;
+use wide::f32x4;
+
+/// Pairs of boxes are slim if the product of their slimnesses is less.
+const SLIM: f32 = 0.2;
+
+/// Whether the nine axes are likely enough to part the boxes of two nodes that overlap on the other six.
+#[inline(always)]
+pub(super) fn are_slim(a: &Node, b: &Node) -> bool {
+    a.slimness * b.slimness < SLIM
+}
+
+/// Whether an edge axis parts the own boxes of two nodes.
+#[inline(always)]
+pub(super) fn part(a: &Node, b: &Node, of_b: &View, relation: &Relation) -> bool {
+    let scale = f32x4::splat(relation.scale);
+    apart((a.own_center, a.own_half), (b.own_center * scale, b.own_half * scale), of_b, relation.skew)
+}
+
+/// The same for boxes by centre and half extents. `skew` bounds how far the columns of the view are from being orthonormal.
+#[inline(always)]
+fn apart(a: (f32x4, f32x4), b: (f32x4, f32x4), of_b: &View, skew: f32) -> bool {
+    let distance = of_b.point(b.0) - a.0;
+    let (d1, d2) = (yzx(distance), zxy(distance));
+    let half = a.1 + of_b.margin;
+    let (h1, h2) = (yzx(half), zxy(half));
+    let half = b.1 + of_b.margin;
+    let half = per_axis!(j => f32x4::splat(half.as_array()[j]));
+    let columns = &of_b.columns;
+    let sizes = per_axis!(j => columns[j].abs() + f32x4::splat(skew));
+    // Lane `k` has the product of axis `k` of A and axis `j` of B.
+    let [x, y, z] = per_axis!(j => {
+        let (p, q) = ((j + 1) % 3, (j + 2) % 3);
+        let (c1, c2) = (yzx(columns[j]), zxy(columns[j]));
+        let reach = h1 * c2.abs() + h2 * c1.abs() + (half[p] * sizes[q] + half[q] * sizes[p]);
+        reach.simd_lt((d1 * c2 - d2 * c1).abs())
+    });
+    (x | y | z).any()
+}
+
+#[inline(always)]
+fn yzx(v: f32x4) -> f32x4 {
+    let [x, y, z, w] = v.to_array();
+    f32x4::new([y, z, x, w])
+}
+
+#[inline(always)]
+fn zxy(v: f32x4) -> f32x4 {
+    let [x, y, z, w] = v.to_array();
+    f32x4::new([z, x, y, w])
+}
+
+#[cfg(all(test, feature = "std"))]
+mod tests {
+    use super::*;
+    use crate::math::Pose;
+    use crate::math::random::Random;
+    use crate::mesh::shapes;
+    use crate::query::views::Views;
+    use crate::tree::Tree;
+    use glam::{DMat3, DQuat, DVec3};
+
+    /// More than the rounding of a few `f64` operations on numbers below 8.
+    const ROUNDING: f64 = 1e-14;
+
+    /// The own boxes of two nodes that touch along an edge of each, or are `gap` apart there.
+    struct Touching {
+        a: Node,
+        b: Node,
+        relation: Relation,
+    }
+
+    fn direction(random: &mut Random) -> DVec3 {
+        let vector = DVec3::from_array(core::array::from_fn(|_| random.between(-1.0, 1.0)));
+        vector.try_normalize().unwrap_or(DVec3::X)
+    }
+
+    fn rotation(random: &mut Random) -> DMat3 {
+        DMat3::from_quat(DQuat::from_axis_angle(direction(random), random.between(-3.0, 3.0)))
+    }
+
+    /// The least number that is not less.
+    fn up(x: f64) -> f32 {
+        if f64::from(x as f32) < x { (x as f32).next_up() } else { x as f32 }
+    }
+
+    impl Touching {
+        /// The common point lies on an edge of each, and the plane through both edges has A on one side and B on the other.
+        fn new(random: &mut Random, trees: [&Tree; 2], gap: f64) -> Self {
+            let scale = trees[1].unit_length() / trees[0].unit_length();
+            let deviation = [0.0, 1e-6, 3e-4][random.bits() as usize % 3];
+            let skewed = DMat3::from_cols_array(&core::array::from_fn(|_| deviation * random.between(-1.0, 1.0)));
+            let exact = rotation(random);
+            let turn = exact * (DMat3::IDENTITY + skewed);
+            let (k, j) = (random.bits() as usize % 3, random.bits() as usize % 3);
+            let of_a = rotation(random);
+            let of_b = if random.bits().is_multiple_of(2) {
+                rotation(random)
+            } else {
+                // Axis `k` of both is nearly parallel.
+                let nearly = libm::pow(10.0, random.between(-9.0, 0.0));
+                exact.transpose() * of_a * DMat3::from_axis_angle(direction(random), nearly)
+            };
+            let (of_a, of_b) = (of_a.as_mat3(), of_b.as_mat3());
+            let (axes_a, axes_b) = (of_a.as_dmat3(), turn * of_b.as_dmat3());
+            let normal = axes_a.col(k).cross(axes_b.col(j)).normalize_or_zero();
+            let (x, y) = (0.9 * random.fraction() * direction(random), 0.9 * random.fraction() * direction(random));
+            let translation = (x + normal * gap - turn * y * scale) * trees[0].unit_length();
+            let a = boxed(random, of_a, x, DVec3::from_array([0, 1, 2].map(|i| axes_a.col(i).dot(normal))));
+            let b = boxed(random, of_b, y, DVec3::from_array([0, 1, 2].map(|i| -axes_b.col(i).dot(normal))));
+            let relation = Relation::new(trees[0], trees[1], &Pose::new(turn, translation).unwrap());
+            Self { a, b, relation }
+        }
+
+        fn view(&self) -> View {
+            Views::between(&self.a, &self.b, &self.relation).of_b
+        }
+
+        fn is_parted(&self) -> bool {
+            part(&self.a, &self.b, &self.view(), &self.relation)
+        }
+
+        fn is_parted_without(&self, margin: bool, skew: bool) -> bool {
+            let mut view = self.view();
+            let mut relation = self.relation;
+            if margin {
+                view.margin = f32x4::ZERO;
+            }
+            if skew {
+                relation.skew = 0.0;
+            }
+            part(&self.a, &self.b, &view, &relation)
+        }
+    }
+
+    /// A box with `point` on it, certainly, and reaching inward from there.
+    fn boxed(random: &mut Random, axes: glam::Mat3, point: DVec3, outward: DVec3) -> Node {
+        let at = axes.as_dmat3().transpose() * point;
+        let (mut center, mut half) = ([0.0; 4], [0.0; 4]);
+        for i in 0..3 {
+            let wanted =
+                if random.bits().is_multiple_of(8) { 0.0 } else { libm::pow(10.0, random.between(-5.0, -0.5)) };
+            // Along the edge the point is anywhere on it.
+            let inward = if outward[i].abs() < 1e-12 { random.between(-1.0, 1.0) } else { -outward[i].signum() };
+            center[i] = (at[i] + inward * wanted) as f32;
+            half[i] = up((at[i] - f64::from(center[i])).abs() + ROUNDING).max(wanted as f32);
+        }
+        Node {
+            own_center: f32x4::new(center),
+            own_half: f32x4::new(half),
+            rotation: [0, 1, 2].map(|i| f32x4::new(axes.col(i).extend(0.0).to_array())),
+            ..Node::default()
+        }
+    }
+
+    fn trees() -> [[Tree; 2]; 3] {
+        [1.0, 16.0, 1.0 / 32.0].map(|size| [1.0, size].map(|size: f32| Tree::new(shapes::cuboid([0.99 * size; 3], 1))))
+    }
+
+    /// The point that both boxes have is known to `f64`, whose rounding they have room for.
+    #[test]
+    fn boxes_with_a_common_point_are_never_parted() {
+        let mut random = Random::new(15);
+        let (mut without, trees) = ([0; 3], trees());
+        for i in 0..60_000 {
+            let [a, b] = &trees[i % 3];
+            let touching = Touching::new(&mut random, [a, b], 0.0);
+            assert!(!touching.is_parted(), "case {i}");
+            for (count, (margin, skew)) in without.iter_mut().zip([(true, true), (true, false), (false, true)]) {
+                *count += usize::from(touching.is_parted_without(margin, skew));
+            }
+        }
+        // Either margin is needed.
+        assert!(without.iter().all(|&count| count > 100), "{without:?} of 60,000 lost");
+    }
+
+    #[test]
+    fn boxes_that_are_apart_at_two_edges_are_parted() {
+        let mut random = Random::new(16);
+        let (mut parted, trees) = (0, trees());
+        for i in 0..3_000 {
+            let [a, b] = &trees[i % 3];
+            let touching = Touching::new(&mut random, [a, b], 1e-2 * b.unit_length().max(1.0));
+            parted += usize::from(touching.is_parted());
+        }
+        assert!(parted > 2_000, "{parted} of 3,000");
+    }
+}
