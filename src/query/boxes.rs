@@ -4,7 +4,7 @@
 //! `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and
 //! a box kept in vain only costs time. The other nine axes: [`edge_axes`](super::edge_axes). All is in A's units.
 
-use super::views::{View, Views};
+use super::views::{View, Views, yzx, zxy};
 use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis};
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW};
@@ -139,8 +139,8 @@ pub(super) type Keys = [[f32; WIDTH]; WIDTH];
 /// A question in terms of boxes: which pairs of children are of interest, and how much. Bit `8 i + j` of an answer stands for
 /// child `i` of the opened node and child `j` of the other, and so does entry `[i][j]` of the keys.
 pub(super) trait BoxTest {
-    /// Whether slim nodes whose own boxes are apart on an edge axis are of no interest.
-    const EDGE_AXES: bool;
+    /// Whether the question is overlap alone: boxes that are apart on an edge axis are of no interest then, and keys are depths.
+    const IS_OVERLAP: bool;
 
     /// Whether a pair is of interest, by the own boxes of both nodes. A child first passes the test along its parent's axes;
     /// this one is along its own.
@@ -195,7 +195,7 @@ fn apart(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> bool {
 }
 
 impl BoxTest for Overlap {
-    const EDGE_AXES: bool = true;
+    const IS_OVERLAP: bool = true;
 
     #[inline(always)]
     fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
@@ -246,7 +246,7 @@ impl BoxTest for Overlap {
         !gap.mask() & opened.valid()
     }
 
-    /// On the three axes of the boxes and on the triangles' normals; no keys.
+    /// On the three axes of the boxes and on the triangles' normals; keys for a lone triangle only.
     #[inline(always)]
     fn triangles<'t, L: Lanes>(
         &self,
@@ -254,41 +254,27 @@ impl BoxTest for Overlap {
         facing: Facing,
         mut alive: u32,
         triangles: impl FnOnce() -> Triangles<'t>,
-        _keys: &mut Keys,
+        keys: &mut Keys,
     ) -> u64 {
-        let Triangles { rows: [t0, t1, t2, t3, t4, t5, t6, t7], view, skew } = triangles();
+        let triangles = triangles();
         let node = facing.nodes[1];
-        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
-            per_axis!(i => F8::transpose(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
-        let axes = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
-        let p = per_axis!(k => dot(axes[k], [x, y, z]) + F8::splat(lanes, view.origin.as_array()[k]));
-        let e = per_axis!(k => dot(axes[k], [ex, ey, ez]));
-        let f = per_axis!(k => dot(axes[k], [fx, fy, fz]));
-        let (zero, margin) = (F8::splat(lanes, 0.0), F8::splat(lanes, view.margin.as_array()[0]));
-        let normal = cross(e, f);
-        let least = F8::splat(lanes, LEAST_EDGE_SLOP);
-        let blur = (longest(e) + least) * (longest(f) + least) * F8::splat(lanes, skew);
-        let size = per_axis!(k => normal[k].abs());
-        let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0)) + F8::splat(lanes, UNDERFLOW);
-        let rows = Planes {
-            boxes: Stored {
-                low: per_axis!(k => (p[k] + zero.min(e[k]).min(f[k]) - margin).store()),
-                high: per_axis!(k => (p[k] + zero.max(e[k]).max(f[k]) + margin).store()),
-            },
-            corner: per_axis!(k => p[k].store()),
-            normal: per_axis!(k => normal[k].store()),
-            reach: per_axis!(k => (size[k] + blur).store()),
-            blur: blur.store(),
-            slack: slack.store(),
-        };
-
         let boxes = Boxes::children(lanes, node, facing.scales[1]);
         let slabs = boxes.slabs();
+        if alive.is_power_of_two() {
+            let i = alive.trailing_zeros() as usize % WIDTH;
+            let plane = Plane::new(triangles.rows[i], &triangles.view, triangles.skew);
+            let [in_box, through_plane] = plane.depths(lanes, &boxes, &slabs);
+            let depth = in_box.min(through_plane * F8::splat(lanes, plane.per_length()));
+            keys[i] = depth.store();
+            return u64::from(!depth.mask() & node.valid()) << (WIDTH * i);
+        }
+        let planes = Planes::new(lanes, &triangles);
         let mut pairs = 0;
         while alive != 0 {
             let i = alive.trailing_zeros() as usize;
             alive &= alive - 1;
-            let apart = slabs.gap_at(lanes, &rows.boxes, i).mask() | rows.part(lanes, &boxes, i);
+            let [in_box, through_plane] = planes.at(i).depths(lanes, &boxes, &slabs);
+            let apart = in_box.mask() | through_plane.mask();
             pairs |= u64::from(!apart & node.valid()) << (WIDTH * i);
         }
         pairs
@@ -300,27 +286,157 @@ fn longest<L: Lanes>(v: V8<L>) -> F8<L> {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
 }
 
+#[inline(always)]
+fn longest_one(v: f32x4) -> f32 {
+    let [x, y, z] = xyz(v.abs());
+    x.max(y).max(z)
+}
+
 /// Eight triangles, to be read one at a time.
 struct Planes {
     boxes: Stored,
     corner: [[f32; 8]; 3],
     normal: [[f32; 8]; 3],
-    /// `|n_k|`, and more by the error of the normal.
     reach: [[f32; 8]; 3],
     blur: [f32; 8],
     slack: [f32; 8],
 }
 
 impl Planes {
-    /// The boxes that the plane of triangle `i` misses: `|n . (c - p)| > |n| . h`, with all errors of `n` (relative to the
-    /// edges) and of `p` on the right-hand side.
     #[inline(always)]
-    fn part<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, i: usize) -> u32 {
-        let from_corner = per_axis!(k => boxes.center[k] - F8::splat(lanes, self.corner[k][i]));
-        let distance = dot(per_axis!(k => F8::splat(lanes, self.normal[k][i])), from_corner).abs();
-        let reach = dot(per_axis!(k => F8::splat(lanes, self.reach[k][i])), boxes.half)
-            + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs()) * F8::splat(lanes, self.blur[i])
-            + F8::splat(lanes, self.slack[i]);
-        reach.less(distance).mask()
+    fn new<L: Lanes>(lanes: L, Triangles { rows, view, skew }: &Triangles) -> Self {
+        let [t0, t1, t2, t3, t4, t5, t6, t7] = rows;
+        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
+            per_axis!(i => F8::transpose(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
+        let axes = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
+        let p = per_axis!(k => dot(axes[k], [x, y, z]) + F8::splat(lanes, view.origin.as_array()[k]));
+        let e = per_axis!(k => dot(axes[k], [ex, ey, ez]));
+        let f = per_axis!(k => dot(axes[k], [fx, fy, fz]));
+        let (zero, margin) = (F8::splat(lanes, 0.0), F8::splat(lanes, view.margin.as_array()[0]));
+        let normal = cross(e, f);
+        let least = F8::splat(lanes, LEAST_EDGE_SLOP);
+        let blur = (longest(e) + least) * (longest(f) + least) * F8::splat(lanes, *skew);
+        let size = per_axis!(k => normal[k].abs());
+        let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0)) + F8::splat(lanes, UNDERFLOW);
+        Self {
+            boxes: Stored {
+                low: per_axis!(k => (p[k] + zero.min(e[k]).min(f[k]) - margin).store()),
+                high: per_axis!(k => (p[k] + zero.max(e[k]).max(f[k]) + margin).store()),
+            },
+            corner: per_axis!(k => p[k].store()),
+            normal: per_axis!(k => normal[k].store()),
+            reach: per_axis!(k => (size[k] + blur).store()),
+            blur: blur.store(),
+            slack: slack.store(),
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, i: usize) -> Plane {
+        Plane {
+            low: per_axis!(k => self.boxes.low[k][i]),
+            high: per_axis!(k => self.boxes.high[k][i]),
+            corner: per_axis!(k => self.corner[k][i]),
+            normal: per_axis!(k => self.normal[k][i]),
+            reach: per_axis!(k => self.reach[k][i]),
+            blur: self.blur[i],
+            slack: self.slack[i],
+        }
+    }
+}
+
+/// A triangle seen from a node of the other side: its box, and its plane.
+#[derive(Debug, PartialEq)]
+struct Plane {
+    low: [f32; 3],
+    high: [f32; 3],
+    corner: [f32; 3],
+    normal: [f32; 3],
+    /// `|n_k|`, and more by the error of the normal.
+    reach: [f32; 3],
+    blur: f32,
+    slack: f32,
+}
+
+impl Plane {
+    /// The same as of [`Planes`], to the bit.
+    #[inline(always)]
+    fn new([first, second, third]: &Rows, view: &View, skew: f32) -> Self {
+        let (margin, zero) = (view.margin, f32x4::ZERO);
+        let p = view.point(f32x4::new([first[0], first[1], first[2], 0.0]));
+        let e = view.vector(f32x4::new([first[3], second[0], second[1], 0.0]));
+        let f = view.vector(f32x4::new([second[2], second[3], third[0], 0.0]));
+        let normal = yzx(e) * zxy(f) - zxy(e) * yzx(f);
+        let blur = (longest_one(e) + LEAST_EDGE_SLOP) * (longest_one(f) + LEAST_EDGE_SLOP) * skew;
+        let size = normal.abs();
+        let [x, y, z] = xyz(size);
+        Self {
+            low: xyz(p + zero.fast_min(e).fast_min(f) - margin),
+            high: xyz(p + zero.fast_max(e).fast_max(f) + margin),
+            corner: xyz(p),
+            normal: xyz(normal),
+            reach: xyz(size + f32x4::splat(blur)),
+            blur,
+            slack: margin.as_array()[0] * (x + y + z + blur * 4.0) + UNDERFLOW,
+        }
+    }
+
+    /// How deep its box overlaps boxes, and how far they reach across its plane, times the length of `n`; negative where they
+    /// are apart. The latter is `|n| . h - |n . (c - p)|`, with all errors of `n` (relative to the edges) and of `p` added.
+    #[inline(always)]
+    fn depths<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, slabs: &Slabs<L>) -> [F8<L>; 2] {
+        let from_corner = per_axis!(k => boxes.center[k] - F8::splat(lanes, self.corner[k]));
+        let distance = dot(per_axis!(k => F8::splat(lanes, self.normal[k])), from_corner).abs();
+        let reach = dot(per_axis!(k => F8::splat(lanes, self.reach[k])), boxes.half)
+            + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs()) * F8::splat(lanes, self.blur)
+            + F8::splat(lanes, self.slack);
+        [slabs.gap(lanes, self.low, self.high), reach - distance]
+    }
+
+    /// About one over the length of `n`.
+    #[inline(always)]
+    fn per_length(&self) -> f32 {
+        let [x, y, z] = self.reach;
+        1.0 / (x + y + z + UNDERFLOW)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Pose;
+    use crate::math::lanes::{Instructions, Kernel};
+    use crate::mesh::shapes;
+    use crate::query::views::Relation;
+    use crate::tree::Tree;
+    use glam::{DMat3, DVec3};
+
+    struct EightAndOne<'t>(Triangles<'t>);
+
+    impl Kernel for EightAndOne<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) {
+            let Triangles { rows, view, skew } = &self.0;
+            let planes = Planes::new(lanes, &self.0);
+            for (i, row) in rows.iter().enumerate() {
+                assert_eq!(planes.at(i), Plane::new(row, view, *skew));
+            }
+        }
+    }
+
+    #[test]
+    fn a_triangle_alone_has_the_same_bits_as_among_eight() {
+        let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 16)), Tree::new(shapes::gear(9, 2)));
+        let pose = Pose::new(DMat3::from_rotation_x(0.7) * DMat3::from_rotation_z(0.4), DVec3::new(0.3, 0.1, -0.2));
+        let relation = Relation::new(&a, &b, &pose.unwrap());
+        for (eight, node) in a.triangles().chunks_exact(WIDTH).zip(b.nodes().iter().cycle()) {
+            let view = Views::between(&a.nodes()[0], node, &relation).triangles_of_a(node, &relation);
+            for instructions in [Instructions::detect(), Instructions::PORTABLE] {
+                let rows = core::array::from_fn(|i| &eight[i].0);
+                instructions.run(EightAndOne(Triangles { rows, view, skew: relation.skew }));
+            }
+        }
     }
 }

@@ -3,7 +3,7 @@
 //! The product of an axis of A and one of B, as seen from A, has the entries of the latter, so it has no rounding of its own and
 //! need not be a unit vector. The proof of the margins is in `docs/numerics.md`, "Edge axes".
 
-use super::views::{Relation, View};
+use super::views::{Relation, View, yzx, zxy};
 use crate::math::lanes::per_axis;
 use crate::tree::Node;
 use wide::f32x4;
@@ -43,18 +43,6 @@ fn apart(a: (f32x4, f32x4), b: (f32x4, f32x4), of_b: &View, skew: f32) -> bool {
         reach.simd_lt((d1 * c2 - d2 * c1).abs())
     });
     (x | y | z).any()
-}
-
-#[inline(always)]
-fn yzx(v: f32x4) -> f32x4 {
-    let [x, y, z, w] = v.to_array();
-    f32x4::new([y, z, x, w])
-}
-
-#[inline(always)]
-fn zxy(v: f32x4) -> f32x4 {
-    let [x, y, z, w] = v.to_array();
-    f32x4::new([z, x, y, w])
 }
 
 #[cfg(all(test, feature = "std"))]

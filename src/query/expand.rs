@@ -49,7 +49,7 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
     let level = usize::from(a.depth) + usize::from(b.depth);
     let views = Views::between(a, b, relation);
-    if !boxes.own(a, b, &views, scale) || T::EDGE_AXES && are_parted(a, b, &views, relation, sink) {
+    if !boxes.own(a, b, &views, scale) || T::IS_OVERLAP && are_parted(a, b, &views, relation, sink) {
         return sink.count(level, 1);
     }
     // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
@@ -85,14 +85,16 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
             let view = || views.triangles_of_a(b, relation);
             let triangles = || Triangles { rows: rows(tree_a, a), view: view(), skew: relation.skew };
             let hits = boxes.triangles(lanes, of_a, valid[0], triangles, sink.keys());
-            clusters(hits, sink, |j, alive| Pair { nodes: [ia, first[1] + j], alive: [alive, u8::MAX] });
+            let last = deepest::<T>(hits, valid[0], sink.keys());
+            clusters(hits, last, sink, |j, alive| Pair { nodes: [ia, first[1] + j], alive: [alive, u8::MAX] });
         }
         Open::TrianglesOfB => {
             sink.count(level + 2, valid[1].count_ones() * u32::from(a.children) + 1);
             let view = || views.triangles_of_b(a, relation);
             let triangles = || Triangles { rows: rows(tree_b, b), view: view(), skew: relation.skew };
             let hits = boxes.triangles(lanes, of_b, valid[1], triangles, sink.keys());
-            clusters(hits, sink, |i, alive| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive] });
+            let last = deepest::<T>(hits, valid[1], sink.keys());
+            clusters(hits, last, sink, |i, alive| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive] });
         }
     }
 }
@@ -107,13 +109,37 @@ fn are_parted(a: &Node, b: &Node, views: &Views, relation: &Relation, sink: &mut
     edge_axes::part(a, b, &views.of_b, relation)
 }
 
-/// Hands on the triangles of a cluster, rows of `hits`, that are of interest with each child of the other side, a column.
+/// The child that a lone triangle is deepest in: where a hit is likeliest.
 #[inline(always)]
-fn clusters(hits: u64, sink: &mut impl Sink, pair: impl Fn(u32, u8) -> Pair) {
-    for (column, alive) in transposed(hits).to_le_bytes().into_iter().enumerate() {
-        if alive != 0 {
+fn deepest<T: BoxTest>(hits: u64, alive: u32, keys: &Keys) -> Option<usize> {
+    if !T::IS_OVERLAP || !alive.is_power_of_two() || hits == 0 {
+        return None;
+    }
+    let row = alive.trailing_zeros() as usize % WIDTH;
+    let mut hits = hits >> (WIDTH * row);
+    let mut deepest = hits.trailing_zeros() as usize % WIDTH;
+    while hits != 0 {
+        let column = hits.trailing_zeros() as usize % WIDTH;
+        hits &= hits - 1;
+        if keys[row][column] > keys[row][deepest] {
+            deepest = column;
+        }
+    }
+    Some(deepest)
+}
+
+/// Hands on the triangles of a cluster, rows of `hits`, that are of interest with each child of the other side, a column. What
+/// is handed on last is visited next.
+#[inline(always)]
+fn clusters(hits: u64, last: Option<usize>, sink: &mut impl Sink, pair: impl Fn(u32, u8) -> Pair) {
+    let columns = transposed(hits).to_le_bytes();
+    for (column, alive) in columns.into_iter().enumerate() {
+        if alive != 0 && Some(column) != last {
             sink.cluster(pair(column as u32, alive), column);
         }
+    }
+    if let Some(column) = last {
+        sink.cluster(pair(column as u32, columns[column]), column);
     }
 }
 

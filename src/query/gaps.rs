@@ -143,7 +143,7 @@ impl Gaps {
 }
 
 impl BoxTest for Gaps {
-    const EDGE_AXES: bool = false;
+    const IS_OVERLAP: bool = false;
 
     #[inline(always)]
     fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {

@@ -121,7 +121,13 @@ impl View {
     /// A point seen from the other side.
     #[inline(always)]
     pub fn point(&self, x: f32x4) -> f32x4 {
-        times(&self.columns, x) + self.origin
+        self.vector(x) + self.origin
+    }
+
+    /// A vector seen from the other side.
+    #[inline(always)]
+    pub fn vector(&self, x: f32x4) -> f32x4 {
+        times(&self.columns, x)
     }
 
     /// The half extents of a box seen from the other side, widened by the margin.
@@ -141,6 +147,18 @@ fn times(columns: &Columns, x: f32x4) -> f32x4 {
 fn transposed([x, y, z]: Columns) -> Columns {
     let [x, y, z, _] = f32x4::transpose([x, y, z, f32x4::ZERO]);
     [x, y, z]
+}
+
+#[inline(always)]
+pub(super) fn yzx(v: f32x4) -> f32x4 {
+    let [x, y, z, w] = v.to_array();
+    f32x4::new([y, z, x, w])
+}
+
+#[inline(always)]
+pub(super) fn zxy(v: f32x4) -> f32x4 {
+    let [x, y, z, w] = v.to_array();
+    f32x4::new([z, x, y, w])
 }
 
 /// The map between the orientations of a node of A and one of B, in both directions.
