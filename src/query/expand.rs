@@ -85,16 +85,14 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
             let view = || views.triangles_of_a(b, relation);
             let triangles = || Triangles { rows: rows(tree_a, a), view: view(), skew: relation.skew };
             let hits = boxes.triangles(lanes, of_a, valid[0], triangles, sink.keys());
-            let last = deepest::<T>(hits, valid[0], sink.keys());
-            clusters(hits, last, sink, |j, alive| Pair { nodes: [ia, first[1] + j], alive: [alive, u8::MAX] });
+            clusters::<T>(hits, valid[0], sink, |j, alive| Pair { nodes: [ia, first[1] + j], alive: [alive, u8::MAX] });
         }
         Open::TrianglesOfB => {
             sink.count(level + 2, valid[1].count_ones() * u32::from(a.children) + 1);
             let view = || views.triangles_of_b(a, relation);
             let triangles = || Triangles { rows: rows(tree_b, b), view: view(), skew: relation.skew };
             let hits = boxes.triangles(lanes, of_b, valid[1], triangles, sink.keys());
-            let last = deepest::<T>(hits, valid[1], sink.keys());
-            clusters(hits, last, sink, |i, alive| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive] });
+            clusters::<T>(hits, valid[1], sink, |i, alive| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive] });
         }
     }
 }
@@ -128,10 +126,11 @@ fn deepest<T: BoxTest>(hits: u64, alive: u32, keys: &Keys) -> Option<usize> {
     Some(deepest)
 }
 
-/// Hands on the triangles of a cluster, rows of `hits`, that are of interest with each child of the other side, a column. What
-/// is handed on last is visited next.
+/// Hands on the triangles of a cluster, the `alive` rows of `hits`, that are of interest with each child of the other side,
+/// a column. What is handed on last is visited next.
 #[inline(always)]
-fn clusters(hits: u64, last: Option<usize>, sink: &mut impl Sink, pair: impl Fn(u32, u8) -> Pair) {
+fn clusters<T: BoxTest>(hits: u64, alive: u32, sink: &mut impl Sink, pair: impl Fn(u32, u8) -> Pair) {
+    let last = deepest::<T>(hits, alive, sink.keys());
     let columns = transposed(hits).to_le_bytes();
     for (column, alive) in columns.into_iter().enumerate() {
         if alive != 0 && Some(column) != last {
