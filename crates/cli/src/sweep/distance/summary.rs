@@ -110,6 +110,9 @@ pub const HEADER: &str = "case,order,budget_kind,budget,poses,low_p10,low_p50,hi
 
 /// The tidy table: a line for each case, order and budget, bounds over the true distance.
 pub fn table(case: &Measurement) -> Vec<Vec<String>> {
+    if case.distance.runs.is_empty() {
+        return Vec::new();
+    }
     let alone = std::slice::from_ref(case);
     let works = PERCENT.map(|percent| (Kind::Work, "work_percent", u64::from(percent), percent as usize - 1));
     let times = MICROSECONDS.into_iter().enumerate().map(|(i, us)| (Kind::Time, "time_us", us, i));

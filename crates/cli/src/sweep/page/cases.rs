@@ -101,7 +101,7 @@ impl Report<'_> {
             ]);
         }
         if distance::has_any(case) {
-            charts.extend(distance::charts(alone, &format!("{name}: ")));
+            charts.extend(distance::charts(alone, &format!(": {name}")));
         }
         let plots = charts.iter().map(|(what, chart)| self.plot(&format!("cases/{name}-{what}"), chart));
         Ok(Block::Details(name.clone(), plots.collect::<Result<_, _>>()?))

@@ -20,6 +20,9 @@ const WORK: &str = "work done, % of a finished depth-first query";
 const CURVES: [(&str, usize, &str); 3] =
     [(OURS, 0, "this library"), (DEPTH_FIRST, 2, "depth-first"), (TOLD, 4, "told the closest triangles")];
 
+/// Colours of other libraries.
+const PEERS: [usize; 5] = [5, 6, 1, 3, 7];
+
 fn label(order: &str) -> &'static str {
     CURVES.iter().find(|curve| curve.0 == order).map_or("", |curve| curve.2)
 }
@@ -52,7 +55,11 @@ impl Kind {
         let span = time_span(lines.iter());
         let last = peers.values().map(|us| 1.2 * us).fold(span.end, f64::max);
         let line = |(i, (name, us)): (usize, (&String, f64))| {
-            Series::new(format!("{name} has its answer"), 5 + i, Shape::Line(vec![[us, 0.0], [us, top]]))
+            Series::new(
+                format!("{name} has its answer"),
+                PEERS[i % PEERS.len()],
+                Shape::Line(vec![[us, 0.0], [us, top]]),
+            )
         };
         (Axis::log(TIME).range(span.start..last), peers.into_iter().enumerate().map(line).collect())
     }
@@ -65,7 +72,7 @@ fn peers(cases: &[Measurement]) -> BTreeMap<&String, f64> {
     names.into_iter().map(|name| (name, quantile(&sorted(times(name)), 0.5))).collect()
 }
 
-/// Both bounds over the true distance: half of the queries are between the lines.
+/// Both bounds over the true distance: the median pose as lines, and a band beyond which is one of ten on each side.
 fn bounds(cases: &[Measurement], title: &str, kind: Kind) -> Chart {
     const TOP: f64 = 2.0;
     let at = |order, feature, fraction: f64| {
@@ -121,13 +128,13 @@ fn near(cases: &[Measurement], title: &str, kind: Kind) -> Chart {
     }
 }
 
-/// The plots of a case, or of all.
+/// The plots of all cases, or of one, whose name is added to the titles.
 pub(super) fn charts(cases: &[Measurement], of: &str) -> [(&'static str, Chart); 4] {
     [
-        ("distance", bounds(cases, &format!("{of}Bounds of the distance, over work"), Kind::Work)),
-        ("distance-near", near(cases, &format!("{of}Known within 10 %, over work"), Kind::Work)),
-        ("distance-time", bounds(cases, &format!("{of}Bounds of the distance, over time"), Kind::Time)),
-        ("distance-near-time", near(cases, &format!("{of}Known within 10 %, over time"), Kind::Time)),
+        ("distance", bounds(cases, &format!("Bounds of the distance, over work{of}"), Kind::Work)),
+        ("distance-near", near(cases, &format!("Known within 10 %, over work{of}"), Kind::Work)),
+        ("distance-time", bounds(cases, &format!("Bounds of the distance, over time{of}"), Kind::Time)),
+        ("distance-near-time", near(cases, &format!("Known within 10 %, over time{of}"), Kind::Time)),
     ]
 }
 
@@ -150,7 +157,7 @@ impl Report<'_> {
             "Lines: the median pose; shaded: nine of ten poses of this library on each side. \"Depth-first\" opens the closest \
              child first and then all that is left, with the same boxes and triangles; as long as something is left it \
              proves no lower bound. \"Told the closest triangles\" begins with the answer and only has to prove that nothing \
-             is closer, which no search can avoid. A finished query counts as within 10 %: it ends as soon as the bounds are \
+             is closer, which no search with these boxes can avoid. A finished query counts as within 10 %: it ends as soon as the bounds are \
              a millionth of the size of the meshes apart. Of another library nothing is known before its line, the median \
              of its times."
                 .into(),
