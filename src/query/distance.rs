@@ -59,7 +59,8 @@ impl<'t> DistanceQuery<'t> {
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let (margins, limit) = ([0.0; 2], f64::INFINITY);
-        let options = DistanceOptions { absolute: None, relative: None, margins, limit, poll_interval: MAX_STEP_WORK };
+        let (absolute, relative, poll_interval) = (None, None, MAX_STEP_WORK);
+        let options = DistanceOptions { absolute, relative, margins, limit, poll_interval, depth_first: false };
         Self { a, b, b_in_a, options }
     }
 
@@ -100,6 +101,15 @@ impl<'t> DistanceQuery<'t> {
     #[must_use]
     pub fn poll_interval(mut self, work: u64) -> Self {
         self.options.poll_interval = work;
+        self
+    }
+
+    /// For comparison: all node pairs on one stack, the closest of siblings on top, so that `low` is 0 almost to the end.
+    #[cfg(feature = "internals")]
+    #[doc(hidden)]
+    #[must_use]
+    pub fn depth_first(mut self) -> Self {
+        self.options.depth_first = true;
         self
     }
 
@@ -213,7 +223,7 @@ impl<'t> DistanceQuery<'t> {
     /// Prepares the workspace for a run from the roots.
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>) {
         workspace.clear();
-        workspace.run.begin(self.key(), Strategy::NONE);
+        workspace.run.begin(self.key(), Strategy { deepest_first: self.options.depth_first, ..Strategy::NONE });
         if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }

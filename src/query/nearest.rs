@@ -239,13 +239,16 @@ impl Sink for Traversal<'_, '_, Distance> {
     }
 
     #[inline(always)]
-    fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
+    fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
         let mut deepest = (0.0, None);
-        while hits != 0 {
-            let bit = hits.trailing_zeros();
-            hits &= hits - 1;
-            let key = self.keys.as_flattened()[bit as usize % 64];
-            self.place(child(bit), key, &mut deepest);
+        let last = if self.strategy.deepest_first { self.closest(hits) } else { 0 };
+        for mut hits in [hits & !last, last] {
+            while hits != 0 {
+                let bit = hits.trailing_zeros();
+                hits &= hits - 1;
+                let key = self.keys.as_flattened()[bit as usize % 64];
+                self.place(child(bit), key, &mut deepest);
+            }
         }
         if let Some(at) = deepest.1 {
             self.workspace.front.raise(at);
@@ -279,6 +282,14 @@ impl Sink for Traversal<'_, '_, Distance> {
 }
 
 impl Traversal<'_, '_, Distance> {
+    /// The bit of the least key.
+    #[inline(never)]
+    fn closest(&self, hits: u64) -> u64 {
+        let key = |bit: &u32| self.keys.as_flattened()[*bit as usize];
+        let closest = (0..u64::BITS).filter(|bit| hits >> bit & 1 != 0).min_by(|i, j| key(i).total_cmp(&key(j)));
+        closest.map_or(0, |bit| 1 << bit)
+    }
+
     #[inline(always)]
     fn place(&mut self, pair: Pair, key: f32, deepest: &mut (f32, Option<usize>)) {
         let workspace = &mut *self.workspace;
@@ -287,8 +298,9 @@ impl Traversal<'_, '_, Distance> {
                 self.question.guess = key;
                 workspace.search.dive = Some(pair);
             }
-        } else if key > 0.0 {
-            let bucket = workspace.search.bucket(key, self.question.cut);
+        } else if key > 0.0 || self.strategy.deepest_first {
+            let search = &mut workspace.search;
+            let bucket = if self.strategy.deepest_first { 0 } else { search.bucket(key, self.question.cut) };
             workspace.front.queue(pair, key, bucket, true);
         } else {
             let at = workspace.front.push(pair);

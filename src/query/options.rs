@@ -37,4 +37,6 @@ pub(super) struct DistanceOptions {
     /// Infinite if the distance itself is asked for.
     pub limit: f64,
     pub poll_interval: u64,
+    /// For comparison: one stack for all node pairs.
+    pub depth_first: bool,
 }

@@ -1,6 +1,7 @@
 //! Cases: two meshes and the poses of B in A's frame.
 
 use std::path::Path;
+use std::str::FromStr;
 
 use punctual::glam::DVec3;
 use punctual::{BuildOptions, Mesh, Pose, Tree};
@@ -14,17 +15,19 @@ pub struct Case {
     pub poses: Vec<Pose>,
     /// Known number of intersecting pairs of each pose, from `truth.csv` of the folder; empty without that file.
     pub known: Vec<u64>,
+    /// The same of distances, from `truth_distance.csv`.
+    pub distances: Vec<f64>,
 }
 
 impl Case {
     pub fn new(name: &str, a: Mesh, b: Mesh, poses: Vec<Pose>) -> Self {
         // For early answers.
         let tree = |mesh| Tree::with_options(mesh, &BuildOptions::default().neighbors(true));
-        Self { name: name.to_owned(), a: tree(a), b: tree(b), poses, known: Vec::new() }
+        Self { name: name.to_owned(), a: tree(a), b: tree(b), poses, known: Vec::new(), distances: Vec::new() }
     }
 
     /// The case of a folder with a mesh `a.*`, a mesh `b.*`, `poses.txt`, and perhaps `truth.csv` with columns `hit` and
-    /// `pairs`.
+    /// `pairs`, and `truth_distance.csv` with a column `distance`.
     pub fn load(folder: &Path) -> Result<Self, Failure> {
         let name = folder.file_name().unwrap_or_default().to_string_lossy().replace(',', "_");
         let list = folder.join("poses.txt");
@@ -33,13 +36,8 @@ impl Case {
             .map(|listed| listed.pose.map_err(|what| format!("{}:{}: {what}", list.display(), listed.line).into()));
         let poses = poses.collect::<Result<Vec<Pose>, Failure>>()?;
         let mut case = Self::new(&name, files::mesh(folder, "a")?, files::mesh(folder, "b")?, poses);
-        let truth = folder.join("truth.csv");
-        if truth.exists() {
-            case.known = known(&truth)?;
-            if case.known.len() != case.poses.len() {
-                return Err(format!("{}: not a line for each pose", truth.display()).into());
-            }
-        }
+        case.known = known(&folder.join("truth.csv"), "pairs", case.poses.len())?;
+        case.distances = known(&folder.join("truth_distance.csv"), "distance", case.poses.len())?;
         Ok(case)
     }
 
@@ -85,17 +83,23 @@ pub fn size(mesh: &Mesh) -> f64 {
     if mesh.is_empty() { 0.0 } else { DVec3::length(mesh.aabb().max - mesh.aabb().min) }
 }
 
-fn known(file: &Path) -> Result<Vec<u64>, Failure> {
+/// A column of a table with a line for each pose; empty without the file.
+fn known<T: FromStr>(file: &Path, name: &str, poses: usize) -> Result<Vec<T>, Failure> {
+    if !file.exists() {
+        return Ok(Vec::new());
+    }
     let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
     let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-    let column = header.iter().position(|name| *name == "pairs");
-    let column = column.ok_or_else(|| format!("{}: no column pairs", file.display()))?;
-    let count = |line: &str| line.split(',').nth(column)?.trim().parse().ok();
-    lines
-        .zip(2..)
-        .map(|(line, number)| {
-            count(line).ok_or_else(|| format!("{}:{number}: no number of pairs", file.display()).into())
-        })
-        .collect()
+    let mut header = lines.next().unwrap_or_default().split(',');
+    let column = header.position(|title| title == name);
+    let column = column.ok_or_else(|| format!("{}: no column {name}", file.display()))?;
+    let value = |line: &str| line.split(',').nth(column)?.trim().parse().ok();
+    let values = lines.zip(2..).map(|(line, number)| {
+        value(line).ok_or_else(|| format!("{}:{number}: no number in column {name}", file.display()).into())
+    });
+    let values = values.collect::<Result<Vec<T>, Failure>>()?;
+    if values.len() != poses {
+        return Err(format!("{}: not a line for each pose", file.display()).into());
+    }
+    Ok(values)
 }

@@ -1,6 +1,7 @@
 //! The report as a page: the guarantees, tested; then figures and comparisons, each with its worst case.
 
 mod cases;
+mod distance;
 mod guarantees;
 mod time;
 mod work;
@@ -14,6 +15,8 @@ use punctual_lab::report::{self, Axis, Block, Chart, Failure, Page, Picture, Ser
 
 use super::confidence;
 use super::contender::{CURVES, CUT_OFF, Curve, DEFAULT, DEPTH_FIRST, ORACLE};
+use super::distance::OURS;
+use super::distance::summary::{FINISHED, Kind, PROVEN};
 use super::measure::{Limit, PERCENT};
 use super::punctuality::MICROSECONDS;
 use super::summary::{DETECTED, Feature, Measurement, RECALL, Which, over_cases};
@@ -22,19 +25,29 @@ use super::summary::{DETECTED, Feature, Measurement, RECALL, Which, over_cases};
 pub fn page(cases: &[Measurement], folder: &Path, intro: Vec<String>) -> Result<Page, Failure> {
     report::create_folder(&folder.join("cases"))?;
     let report = Report { cases, folder };
-    report.plot("overview", &report.overview())?;
     let mut sections = report.guarantees();
-    sections.extend(report.work()?);
-    sections.extend([
-        report.first_hit(),
-        report.volume_left()?,
-        report.time()?,
-        report.lateness()?,
-        confidence::section(cases, |name, chart| report.plot(name, chart))?,
-        report.strata(),
-        report.each_case()?,
-    ]);
+    if cases.iter().any(distance::has_any) {
+        sections.push(report.distance()?);
+    }
+    if cases.iter().any(has_intersections) {
+        report.plot("overview", &report.overview())?;
+        sections.extend(report.work()?);
+        sections.extend([
+            report.first_hit(),
+            report.volume_left()?,
+            report.time()?,
+            report.lateness()?,
+            confidence::section(cases, |name, chart| report.plot(name, chart))?,
+            report.strata(),
+        ]);
+    }
+    sections.push(report.each_case()?);
     Ok(Page { title: "Collision queries that are stopped: speed against error".to_owned(), intro, sections })
+}
+
+/// Whether more than distances was measured.
+fn has_intersections(case: &Measurement) -> bool {
+    !case.work.rows.is_empty()
 }
 
 struct Report<'r> {
@@ -51,24 +64,24 @@ impl Report<'_> {
 
     /// What users get from a deadline, in one picture, to be shown elsewhere.
     fn overview(&self) -> Chart {
-        let lines = [
-            ("contact detected: this library", DEFAULT, Mode::Any, DETECTED),
-            ("contact detected: plain query, cut off", CUT_OFF, Mode::Any, DETECTED),
-            ("pairs found: this library", DEFAULT, Mode::All, RECALL),
-            ("pairs found: plain query, cut off", CUT_OFF, Mode::All, RECALL),
-        ];
-        let lines =
-            lines.map(|(name, order, mode, feature)| (name, order, time_points(self.cases, order, mode, feature)));
-        let span = time_span(lines.iter().map(|(.., points)| points));
-        let series = lines.into_iter().enumerate().map(|(i, (name, order, points))| {
-            let points = within(points, &span);
-            Series::new(name, i / 2, if order == CUT_OFF { Shape::Dashed(points) } else { Shape::Line(points) })
+        let [any, all] = [(Mode::Any, DETECTED), (Mode::All, RECALL)]
+            .map(|(mode, feature)| [DEFAULT, CUT_OFF].map(|order| time_points(self.cases, order, mode, feature)));
+        let apart = [(OURS, PROVEN), (DEPTH_FIRST, FINISHED)]
+            .map(|(order, feature)| distance::line(self.cases, Kind::Time, order, feature));
+        let span = time_span([&any, &all, &apart].into_iter().flatten());
+        let shown = [("contact detected", any), ("pairs found", all), ("distance within 10 %", apart)];
+        let series = shown.into_iter().enumerate().flat_map(|(color, (what, [ours, plain]))| {
+            let [ours, plain] = [ours, plain].map(|points| within(points, &span));
+            [
+                Series::new(format!("{what}: this library"), color, Shape::Line(ours)),
+                Series::new(format!("{what}: plain query, cut off"), color, Shape::Dashed(plain)),
+            ]
         });
         Chart {
             title: "What is known when the time is up".to_owned(),
             series: series.collect(),
-            x: Axis::log(TIME).range(span),
-            y: Axis::linear("share, mean over poses in contact").range(0.0..1.0),
+            x: Axis::log(TIME).range(span.clone()),
+            y: Axis::linear("share, mean over poses").range(0.0..1.0),
         }
     }
 }

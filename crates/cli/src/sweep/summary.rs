@@ -1,12 +1,13 @@
 //! From rows to figures: one tidy table, and the figures that releases are compared by.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use punctual::{Mode, Pose};
+use punctual::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, Mode, Pose};
 use punctual_lab::statistics::{mean, quantile, sorted};
 
 use super::case::Case;
 use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, names};
+use super::distance;
 use super::measure::{Answer, Finished, Limit, Measured, PERCENT, Row};
 use super::punctuality::{MICROSECONDS, Round, UNLIMITED};
 use super::truth::Truth;
@@ -19,6 +20,9 @@ pub struct Measurement {
     pub strata: Vec<Stratum>,
     pub work: Measured,
     pub rounds: Vec<Round>,
+    pub distance: distance::Measured,
+    /// Microseconds of other libraries' distance queries at each pose.
+    pub peers: BTreeMap<String, BTreeMap<usize, f64>>,
 }
 
 /// How hard a pose is.
@@ -72,9 +76,28 @@ impl Measurement {
         self.strata.iter().filter(|stratum| stratum.collides()).count()
     }
 
+    /// What differs from the truth, in words.
+    pub fn complaints(&self) -> impl Iterator<Item = &String> {
+        self.work.wrong.iter().chain(&self.work.loose).chain(&self.distance.wrong)
+    }
+
+    /// Keeps the times at poses at which ours were measured too.
+    pub fn take_peers(&mut self, mut peers: BTreeMap<String, BTreeMap<usize, f64>>) {
+        let apart: BTreeSet<usize> = self.distance.runs.iter().map(|run| run.pose).collect();
+        peers.values_mut().for_each(|times| times.retain(|pose, _| apart.contains(pose)));
+        peers.retain(|_, times| !times.is_empty());
+        self.peers = peers;
+    }
+
     fn rows(&self) -> impl Iterator<Item = &Row> {
         self.work.rows.iter().chain(self.rounds.iter().flat_map(|round| &round.rows))
     }
+}
+
+/// Most work beyond a budget, of queries for intersections and for distances, and how much is allowed.
+pub fn overruns(cases: &[Measurement]) -> [(u64, u64); 2] {
+    let most = |overrun: fn(&Measurement) -> u64| cases.iter().map(overrun).max().unwrap_or(0);
+    [(most(|case| case.work.overrun), MAX_STEP_WORK), (most(|case| case.distance.overrun), MAX_DISTANCE_STEP_WORK)]
 }
 
 /// What a row is asked for.
@@ -256,13 +279,15 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
         }
     }
     super::confidence::figures(cases, &mut figures);
+    distance::summary::work_figures(cases, &mut figures);
     let mut put = |name: String, value: f64| figures.insert(name, value);
-    let wrong: usize = cases.iter().map(|case| case.work.wrong.len()).sum();
+    let wrong: usize = cases.iter().map(|case| case.work.wrong.len() + case.distance.wrong.len()).sum();
     put("wrong".to_owned(), wrong as f64);
     let loose: usize = cases.iter().map(|case| case.work.loose.len()).sum();
     put("false certificates".to_owned(), loose as f64);
-    let overrun = cases.iter().map(|case| case.work.overrun).max().unwrap_or(0);
-    put("overrun max work".to_owned(), overrun as f64);
+    for (name, (overrun, _)) in ["overrun max work", "overrun max work distance"].into_iter().zip(overruns(cases)) {
+        put(name.to_owned(), overrun as f64);
+    }
     figures
 }
 
@@ -351,7 +376,7 @@ pub fn table(case: &Measurement) -> Vec<Vec<String>> {
 }
 
 /// A number in the table; empty where there is none.
-fn cell(value: f64) -> String {
+pub fn cell(value: f64) -> String {
     if value.is_nan() {
         String::new()
     } else {

@@ -2,10 +2,15 @@
 
 use crate::run::Folder;
 
-const FILES: [&str; 16] = [
+const FILES: [&str; 22] = [
     "index.html",
     "summary.json",
     "sweep.csv",
+    "distance.csv",
+    "distance.svg",
+    "distance-near.png",
+    "distance-time.svg",
+    "distance-near-time.svg",
     "any.svg",
     "any.png",
     "all.svg",
@@ -18,6 +23,7 @@ const FILES: [&str; 16] = [
     "volume-left.svg",
     "cases/gear_gear-work.svg",
     "cases/gear_gear-all-time.svg",
+    "cases/gear_gear-distance.svg",
     "truth/knot_sphere.csv",
 ];
 
@@ -50,9 +56,10 @@ fn a_sweep_is_never_wrong_and_its_work_is_repeatable() {
     // Verdicts are on the three guarantees, and on nothing else.
     assert_eq!(page.matches("<h3>Verdict</h3>").count(), 3);
     assert_eq!(page.matches("verdict yes").count(), 2 * 3);
-    // Nine plots of all cases, three of each of the six.
-    assert_eq!(page.matches("<svg").count(), 9 + 3 * 6);
+    // Thirteen plots of all cases, seven of each of the six.
+    assert_eq!(page.matches("<svg").count(), 13 + 7 * 6);
     no_order_is_ahead_of_the_best(&one);
+    bounds_close_in(&folder.read("one/distance.csv"));
 
     let compared = folder.run("compare one/summary.json two/summary.json");
     assert_eq!(compared.status, 0);
@@ -62,12 +69,35 @@ fn a_sweep_is_never_wrong_and_its_work_is_repeatable() {
     assert!(changed.out.contains("wrong,work,0.0000,3.0000,+3.0000"), "{}", changed.out);
 }
 
+fn figure(summary: &str, name: &str) -> f64 {
+    let rest = &summary[summary.find(&format!("\"{name}\": ")).expect(name) + name.len() + 4..];
+    rest[..rest.find([',', '\n']).unwrap()].parse().unwrap()
+}
+
+/// Lower bounds only rise and upper ones only fall with the work, and with all of a depth-first query it is finished.
+fn bounds_close_in(table: &str) {
+    let mut before = [0.0, 0.0, f64::INFINITY, f64::INFINITY, 0.0, 0.0];
+    let mut lines = 0;
+    for line in table.lines().filter(|line| line.contains(",work_percent,")) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let numbers: Vec<f64> = fields[5..].iter().map(|field| field.parse().unwrap()).collect();
+        if fields[3] == "1" {
+            before = [0.0, 0.0, f64::INFINITY, f64::INFINITY, 0.0, 0.0];
+        }
+        for (i, (now, before)) in numbers.iter().zip(before).enumerate() {
+            assert!(if i == 2 || i == 3 { *now <= before } else { *now >= before }, "{line}");
+        }
+        assert!(fields[4].parse::<u32>().unwrap() > 0 && numbers[1] <= 1.0 && numbers[2] >= 1.0, "{line}");
+        assert!(fields[3] != "100" || fields[1] != "depth-first" || numbers[4..] == [1.0, 1.0], "{line}");
+        before.copy_from_slice(&numbers);
+        lines += 1;
+    }
+    assert_eq!(lines, 6 * 3 * 9);
+}
+
 /// The best order has found at least the pairs of every other by each budget, and a first contact as often.
 fn no_order_is_ahead_of_the_best(summary: &str) {
-    let figure = |name: &str| {
-        let rest = &summary[summary.find(&format!("\"{name}\": ")).expect(name) + name.len() + 4..];
-        rest[..rest.find([',', '\n']).unwrap()].parse::<f64>().unwrap()
-    };
+    let figure = |name: &str| figure(summary, name);
     for percent in [1, 2, 5, 10, 20, 30, 50, 70, 100] {
         for what in ["any", "recall"] {
             let best = figure(&format!("{what}@{percent}% oracle"));
@@ -122,6 +152,63 @@ fn a_truth_that_differs_is_noticed() {
     let answer = folder.run("sweep case --quick --out report");
     assert_eq!(answer.status, 1);
     assert!(answer.err.contains("wrong"), "{}", answer.err);
+}
+
+/// Two cubes of edge 2, one apart along x, and in contact.
+fn cubes() -> Folder {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path().join("case")).unwrap();
+    for name in ["case/a.obj", "case/b.obj"] {
+        folder.write(name, crate::write::obj(&punctual::shapes::cuboid([1.0; 3], 4)));
+    }
+    folder.write("case/poses.txt", "1 0 0 3 0 1 0 0 0 0 1 0\n1 0 0 1.5 0 1 0 0 0 0 1 0\n");
+    folder.write("case/truth_distance.csv", "pose,distance\n0,1\n1,0\n");
+    folder
+}
+
+#[test]
+fn distances_are_compared_with_the_truth() {
+    let folder = cubes();
+    let answer = folder.run("sweep case --quick --distance-only --out report");
+    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+    let summary = folder.read("report/summary.json");
+    for goal in ["upper bound within 10 % of the distance", "bounds within 10 % of each other"] {
+        let reached =
+            ["nearest-first", "depth-first", "told"].map(|order| figure(&summary, &format!("{goal}: work {order}")));
+        assert!(reached.iter().all(|share| *share > 0.0 && *share < 1.5), "{goal}: {reached:?}");
+    }
+    let page = folder.read("report/index.html");
+    // Of all cases and of this one.
+    assert_eq!(page.matches("<svg").count(), 4 + 4);
+    assert!(!page.contains("Which triangles meet?"));
+    for wrong in ["0,1.01\n1,0", "0,0.99\n1,0", "0,1\n1,0.001"] {
+        folder.write("case/truth_distance.csv", format!("pose,distance\n{wrong}\n"));
+        let answer = folder.run("sweep case --quick --distance-only --out report");
+        assert_eq!(answer.status, 1);
+        assert!(answer.err.contains("case pose ") && answer.err.contains("apart"), "{}", answer.err);
+        assert!(folder.read("report/index.html").contains("verdict no"));
+    }
+    folder.write("case/truth_distance.csv", "pose,distance\n0,far\n1,0\n");
+    folder.run("sweep case --quick --out report").assert_refused(&["truth_distance.csv:2", "distance"]);
+}
+
+#[test]
+fn times_of_others_stand_beside_ours() {
+    let folder = cubes();
+    let rows = "case,peer,pose,distance,ns,bv_tests,tri_tests\n# case=case peer=theirs\n\
+        case,theirs,0,1,432100,-1,-1\ncase,theirs,0,1,654300,-1,-1\ncase,theirs,1,0,98765000,-1,-1\nelse,theirs,0,1,1,-1,-1\n";
+    folder.write("times.csv", rows);
+    let sweep = "sweep case --quick --distance-only --out report --peer-times times.csv";
+    assert_eq!(folder.run(sweep).status, 0);
+    let page = folder.read("report/index.html");
+    // Of all cases and of this one, over time; the least time, and only where the meshes are apart.
+    assert_eq!(page.matches("theirs has its answer").count(), 4);
+    assert!(page.contains("<td>432 / 432</td>") && !page.contains("98765"));
+    for bad in ["case,theirs,x,1,5", "case,theirs,0,1", "case,theirs,0,1,-5", "case,theirs,0,1,nan"] {
+        folder.write("times.csv", format!("case,peer,pose,distance,ns\n{bad}\n"));
+        folder.run(sweep).assert_refused(&["times.csv:2"]);
+    }
+    folder.run("sweep case --out report --peer-times none.csv").assert_refused(&["none.csv"]);
 }
 
 #[test]

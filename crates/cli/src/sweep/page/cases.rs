@@ -9,7 +9,7 @@ use super::super::measure::Limit;
 use super::super::summary::{
     COVERAGE, DETECTED, Feature, Measurement, RECALL, Stratum, UNDECIDED, Which, first_hit_of_case, volume_left,
 };
-use super::{Report, at_work, best, over_time, over_work};
+use super::{Report, at_work, best, distance, has_intersections, over_time, over_work};
 
 /// Orders that are shown for kinds of poses.
 const SHOWN: [&str; 3] = [DEFAULT, DEPTH_FIRST, "low-alpha"];
@@ -69,8 +69,11 @@ impl Report<'_> {
             "first hit, times less",
             "volume left at 50 %",
         ];
-        let mut blocks = vec![Block::Table(Table::new(header, self.cases.iter().map(row).collect()))];
-        for case in self.cases.iter().filter(|case| case.hits() > 0) {
+        let mut blocks = Vec::new();
+        if self.cases.iter().any(has_intersections) {
+            blocks.push(Block::Table(Table::new(header, self.cases.iter().map(row).collect())));
+        }
+        for case in self.cases {
             blocks.push(self.plots_of(case)?);
         }
         Ok(Section {
@@ -89,11 +92,17 @@ impl Report<'_> {
     /// The plots of one case.
     fn plots_of(&self, case: &Measurement) -> Result<Block, Failure> {
         let (name, alone) = (&case.name, std::slice::from_ref(case));
-        let charts = [
-            ("work", over_work(alone, &format!("{name}: pairs found, over work"), Mode::All, RECALL)),
-            ("any-time", over_time(alone, &format!("{name}: contact detected within a time"), Mode::Any, DETECTED)),
-            ("all-time", over_time(alone, &format!("{name}: pairs found within a time"), Mode::All, RECALL)),
-        ];
+        let mut charts = Vec::new();
+        if case.hits() > 0 && has_intersections(case) {
+            charts.extend([
+                ("work", over_work(alone, &format!("{name}: pairs found, over work"), Mode::All, RECALL)),
+                ("any-time", over_time(alone, &format!("{name}: contact detected within a time"), Mode::Any, DETECTED)),
+                ("all-time", over_time(alone, &format!("{name}: pairs found within a time"), Mode::All, RECALL)),
+            ]);
+        }
+        if distance::has_any(case) {
+            charts.extend(distance::charts(alone, &format!(": {name}")));
+        }
         let plots = charts.iter().map(|(what, chart)| self.plot(&format!("cases/{name}-{what}"), chart));
         Ok(Block::Details(name.clone(), plots.collect::<Result<_, _>>()?))
     }

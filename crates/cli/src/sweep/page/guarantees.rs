@@ -1,24 +1,29 @@
 //! What is promised, tested at every stop of the sweep.
 
-use punctual::MAX_STEP_WORK;
 use punctual_lab::report::{Lead, Section, Verdict};
 
-use super::super::summary::Measurement;
+use super::super::summary::{Measurement, overruns};
 use super::Report;
 
 impl Report<'_> {
     pub(super) fn guarantees(&self) -> Vec<Section> {
         let sum = |count: &dyn Fn(&Measurement) -> usize| self.cases.iter().map(count).sum::<usize>();
-        let wrong = sum(&|case| case.work.wrong.len() + case.rounds.iter().map(|round| round.wrong).sum::<usize>());
-        let stops = sum(&|case| case.work.rows.len() + case.rounds.iter().map(|round| round.rows.len()).sum::<usize>());
+        let wrong = sum(&|case| {
+            case.work.wrong.len()
+                + case.distance.wrong.len()
+                + case.rounds.iter().map(|round| round.wrong).sum::<usize>()
+        });
+        let stops = sum(&|case| {
+            case.work.rows.len() + case.distance.stops + case.rounds.iter().map(|round| round.rows.len()).sum::<usize>()
+        });
         let [certificates, loose] = [sum(&|case| case.work.certificates), sum(&|case| case.work.loose.len())];
-        let overrun = self.cases.iter().map(|case| case.work.overrun).max().unwrap_or(0);
+        let [(overrun, most), (of_distances, most_of_distances)] = overruns(self.cases);
         vec![
             tested(
                 "wrong",
                 "Wrong answers",
                 "Whenever a query is stopped, what it says is true: no wrong yes or no, no pair of triangles that does not \
-                 meet, none twice. A finished query has found all pairs.",
+                 meet, none twice, no distance outside of its bounds. A finished query has found all pairs.",
                 format!("{wrong} wrong in {stops} stops."),
                 wrong == 0,
             ),
@@ -33,9 +38,11 @@ impl Report<'_> {
             tested(
                 "overrun",
                 "Budgets of work",
-                &format!("A budget of work is overrun by one step at most, {MAX_STEP_WORK} units."),
-                format!("By {overrun} units at most."),
-                overrun <= MAX_STEP_WORK,
+                &format!(
+                    "A budget of work is overrun by one step at most, {most} units, or {most_of_distances} of a distance query."
+                ),
+                format!("By {overrun} units at most, and {of_distances} of distance queries."),
+                overrun <= most && of_distances <= most_of_distances,
             ),
         ]
     }
