@@ -2,8 +2,8 @@
 //!
 //! Pairs whose boxes overlap are finished depth-first, the deepest first: as long as there are any, nothing is proven. Pairs
 //! that are apart wait in the queue by their lower bounds, and are dropped when they can't matter any more. To begin with,
-//! one or two *dives* open nothing but the child that seems to be closest, down to a few triangles, so that there is an
-//! upper bound to compare with; they leave no trace.
+//! a *dive* opens nothing but the child that seems to be closest, down to a few triangles, so that there is an upper bound to
+//! compare with; it leaves no trace.
 //!
 //! Triangles go through two tests: eight pairs at a time in `f32` for lower bounds, and one pair at a time in `f64`, for
 //! those that may be closer than the closest so far. Those that may only raise the lower bound are put off to the end.
@@ -15,7 +15,7 @@ use super::interval::Interval;
 use super::leaf::rows;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
-use super::search::{Bounded, DIVES, root};
+use super::search::{Bounded, DIVE, root};
 use super::traversal::{Question, Traversal};
 use super::views::Relation;
 use crate::math::lanes::{F8, Lanes};
@@ -59,10 +59,10 @@ impl Question for Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         let search = &mut self.workspace.search;
-        if search.dives > 0 {
-            return Some((search.dive.take().unwrap_or(Pair::new(0, 0)), Origin::Path));
+        match search.dive.take() {
+            Some(pair) => Some((pair, Origin::Path)),
+            None => self.workspace.front.pop(),
         }
-        self.workspace.front.pop()
     }
 
     #[inline(always)]
@@ -72,7 +72,7 @@ impl Question for Traversal<'_, '_, Distance> {
         match self.origin {
             Origin::Path => {
                 self.question.guess = f32::INFINITY;
-                (gaps.cut, gaps.swell) = (f32::INFINITY, DIVES[DIVES.len() - self.workspace.search.dives]);
+                (gaps.cut, gaps.swell) = (f32::INFINITY, DIVE);
             }
             Origin::Queue => {
                 gaps.least = self.workspace.front.popped_key();
@@ -96,14 +96,14 @@ impl Question for Traversal<'_, '_, Distance> {
             // Whatever was not kept of its children is at least as far apart.
             search.interval.pass_rest();
         } else if search.dive.is_none() && search.waiting.is_empty() {
-            search.dives = 0;
+            search.is_diving = false;
         }
     }
 
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
         let search = &self.workspace.search;
-        if search.dives > 0 {
+        if search.is_diving {
             return !search.waiting.is_empty();
         }
         search.waiting.len() >= WIDTH || any && !search.is_done()
@@ -120,7 +120,7 @@ impl Question for Traversal<'_, '_, Distance> {
             self.consider(left);
         }
         let (search, last) =
-            (&self.workspace.search, self.workspace.front.is_empty() && self.workspace.search.dives == 0);
+            (&self.workspace.search, self.workspace.front.is_empty() && !self.workspace.search.is_diving);
         self.workspace.testing =
             !search.proposed.is_empty() || search.waiting.len() >= WIDTH || last && !search.is_done();
         search.interval.is_decided().then_some(StopReason::Finished)
@@ -170,7 +170,7 @@ impl Traversal<'_, '_, Distance> {
             let bound = f64::from(low) * self.relation.unit;
             if search.interval.matters(bound) {
                 order.push(i);
-            } else if search.dives == 0 {
+            } else if !search.is_diving {
                 search.interval.pass(bound);
             }
         }
@@ -179,19 +179,19 @@ impl Traversal<'_, '_, Distance> {
         order.sort_unstable_by(|&i, &j| about[j].total_cmp(&about[i]).then(j.cmp(&i)));
         for i in order {
             let proposed = Bounded { pair: pairs[i], low: low[i] };
-            if low[i] > 0.0 && about[i] > closer && !search.put_off.is_full() && search.dives == 0 {
+            if low[i] > 0.0 && about[i] > closer && !search.put_off.is_full() && !search.is_diving {
                 search.put_off.push(proposed);
             } else {
                 search.proposed.push(proposed);
             }
         }
-        if search.dives > 0 {
+        if search.is_diving {
             // The most likely one is enough for a guess; the others are met again.
             let best = search.proposed.pop();
             search.proposed.clear();
             search.proposed.extend(best);
             search.waiting.clear();
-            search.dives -= 1;
+            search.is_diving = false;
         }
     }
 
@@ -272,7 +272,7 @@ impl Sink for Traversal<'_, '_, Distance> {
             let low = self.keys.as_flattened()[bit as usize % 64];
             search.waiting.push(Bounded { pair: [first[0] + bit / 8, first[1] + bit % 8], low });
         }
-        if search.dives > 0 {
+        if search.is_diving {
             // A guess is no bound.
             search.waiting.sort_unstable_by(|x, y| x.low.total_cmp(&y.low));
             search.waiting.truncate(WIDTH);

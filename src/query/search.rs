@@ -6,8 +6,8 @@ use crate::tree::WIDTH;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
-/// Factors of half extents with which dives guess.
-pub(super) const DIVES: [f32; 2] = [-0.7, 0.0];
+/// Factor of half extents with which a dive guesses.
+pub(super) const DIVE: f32 = 0.4;
 
 /// Triangle pairs that are put off; others are looked at when they are met.
 const PUT_OFF: usize = 1024;
@@ -26,9 +26,9 @@ pub(super) struct Search {
     pub interval: Interval,
     /// Whether a query has begun since all was cleared.
     is_used: bool,
-    /// Dives that are left.
-    pub dives: usize,
-    /// Where the dive at hand goes on.
+    /// Whether it has only dived so far.
+    pub is_diving: bool,
+    /// Where the dive goes on.
     pub dive: Option<Pair>,
     /// Triangle pairs that wait for the `f32` test.
     pub waiting: ArrayVec<Bounded, { WIDTH * (WIDTH + 1) }>,
@@ -46,7 +46,7 @@ impl Search {
         Self {
             interval: Interval::nothing(),
             is_used: false,
-            dives: 0,
+            is_diving: false,
             dive: None,
             waiting: ArrayVec::new_const(),
             proposed: ArrayVec::new_const(),
@@ -61,26 +61,27 @@ impl Search {
             return;
         }
         self.is_used = false;
-        (self.interval, self.dives, self.dive, self.first_bucket) = (Interval::nothing(), 0, None, None);
+        (self.interval, self.is_diving, self.dive, self.first_bucket) = (Interval::nothing(), false, None, None);
         self.dropped = f32::INFINITY;
         self.waiting.clear();
         self.proposed.clear();
         self.put_off.clear();
     }
 
-    /// Begins with a triangle pair that is likely to be close, or else with dives.
+    /// Begins with a triangle pair that is likely to be close, or else with a dive.
     pub fn begin(&mut self, interval: Interval, guess: Option<[u32; 2]>) {
         (self.interval, self.is_used) = (interval, true);
         match guess {
             Some(pair) => self.proposed.push(Bounded { pair, low: 0.0 }),
             // With a limit there is something to compare with already.
-            None => self.dives = if interval.has_limit() { 0 } else { DIVES.len() },
+            None if interval.has_limit() => {}
+            None => (self.is_diving, self.dive) = (true, Some(Pair::new(0, 0))),
         }
     }
 
     /// Whether no dive and no triangle pair is left.
     pub fn is_done(&self) -> bool {
-        self.dives == 0 && self.pairs().next().is_none()
+        !self.is_diving && self.pairs().next().is_none()
     }
 
     /// All triangle pairs that are left.
@@ -92,7 +93,7 @@ impl Search {
     /// there is one, `at_hand`.
     pub fn bound(&mut self, front: &Front, at_hand: f32, unit: f64) {
         let nodes = match front.least_bucket() {
-            _ if self.dives > 0 => 0.0,
+            _ if self.is_diving => 0.0,
             None => f32::INFINITY,
             Some(bucket) => root(self.least_key(bucket)),
         };
