@@ -323,6 +323,17 @@ struct DistanceQuery : punctual_distance_query {
                                             distance);
     });
   }
+  Result<punctual_quantiles> predict(const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_quantiles>([&](punctual_quantiles *work) {
+      return punctual_distance_query_predict(this, memory ? memory->get() : nullptr, work);
+    });
+  }
+  Result<punctual_distance_estimate> estimate(const Workspace &workspace,
+                                              const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_distance_estimate>([&](punctual_distance_estimate *estimate) {
+      return punctual_distance_query_estimate(this, workspace.get(), memory ? memory->get() : nullptr, estimate);
+    });
+  }
   Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
     return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
       return punctual_distance_query_certificate(this, workspace.get(), certificate);

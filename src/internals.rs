@@ -3,6 +3,7 @@
 //! No promise of stability.
 
 pub use crate::math::random::Random;
+pub use crate::model::closing::{Closing, between, between_features, closing_features, work_left};
 pub use crate::model::confidence::{history_features, hit_features, probability, recall, recall_features};
 pub use crate::model::front::{FrontSummary, pair_cost};
 pub use crate::model::least_squares::least_squares;

@@ -84,8 +84,8 @@ pub use names::UnknownName;
 #[cfg(feature = "std")]
 pub use query::SystemClock;
 pub use query::{
-    Budget, Certificate, Clock, Distance, DistanceQuery, Estimate, LEVELS, ManualClock, Mode, Nearest, Order, Outcome,
-    PairMemory, Prediction, Query, ResumeError, Stats, StopReason, Verdict, Workspace,
+    Budget, Certificate, Clock, Distance, DistanceEstimate, DistanceQuery, Estimate, LEVELS, ManualClock, Mode,
+    Nearest, Order, Outcome, PairMemory, Prediction, Query, ResumeError, Stats, StopReason, Verdict, Workspace,
 };
 pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};

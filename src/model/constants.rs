@@ -13,6 +13,9 @@
 //! approach_armadillo_86k_gear_spider_12k approach_propeller_16k_spot_6k approach_spot_6k_env
 //! approach_propeller_4k_gear_side_12k approach_armadillo_16k_propeller_64k
 //! approach_pile200_armadillo_robots16_iiwa4 approach_gear_side_12k_gear_side_12k
+//!
+//! Those of distance queries on 2026-11-22, from 1908 poses of the same cases without the approaches, coincident
+//! copies and delta_armadillo256k, and of clear_env_rob clear_spot_spot clear_gear_ring_pinion.
 
 /// Quantiles of the BV tests left, for each the weights of `features_of_all`.
 pub(super) const ALL_LEFT: [[f64; 3]; 3] = [
@@ -60,3 +63,27 @@ pub(super) const RECALL: [f64; 9] = [0.24755, -0.59158, 0.27036, -0.073537, 0.48
 
 /// The same where what met in the frame before was looked at first.
 pub(super) const RECALL_AFTER_HISTORY: [f64; 9] = [-4.9042, -0.14509, 0.44798, -0.12549, 0.81051, -0.37966, -2.0546, 0.057895, -0.29135];
+
+/// Quantiles of the work left in a distance query, for each the weights of `closing_features`.
+pub(super) const DISTANCE_LEFT: [[f64; 7]; 3] = [
+    [11.602, 0.020537, -0.11780, 0.58089, 0.60319, 0.99577, 0.19815],
+    [10.452, 0.065289, 0.024336, 0.52276, 1.6783, -1.2556, 1.2662],
+    [10.291, 0.19286, -0.039584, 0.57409, 1.3414, -0.91433, 0.68986],
+];
+
+/// The same with a limit.
+pub(super) const LIMIT_LEFT: [[f64; 7]; 3] = [
+    [7.6567, 0.10200, 0.017550, 1.2767, -0.86463, 0.10738, -1.2700],
+    [9.1266, 0.049469, 0.14256, -0.55719, -0.42540, -0.24797, 0.18299],
+    [8.8680, 0.12851, 0.25060, -2.1664, -0.69089, -0.87985, -0.064677],
+];
+
+/// Quantiles of log2 (work of a distance query / that of the frame before).
+pub(super) const DISTANCE_AFTER: [f64; 3] = [-1.6650, -0.0023899, 2.1417];
+
+/// Where the distance lies, 0 at the lower bound and 1 at the upper one: for each quantile the weights of `between_features`.
+pub(super) const DISTANCE_BETWEEN: [[f64; 4]; 3] = [
+    [-0.060312, 0.0048440, -0.079538, 0.79467],
+    [-0.16459, 0.015051, 0.50353, 0.46545],
+    [0.97398, 0.0019116, -0.0012752, 0.0092845],
+];

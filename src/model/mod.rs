@@ -8,12 +8,14 @@
 //! |---|---|
 //! | its front after a probe ([`front`]) | BV tests left ([`prediction`]), probability of a hit and recall ([`confidence`]) |
 //! | what the last frame cost | the same, blended with it |
+//! | how far a distance query has come | work left, and where the distance lies ([`closing`]) |
 //! | counts | time ([`cost`]) |
 //! | what it told before, and what came of it | a corrected probability ([`calibration`]) |
 //!
 //! The constants are made by `punctual fit`. [`least_squares`] serves [`cost::CostModel::measure`].
 
 pub mod calibration;
+pub mod closing;
 pub mod confidence;
 #[rustfmt::skip]
 mod constants;

@@ -28,7 +28,7 @@ impl Quantiles {
     }
 
     /// In order, and not below `least`.
-    fn ordered([p10, p50, p90]: [f64; 3], least: f64) -> Self {
+    pub(super) fn ordered([p10, p50, p90]: [f64; 3], least: f64) -> Self {
         let p50 = p50.max(least);
         Self { p10: p10.clamp(least, p50), p50, p90: p90.max(p50) }
     }
@@ -108,7 +108,7 @@ pub fn any_after(previous: f64) -> Quantiles {
 ///
 /// `log2 E = (1 - w) (log2 max(previous - used, 1) + change) + w log2 model`, `w = clamp(used / previous, 0, 1)`; the model
 /// counts as 1 at least, and so does `previous`.
-fn with_history(model: Quantiles, previous: f64, used: f64, changes: [f64; 3]) -> Quantiles {
+pub(super) fn with_history(model: Quantiles, previous: f64, used: f64, changes: [f64; 3]) -> Quantiles {
     let previous = previous.max(1.0);
     let weight = (used / previous).clamp(0.0, 1.0);
     let left = log2((previous - used).max(1.0));

@@ -39,10 +39,10 @@ use glam::DVec3;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct DistanceQuery<'t> {
-    a: &'t Tree,
-    b: &'t Tree,
+    pub(super) a: &'t Tree,
+    pub(super) b: &'t Tree,
     b_in_a: Pose,
-    options: DistanceOptions,
+    pub(super) options: DistanceOptions,
 }
 
 /// The default absolute tolerance over the size of the larger mesh; and the relative one of bodies that are farther apart than
@@ -198,16 +198,21 @@ impl<'t> DistanceQuery<'t> {
         Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, reach))
     }
 
-    fn key(&self) -> Key {
+    pub(super) fn key(&self) -> Key {
         let trees = [self.a.identity(), self.b.identity()];
         Key { trees, b_in_a: self.b_in_a, asked: Asked::Distance(self.options) }
+    }
+
+    /// From the middle of A's box to that of B's.
+    pub(super) fn middle(&self) -> DVec3 {
+        self.b_in_a.transform_point(self.b.unit().origin) - self.a.unit().origin
     }
 
     fn tolerance(&self) -> Tolerance {
         let units = [self.a.unit(), self.b.unit()];
         let [of_a, of_b] = units.map(|unit| if unit.is_point { 0.0 } else { unit.length() });
         let size = of_a.max(of_b);
-        let apart = (self.b_in_a.transform_point(units[1].origin) - units[0].origin).abs().max_element();
+        let apart = self.middle().abs().max_element();
         let DistanceOptions { absolute, relative, .. } = self.options;
         let is_far = absolute.is_none() && apart > FAR * size;
         Tolerance {
@@ -240,16 +245,23 @@ impl<'t> DistanceQuery<'t> {
         let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
         workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
         if let Some(memory) = memory {
-            memory.remember_nearest(self.a, self.b, &workspace.search.interval);
+            let work = stop.is_final().then(|| workspace.work());
+            memory.remember_nearest(self.a, self.b, &workspace.search.interval, work);
         }
         workspace.run.took(deadline.elapsed());
         self.outcome(workspace, stop)
     }
 
-    fn outcome(&self, workspace: &Workspace, stop: StopReason) -> Distance {
-        let interval = &workspace.search.interval;
+    /// The bounds of the distance of the thickened surfaces.
+    pub(super) fn bounds(&self, interval: &Interval) -> [f64; 2] {
         let low = less(interval.low(), self.margin(), -f64::EPSILON);
         let high = if interval.touches() { 0.0 } else { less(interval.high(), self.margin(), f64::EPSILON) };
+        [low, high]
+    }
+
+    fn outcome(&self, workspace: &Workspace, stop: StopReason) -> Distance {
+        let interval = &workspace.search.interval;
+        let [low, high] = self.bounds(interval);
         let nearest = interval.nearest().map(|(pair, found)| Nearest {
             triangles: [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]],
             points: [

@@ -53,6 +53,8 @@ pub struct PairMemory {
     nearest: Option<[u32; 2]>,
     last_verdict: Option<bool>,
     last_bv_tests: Option<(Mode, u64)>,
+    /// Work of the last finished query of the distance.
+    last_distance_work: Option<u64>,
     frames_undecided: u32,
     #[cfg_attr(feature = "serde", serde(deserialize_with = "rate"))]
     change_rate: Option<f64>,
@@ -89,6 +91,11 @@ impl PairMemory {
     /// The same, if that query was of this mode.
     pub(super) fn last_bv_tests_of(&self, mode: Mode) -> Option<u64> {
         self.last_bv_tests.filter(|(of, _)| *of == mode).map(|(_, bv_tests)| bv_tests)
+    }
+
+    /// Work of the last finished query of the distance of this pair; `None` if there was none.
+    pub(super) fn last_distance_work(&self, a: &Tree, b: &Tree) -> Option<u64> {
+        self.last_distance_work.filter(|_| self.is_of(a, b))
     }
 
     /// Frames since it was last decided.
@@ -147,11 +154,14 @@ impl PairMemory {
         if self.is_of(a, b) { self.nearest } else { None }
     }
 
-    /// After a call of a distance query.
-    pub(super) fn remember_nearest(&mut self, a: &Tree, b: &Tree, interval: &Interval) {
+    /// After a call of a distance query, which took so much work in all if it is finished.
+    pub(super) fn remember_nearest(&mut self, a: &Tree, b: &Tree, interval: &Interval, work: Option<u64>) {
         // That of a call that resumes a run may be another one than at its start.
         self.bind(a, b);
         self.nearest = interval.nearest().map(|(pair, _)| pair).or(self.nearest);
+        if !interval.has_limit() {
+            self.last_distance_work = work.or(self.last_distance_work);
+        }
     }
 
     /// After a call that ended for this reason. One that resumed a stopped run belongs to the same frame.

@@ -47,7 +47,7 @@ pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
 pub(crate) use deadline::Deadline;
 pub use distance::{Distance, DistanceQuery, Nearest};
-pub use estimate::{Estimate, Prediction};
+pub use estimate::{DistanceEstimate, Estimate, Prediction};
 pub use memory::PairMemory;
 pub use options::Mode;
 use options::Options;

@@ -2,6 +2,7 @@
 
 use crate::arrays::fill;
 use crate::clock::punctual_clock;
+use crate::estimate::{known, punctual_quantiles};
 use crate::memory::punctual_memory;
 use crate::mesh::{punctual_aabb, punctual_point};
 use crate::pose::punctual_pose;
@@ -189,6 +190,52 @@ pub unsafe extern "C" fn punctual_distance_query_open_boxes(
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
         count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
+        Ok(())
+    })
+}
+
+/// What can be said of a stopped distance query. Not proven: only the bounds and the certificate are.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_distance_estimate {
+    /// Units of work that the query has still to do.
+    pub remaining: punctual_quantiles,
+    /// The distance: within what is proven, and infinite above where nothing was found yet.
+    pub distance: punctual_quantiles,
+}
+
+/// Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
+/// guess: nine of ten queries are within a factor of 5.6 of the median. Takes some nanoseconds.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_distance_query_predict(
+    query: Option<&punctual_distance_query>,
+    memory: Option<&punctual_memory>,
+    work: Option<&mut MaybeUninit<punctual_quantiles>>,
+) -> punctual_status {
+    door("punctual_distance_query_predict", || {
+        let query = given(query, "query")?.check()?;
+        given(work, "work")?.write(query.predict(known(memory)?).into());
+        Ok(())
+    })
+}
+
+/// What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
+/// Takes some nanoseconds and allocates nothing.
+///
+/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_distance_query_estimate(
+    query: Option<&punctual_distance_query>,
+    workspace: Option<&punctual_workspace>,
+    memory: Option<&punctual_memory>,
+    estimate: Option<&mut MaybeUninit<punctual_distance_estimate>>,
+) -> punctual_status {
+    door("punctual_distance_query_estimate", || {
+        let query = given(query, "query")?.check()?;
+        let estimate = given(estimate, "estimate")?;
+        let said = query.estimate(given(workspace, "workspace")?.0.get("workspace")?, known(memory)?)?;
+        let (remaining, distance) = (said.remaining.into(), said.distance.into());
+        estimate.write(punctual_distance_estimate { remaining, distance });
         Ok(())
     })
 }

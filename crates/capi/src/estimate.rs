@@ -76,7 +76,7 @@ pub struct punctual_cost_model {
     pub setup: f64,
 }
 
-fn known(memory: Option<&punctual_memory>) -> Result<Option<&PairMemory>, Fault> {
+pub(crate) fn known(memory: Option<&punctual_memory>) -> Result<Option<&PairMemory>, Fault> {
     memory.map(|memory| memory.0.get("memory")).transpose()
 }
 

@@ -1,9 +1,10 @@
 //! The constants of the engine's model from queries of known truth, and how well they do.
 //!
 //! Each query is run to its end, and stopped at 2, 5, 10, 20 and 50 % of the work of the complete query; what the model sees
-//! at each moment is set against what came of it.
+//! at each moment is set against what came of it. Distance queries are stopped at these shares of their own work.
 
 mod cases;
+mod distances;
 mod evaluate;
 mod plots;
 mod sample;
@@ -13,6 +14,7 @@ pub use cases::Case;
 pub use evaluate::report;
 pub use source::fit;
 
+use distances::Moment;
 use sample::Sample;
 
 /// Queries that are fitted to, or reported on.
@@ -21,6 +23,7 @@ pub struct Data {
     names: Vec<String>,
     poses: usize,
     samples: Vec<Sample>,
+    moments: Vec<Moment>,
 }
 
 impl Data {
@@ -30,10 +33,11 @@ impl Data {
         self.names.push(case.name.clone());
         self.poses += case.poses.len();
         self.samples.extend(sample::samples(number, case));
+        self.moments.extend(distances::moments(number, case));
     }
 
     /// The numbers of cases, of poses, and of moments of queries.
     pub fn counts(&self) -> [usize; 3] {
-        [self.names.len(), self.poses, self.samples.len()]
+        [self.names.len(), self.poses, self.samples.len() + self.moments.len()]
     }
 }

@@ -306,12 +306,19 @@ static void distances(void) {
 
   /* Little work at a time: bounds that only close in. */
   punctual_distance before = distance, last;
+  punctual_quantiles work;
+  punctual_distance_estimate estimate;
+  OK(punctual_distance_query_predict(&query, memory, &work));
+  CHECK(0 < work.p10 && work.p10 <= work.p50 && work.p50 <= work.p90);
   OK(punctual_distance_query_run(&query, workspace, NULL, punctual_budget_work(0), NULL, &last));
   CHECK(last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && last.low == 0 && !last.has_nearest && last.points[1].x == 0);
   CHECK(last.stats.work <= PUNCTUAL_MAX_DISTANCE_STEP_WORK);
   while (last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT) {
     OK(punctual_distance_query_resume(&query, workspace, NULL, punctual_budget_work(500), NULL, &distance));
     CHECK(distance.low >= last.low && distance.high <= last.high && distance.low <= 1 && distance.high >= 1);
+    OK(punctual_distance_query_estimate(&query, workspace, NULL, &estimate));
+    CHECK(distance.low <= estimate.distance.p10 && estimate.distance.p90 <= distance.high);
+    CHECK((estimate.remaining.p90 > 0) == (distance.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT));
     OK(punctual_distance_query_certificate(&query, workspace, &open));
     OK(punctual_distance_query_open_boxes(&query, workspace, boxes, 4, &count));
     CHECK(count <= open.open_pairs && (count == 0 || boxes[0].max.x - boxes[0].min.x <= open.largest_extent));

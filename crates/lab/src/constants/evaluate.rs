@@ -4,10 +4,11 @@ use std::io::Write;
 use std::path::Path;
 
 use punctual::Mode;
-use punctual::internals::{all_left, any_left, probability, recall};
+use punctual::internals::{all_left, any_left, between, probability, recall, work_left};
 use punctual::{DEFAULT_PRIOR, Quantiles};
 
 use super::Data;
+use super::distances::Moment;
 use super::plots;
 use super::sample::Sample;
 use crate::report::{self, Chances, Failure};
@@ -29,6 +30,13 @@ pub struct Scores {
     pub any_after_history: Costs,
     pub at_10: Costs,
     pub at_50: Costs,
+    distance: Costs,
+    distance_limited: Costs,
+    distance_after_history: Costs,
+    distance_at_10: Costs,
+    distance_at_50: Costs,
+    /// How many distances were told from stopped queries, and how many are not above each quantile.
+    between: [usize; 4],
     pub chances: Chances,
     pub chances_after_history: Chances,
     /// The same with those queries that were decided within the budget, and so are certain.
@@ -40,8 +48,7 @@ pub struct Scores {
 }
 
 impl Costs {
-    fn add(&mut self, sample: &Sample, left: Quantiles) {
-        let [used, actual] = [sample.front.bv_tests, sample.total.bv_tests].map(|n| n.max(0.0));
+    fn add(&mut self, used: f64, actual: f64, left: Quantiles) {
         let Quantiles { p10, p50, p90 } = left.map(|n| n + used);
         self.errors.push((p50.max(1.0) / actual.max(1.0)).log2());
         // Predictions are real numbers, counts are whole.
@@ -82,12 +89,35 @@ impl Scores {
             _ => None,
         };
         if let Some(costs) = costs {
-            costs.add(sample, left);
+            costs.add(sample.front.bv_tests, sample.total.bv_tests, left);
         }
         match (sample.mode, sample.stop) {
             (Mode::Any, _) => self.add_chance(sample, chance),
             (Mode::All, Some(_)) if sample.is_hit() => self.add_recall(sample),
             (Mode::All, _) => {}
+        }
+    }
+
+    fn add_distance(&mut self, moment: &Moment) {
+        let Moment { ref closing, stop, total, distance, last, .. } = *moment;
+        let costs = match (stop, last, closing.limit) {
+            (None, None, None) => Some(&mut self.distance),
+            (None, None, Some(_)) => Some(&mut self.distance_limited),
+            (None, Some(_), _) => Some(&mut self.distance_after_history),
+            (Some(0.1), None, None) => Some(&mut self.distance_at_10),
+            (Some(0.5), None, None) => Some(&mut self.distance_at_50),
+            _ => None,
+        };
+        if let Some(costs) = costs {
+            costs.add(closing.work, total, work_left(closing, last));
+        }
+        if closing.limit.is_none() && last.is_none() && moment.place().is_some() {
+            let Quantiles { p10, p50, p90 } = between(closing);
+            let [told, below @ ..] = &mut self.between;
+            *told += 1;
+            for (below, quantile) in below.iter_mut().zip([p10, p50, p90]) {
+                *below += usize::from(distance <= quantile);
+            }
         }
     }
 
@@ -118,11 +148,26 @@ impl Scores {
     }
 
     fn fields(&self) -> Vec<String> {
-        let costs = [&self.all, &self.any, &self.all_after_history, &self.any_after_history, &self.at_10, &self.at_50];
+        let costs = [
+            &self.all,
+            &self.any,
+            &self.all_after_history,
+            &self.any_after_history,
+            &self.at_10,
+            &self.at_50,
+            &self.distance,
+            &self.distance_limited,
+            &self.distance_after_history,
+            &self.distance_at_10,
+            &self.distance_at_50,
+        ];
         let mean = |errors: &[f64]| text(errors.iter().sum::<f64>() / errors.len() as f64);
         let mut fields: Vec<String> = costs.into_iter().flat_map(Costs::fields).collect();
         let chances = [&self.chances, &self.chances_after_history, &self.budgeted, &self.budgeted_after_history];
         fields.extend(chances.into_iter().flat_map(fields_of));
+        let [told, below @ ..] = self.between.map(|count| count as f64);
+        fields.push(text(told));
+        fields.extend(below.map(|below| text(below / told)));
         fields.extend([&self.recalls, &self.recalls_with_hits, &self.recalls_after_history].map(|errors| mean(errors)));
         fields
     }
@@ -130,7 +175,19 @@ impl Scores {
 
 /// Columns of a cost: median and 90 % quantile of `|log2(predicted / actual)|`, shares of actual costs not above the predicted
 /// 90 % quantile and the 10 % quantile.
-const COSTS: [&str; 6] = ["all", "any", "all_after_history", "any_after_history", "all_at_10", "all_at_50"];
+const COSTS: [&str; 11] = [
+    "all",
+    "any",
+    "all_after_history",
+    "any_after_history",
+    "all_at_10",
+    "all_at_50",
+    "distance",
+    "distance_limited",
+    "distance_after_history",
+    "distance_at_10",
+    "distance_at_50",
+];
 
 /// Columns of probabilities: how many were told, their Brier score and calibration error; for queries that their budget left
 /// undecided, and for all with a budget.
@@ -140,8 +197,9 @@ fn header() -> String {
     let costs =
         COSTS.iter().flat_map(|cost| ["median", "p90", "below_p90", "below_p10"].map(|f| format!("{cost}_{f}")));
     let chances = CHANCES.iter().flat_map(|of| ["count", "brier", "ece"].map(|f| format!("{of}_{f}")));
+    let between = ["count", "below_p10", "below_p50", "below_p90"].map(|of| format!("distance_between_{of}"));
     let recalls = ["recall_mae", "recall_mae_with_hits", "recall_mae_after_history"].map(str::to_owned);
-    let names: Vec<String> = costs.chain(chances).chain(recalls).collect();
+    let names: Vec<String> = costs.chain(chances).chain(between).chain(recalls).collect();
     format!("case,{}", names.join(","))
 }
 
@@ -156,6 +214,10 @@ pub fn report(data: &Data, folder: &Path, out: &mut impl Write) -> Result<(), Fa
     for sample in &data.samples {
         total.add(sample);
         cases[sample.case].add(sample);
+    }
+    for moment in &data.moments {
+        total.add_distance(moment);
+        cases[moment.case].add_distance(moment);
     }
     let named = data.names.iter().map(String::as_str).zip(&cases).chain([("total", &total)]);
     let row = |(name, scores): (&str, &Scores)| [vec![name.to_owned()], scores.fields()].concat();

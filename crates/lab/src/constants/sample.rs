@@ -9,7 +9,7 @@ use super::cases::Case;
 pub const STOPS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.5];
 
 /// Of the frames of a motion, one in so many is also asked about without a memory.
-const THINNED: usize = 10;
+pub const THINNED: usize = 10;
 
 /// A query at one moment, and its end.
 pub struct Sample {

@@ -3,10 +3,11 @@
 use std::collections::HashSet;
 
 use punctual::Mode;
-use punctual::internals::{features_of_all, features_of_any};
+use punctual::internals::{between_features, closing_features, features_of_all, features_of_any};
 use punctual::internals::{history_features, hit_features, recall_features};
 
 use super::Data;
+use super::distances::Moment;
 use super::sample::Sample;
 use crate::machine;
 use crate::regression::{least_squares, logistic, quantile};
@@ -36,6 +37,7 @@ pub fn fit(data: &Data) -> String {
         other_counts(data),
         chances(&alone, &remembering, &hit),
         recall(&alone, &remembering),
+        distances(&data.moments),
     ]
     .concat()
 }
@@ -120,6 +122,28 @@ fn recall(alone: &[&Sample], remembering: &[&Sample]) -> String {
     .concat()
 }
 
+fn distances(moments: &[Moment]) -> String {
+    let alone = |is_limited| {
+        moments.iter().filter(move |moment| moment.last.is_none() && moment.closing.limit.is_some() == is_limited)
+    };
+    let left = |moment: &Moment| (moment.total - moment.closing.work).max(1.0).log2();
+    let row = |moment: &Moment| (moment.case, closing_features(&moment.closing), left(moment));
+    let [distance, limited] = [false, true].map(|is_limited| quantiles_of(Rows::new(alone(is_limited).map(row))));
+    let frames = moments.iter().filter(|moment| moment.stop.is_none());
+    let change =
+        |moment: &Moment| moment.last.map(|last| (moment.case, [1.0], (moment.total.max(1.0) / last.max(1.0)).log2()));
+    let after = quantiles_of(Rows::new(frames.filter_map(change))).map(|[w]| w);
+    let place = |moment: &Moment| Some((moment.case, between_features(&moment.closing), moment.place()?));
+    let between = quantiles_of(Rows::new(alone(false).filter_map(place)));
+    [
+        table("DISTANCE_LEFT", &distance, "Quantiles of the work left in a distance query, for each the weights of `closing_features`."),
+        table("LIMIT_LEFT", &limited, "The same with a limit."),
+        list("DISTANCE_AFTER", &after, "Quantiles of log2 (work of a distance query / that of the frame before)."),
+        table("DISTANCE_BETWEEN", &between, "Where the distance lies, 0 at the lower bound and 1 at the upper one: for each quantile the weights of `between_features`."),
+    ]
+    .concat()
+}
+
 /// Parts of the data that are fitted without the others, to see how well that serves cases that were not fitted.
 const FOLDS: usize = 5;
 
@@ -131,15 +155,22 @@ struct Rows<const N: usize> {
 }
 
 impl<const N: usize> Rows<N> {
-    fn of<'s>(samples: impl Iterator<Item = &'s Sample>, row: impl Fn(&Sample) -> ([f64; N], f64)) -> Self {
+    /// From the number of a case, features and target of each.
+    fn new(given: impl Iterator<Item = (usize, [f64; N], f64)>) -> Self {
         let mut rows = Self { x: Vec::new(), y: Vec::new(), cases: Vec::new() };
-        for sample in samples {
-            let (x, y) = row(sample);
+        for (case, x, y) in given {
             rows.x.push(x);
             rows.y.push(y);
-            rows.cases.push(sample.case);
+            rows.cases.push(case);
         }
         rows
+    }
+
+    fn of<'s>(samples: impl Iterator<Item = &'s Sample>, row: impl Fn(&Sample) -> ([f64; N], f64)) -> Self {
+        Self::new(samples.map(|sample| {
+            let (x, y) = row(sample);
+            (sample.case, x, y)
+        }))
     }
 
     /// `w . x` of every row, where `w` is what `fit` makes of the cases of the other folds.
@@ -155,12 +186,15 @@ impl<const N: usize> Rows<N> {
     }
 }
 
-/// Weights of three quantiles of a target. Each is moved so that it has its share below in cases that were not fitted.
 fn quantiles<'s, const N: usize>(
     samples: impl Iterator<Item = &'s Sample>,
     row: impl Fn(&Sample) -> ([f64; N], f64),
 ) -> [[f64; N]; 3] {
-    let rows = Rows::of(samples, row);
+    quantiles_of(Rows::of(samples, row))
+}
+
+/// Weights of three quantiles of a target. Each is moved so that it has its share below in cases that were not fitted.
+fn quantiles_of<const N: usize>(rows: Rows<N>) -> [[f64; N]; 3] {
     QUANTILES.map(|p| {
         let foretold = rows.foretold(|x, y| quantile(x, y, p, BLUR));
         let rest: Vec<f64> = rows.y.iter().zip(foretold).map(|(y, q)| y - q).collect();
@@ -241,7 +275,7 @@ fn header(data: &Data) -> String {
         std::env::consts::OS,
         env!("CARGO_PKG_VERSION"),
         data.poses,
-        data.samples.len(),
+        data.counts()[2],
     );
     let mut line = String::from("//!");
     for name in &data.names {
