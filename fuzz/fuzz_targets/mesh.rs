@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{Mesh, MeshError, Pose, Tree};
+use punctual::{BuildOptions, Mesh, MeshError, Pose, Tree};
 use punctual_fuzz::{Numbers, assert_query};
 
 fn mesh(bytes: &mut Unstructured) -> Result<std::result::Result<Mesh, MeshError>> {
@@ -26,7 +26,7 @@ fn mesh(bytes: &mut Unstructured) -> Result<std::result::Result<Mesh, MeshError>
 fuzz_target!(|bytes: &[u8]| {
     let mut bytes = Unstructured::new(bytes);
     let Ok(Ok(mesh)) = mesh(&mut bytes) else { return };
-    let tree = Tree::new(mesh);
+    let tree = Tree::with_options(mesh, &BuildOptions::default().neighbors(true));
     tree.validate().expect("a valid tree");
     let _ = assert_query(&tree, &tree, Pose::IDENTITY, &mut bytes);
 });
