@@ -5,7 +5,10 @@ use std::ptr::null_mut;
 
 use super::call::*;
 use super::queries::same_stats;
-use punctual::{Budget, Certificate, Distance, DistanceQuery, PairMemory, Pose, StopReason, Tree, Workspace, shapes};
+use punctual::{
+    Budget, Certificate, Distance, DistanceEstimate, DistanceQuery, PairMemory, Pose, StopReason, Tree, Workspace,
+    shapes,
+};
 use punctual_capi::{punctual_status as Status, *};
 
 fn same(ours: &punctual_distance, theirs: &Distance) {
@@ -38,6 +41,11 @@ fn same_certificate(query: &punctual_distance_query, workspace: &punctual_worksp
     }
 }
 
+fn same_estimate(query: &punctual_distance_query, workspace: &punctual_workspace, theirs: DistanceEstimate) {
+    let said = made(|out| punctual_distance_query_estimate(Some(query), Some(workspace), None, out));
+    assert_eq!([said.remaining, said.distance], [theirs.remaining, theirs.distance].map(Into::into));
+}
+
 /// Of a knot and itself: through each other, closer, and apart.
 fn poses() -> [Pose; 3] {
     let tilted = tilted();
@@ -67,6 +75,8 @@ fn distances_are_those_of_rust() {
             let native = DistanceQuery::new(&theirs, &theirs, pose).relative_tolerance(share).margins(margins);
             let native = native.closer_than(limit).poll_interval(1000);
             let native = if tolerance < 0.0 { native } else { native.absolute_tolerance(tolerance) };
+            let expected = made(|work| punctual_distance_query_predict(Some(&query), Some(&memory), work));
+            assert_eq!(expected, native.predict(Some(&remembered)).into());
             let budget = punctual_budget_work(4_000);
             let mut distance = made(|out| {
                 let (workspace, memory) = (Some(&mut *workspace), Some(&mut *memory));
@@ -78,6 +88,7 @@ fn distances_are_those_of_rust() {
                 stops += 1;
                 same(&distance, &expected);
                 same_certificate(&query, &workspace, &native.certificate(&other).unwrap());
+                same_estimate(&query, &workspace, native.estimate(&other, None).unwrap());
                 distance = made(|out| {
                     let workspace = Some(&mut *workspace);
                     // SAFETY: no clock of the caller's.
@@ -118,6 +129,10 @@ fn null_is_refused_by_distance_queries() {
     null_is_seen(run(&query, None, budget, None), "outcome");
     null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
     null_is_seen(punctual_distance_query_certificate(None, None, None), "query");
+    null_is_seen(punctual_distance_query_predict(None, None, None), "query");
+    null_is_seen(punctual_distance_query_predict(Some(&query), None, None), "work");
+    null_is_seen(punctual_distance_query_estimate(None, None, None, None), "query");
+    null_is_seen(punctual_distance_query_estimate(Some(&query), None, None, None), "estimate");
     null_is_seen(punctual_distance_query_certificate(Some(&query), None, None), "certificate");
     null_is_seen(
         punctual_distance_query_certificate(Some(&query), None, Some(&mut MaybeUninit::uninit())),
