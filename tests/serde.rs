@@ -89,6 +89,7 @@ fn outcomes_certificates_and_the_model() {
         let query = DistanceQuery::new(&a, &b, pose).margins([0.1, 0.0]);
         for query in [query, query.closer_than(1.0)] {
             again(&query.run_with(&mut workspace, None, budget, &clock));
+            again(&query.estimate(&workspace, None).unwrap());
         }
     }
     let stats: TreeStats = from_str(&to_string(&a.stats()).unwrap()).unwrap();

@@ -1,6 +1,8 @@
 //! Boxes, poses and tolerances: the ground every other module stands on.
 
 mod aabb;
+#[cfg(feature = "serde")]
+pub(crate) mod bound;
 pub(crate) mod denormals;
 pub(crate) mod lanes;
 pub(crate) mod pose;

@@ -245,7 +245,9 @@ impl<'t> DistanceQuery<'t> {
         let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
         workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
         if let Some(memory) = memory {
-            let work = stop.is_final().then(|| workspace.work());
+            // With a limit it takes less.
+            let is_whole = stop.is_final() && !workspace.search.interval.has_limit();
+            let work = is_whole.then(|| workspace.work());
             memory.remember_nearest(self.a, self.b, &workspace.search.interval, work);
         }
         workspace.run.took(deadline.elapsed());
@@ -306,10 +308,10 @@ pub struct Nearest {
 #[non_exhaustive]
 pub struct Distance {
     /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
-    #[cfg_attr(feature = "serde", serde(with = "bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
     /// Proven: the distance of [`Distance::nearest`], and 0 only if the surfaces meet. Infinite if nothing was found yet.
-    #[cfg_attr(feature = "serde", serde(with = "bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub high: f64,
     /// The closest triangles found.
     pub nearest: Option<Nearest>,
@@ -321,18 +323,4 @@ pub struct Distance {
     pub stop: StopReason,
     /// What it has done.
     pub stats: Stats,
-}
-
-/// Infinity is written as nothing, since not every format has it.
-#[cfg(feature = "serde")]
-mod bound {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub fn serialize<S: Serializer>(bound: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-        Some(*bound).filter(|bound| bound.is_finite()).serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-        Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
-    }
 }

@@ -154,14 +154,12 @@ impl PairMemory {
         if self.is_of(a, b) { self.nearest } else { None }
     }
 
-    /// After a call of a distance query, which took so much work in all if it is finished.
+    /// After a call of a distance query; with the work of it all, if it is one to go by.
     pub(super) fn remember_nearest(&mut self, a: &Tree, b: &Tree, interval: &Interval, work: Option<u64>) {
         // That of a call that resumes a run may be another one than at its start.
         self.bind(a, b);
         self.nearest = interval.nearest().map(|(pair, _)| pair).or(self.nearest);
-        if !interval.has_limit() {
-            self.last_distance_work = work.or(self.last_distance_work);
-        }
+        self.last_distance_work = work.or(self.last_distance_work);
     }
 
     /// After a call that ended for this reason. One that resumed a stopped run belongs to the same frame.
