@@ -1577,7 +1577,7 @@ punctual_status punctual_distance_query_open_boxes(const struct punctual_distanc
 
 /**
  * Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
- * guess: nine of ten queries are within a factor of 5.6 of the median. Takes some nanoseconds.
+ * guess: nine of ten queries are within a factor of 5.6 of the median. Takes constant time and allocates nothing.
  */
 punctual_status punctual_distance_query_predict(const struct punctual_distance_query *query,
                                                 const struct punctual_memory *memory,
@@ -1585,7 +1585,7 @@ punctual_status punctual_distance_query_predict(const struct punctual_distance_q
 
 /**
  * What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
- * Takes some nanoseconds and allocates nothing.
+ * Takes constant time and allocates nothing.
  *
  * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
  */

@@ -56,8 +56,10 @@ fn use_query(query: &Query, workspace: &mut Workspace, mut memory: Option<&mut P
 fn use_distance(query: &DistanceQuery, workspace: &mut Workspace, mut memory: Option<&mut PairMemory>) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
     for budget in [Budget::work(0), Budget::work(2_000), Budget::time(Duration::from_micros(3)), Budget::unlimited()] {
+        black_box(query.predict(memory.as_deref()));
         let mut said = query.run_with(workspace, memory.as_deref_mut(), budget, &clock);
         while said.stop != StopReason::Finished {
+            let _ = black_box(query.estimate(workspace, memory.as_deref()));
             let more =
                 [Budget::work(5_000), Budget::time(Duration::from_micros(30))][usize::from(said.stats.work % 2 == 1)];
             said = query.resume_with(workspace, memory.as_deref_mut(), more, &clock).unwrap();

@@ -4,6 +4,7 @@
 //! (`docs/model.md`).
 
 use super::constants::{DISTANCE_AFTER, DISTANCE_BETWEEN, DISTANCE_LEFT, LIMIT_LEFT};
+use super::cost::WORK_PER_EXPANSION;
 use super::prediction::{Quantiles, dot, with_history};
 use libm::{exp2, log2};
 
@@ -24,8 +25,8 @@ pub struct Closing {
     pub limit: Option<f64>,
 }
 
-/// No query takes less work than this: the opening of one pair.
-const LEAST: f64 = 84.0;
+/// A query opens one pair at least.
+const LEAST: f64 = WORK_PER_EXPANSION as f64;
 
 /// No more than this is made of how far apart the meshes are, and how far a limit: those that the weights were fitted on are not
 /// farther.
@@ -64,7 +65,6 @@ pub fn between(closing: &Closing) -> Quantiles {
         return Quantiles { p10: low, p50: high, p90: high };
     }
     let x = between_features(closing);
-    let at = |w: &[f64; 4]| low + dot(w, &x).clamp(0.0, 1.0) * (high - low);
-    let [p10, p50, p90] = [0, 1, 2].map(|i| at(&DISTANCE_BETWEEN[i]).min(high));
-    Quantiles::ordered([p10, p50, p90], low)
+    let at = |w: [f64; 4]| (low + dot(&w, &x).clamp(0.0, 1.0) * (high - low)).min(high);
+    Quantiles::ordered(DISTANCE_BETWEEN.map(at), low)
 }

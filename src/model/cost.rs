@@ -10,6 +10,11 @@
 /// budget of work means.
 pub const WORK_PER_EXPANSION: u64 = 84;
 
+/// Work of opening one node pair with so many BV tests.
+pub(crate) const fn opening_work(bv_tests: u32) -> u64 {
+    WORK_PER_EXPANSION + bv_tests as u64
+}
+
 /// Work of comparing the boxes of a slim node pair on their nine edge axes too, once they overlap on the face axes.
 pub const WORK_PER_EDGE_TEST: u64 = 20;
 

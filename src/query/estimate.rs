@@ -225,7 +225,7 @@ pub struct DistanceEstimate {
 
 impl DistanceQuery<'_> {
     /// Units of work that this query will take if nothing stops it, given what is remembered of the pair. In time, a unit takes
-    /// [`CostModel::bv_test`]. Takes some nanoseconds; the same bits on every machine.
+    /// [`CostModel::bv_test`]. Constant time, no allocation; the same bits on every machine.
     ///
     /// Not much can be told beforehand: half of the queries are within a factor of 2.1 of the median, nine of ten within 5.6;
     /// with a memory of frames close together, 1.2 and 4.9 (`docs/model.md`).
@@ -235,7 +235,7 @@ impl DistanceQuery<'_> {
     }
 
     /// What the last run of this query in `workspace` leaves open, given what is remembered of the pair: as rough as
-    /// [`DistanceQuery::predict`]. Takes some nanoseconds; the same bits on every machine.
+    /// [`DistanceQuery::predict`]. Constant time, no allocation; the same bits on every machine.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
@@ -256,7 +256,8 @@ impl DistanceQuery<'_> {
         let [of_a, of_b] = [self.a.unit(), self.b.unit()];
         let middles = self.middle().length();
         let apart = middles / (of_a.length() + of_b.length());
-        let limit = Some(self.options.limit).filter(|limit| *limit < f64::INFINITY).map(|limit| limit / middles);
+        let limit = self.options.limit;
+        let limit = (limit < f64::INFINITY).then_some(limit / middles);
         Closing { pairs, apart, work: work as f64, low, high, limit }
     }
 

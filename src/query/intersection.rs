@@ -12,7 +12,7 @@ use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::traversal::{Question, Traversal, bits};
 use crate::math::lanes::Lanes;
-use crate::model::cost::{WORK_PER_EXPANSION, WORK_PER_LOOKUP};
+use crate::model::cost::{WORK_PER_LOOKUP, opening_work};
 
 /// Whether, or where, two surfaces meet.
 pub(super) struct Intersection<'q> {
@@ -112,7 +112,7 @@ impl Sink for Traversal<'_, '_, Intersection<'_>> {
     fn count(&mut self, level: usize, bv_tests: u32) {
         let stats = &mut self.workspace.run.stats;
         stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
-        stats.work += WORK_PER_EXPANSION + u64::from(bv_tests);
+        stats.work += opening_work(bv_tests);
     }
 
     #[inline(always)]

@@ -119,8 +119,8 @@ impl Question for Traversal<'_, '_, Distance> {
         } else if let Some(left) = search.put_off.pop() {
             self.consider(left);
         }
-        let (search, last) =
-            (&self.workspace.search, self.workspace.front.is_empty() && !self.workspace.search.is_diving);
+        let search = &self.workspace.search;
+        let last = self.workspace.front.is_empty() && !search.is_diving;
         self.workspace.testing =
             !search.proposed.is_empty() || search.waiting.len() >= WIDTH || last && !search.is_done();
         search.interval.is_decided().then_some(StopReason::Finished)

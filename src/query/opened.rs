@@ -6,7 +6,7 @@ use super::queue::Pair;
 use super::views::Relation;
 use crate::math::Pose;
 use crate::math::lanes::{Instructions, Kernel, Lanes};
-use crate::model::cost::WORK_PER_EXPANSION;
+use crate::model::cost::opening_work;
 use crate::tree::{Tree, WIDTH};
 use alloc::vec::Vec;
 
@@ -61,7 +61,7 @@ impl Sink for Recorder<'_> {
     fn count(&mut self, _level: usize, bv_tests: u32) {
         if let Some(pair) = self.opened.last_mut() {
             pair.bv_tests += bv_tests;
-            pair.work += WORK_PER_EXPANSION + u64::from(bv_tests);
+            pair.work += opening_work(bv_tests);
         }
     }
 

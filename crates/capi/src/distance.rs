@@ -205,7 +205,7 @@ pub struct punctual_distance_estimate {
 }
 
 /// Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
-/// guess: nine of ten queries are within a factor of 5.6 of the median. Takes some nanoseconds.
+/// guess: nine of ten queries are within a factor of 5.6 of the median. Takes constant time and allocates nothing.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_distance_query_predict(
     query: Option<&punctual_distance_query>,
@@ -220,7 +220,7 @@ pub extern "C" fn punctual_distance_query_predict(
 }
 
 /// What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
-/// Takes some nanoseconds and allocates nothing.
+/// Takes constant time and allocates nothing.
 ///
 /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
 #[unsafe(no_mangle)]

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use punctual_lab::report::Failure;
+use punctual_lab::report::{self, Failure};
 use serde_json::{Map, Value};
 
 use crate::Completion;
@@ -56,7 +56,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 }
 
 fn load(file: &Path) -> Result<Value, Failure> {
-    let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let text = report::read(file)?;
     serde_json::from_str(&text).map_err(|error| format!("{}: {error}", file.display()).into())
 }
 

@@ -107,6 +107,11 @@ pub fn create_folder(folder: &Path) -> Result<(), Failure> {
     fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()).into())
 }
 
+/// Reads a text file; an error names it.
+pub fn read(file: &Path) -> Result<String, Failure> {
+    fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()).into())
+}
+
 /// Writes a file; an error names it.
 pub fn write(file: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
     fs::write(file, content).map_err(|error| format!("{}: {error}", file.display()).into())

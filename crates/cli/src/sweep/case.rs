@@ -6,7 +6,7 @@ use std::str::FromStr;
 use punctual::glam::DVec3;
 use punctual::{BuildOptions, Mesh, Pose, Tree};
 use punctual_lab::files;
-use punctual_lab::report::Failure;
+use punctual_lab::report::{self, Failure};
 
 pub struct Case {
     pub name: String,
@@ -88,7 +88,7 @@ fn known<T: FromStr>(file: &Path, name: &str, poses: usize) -> Result<Vec<T>, Fa
     if !file.exists() {
         return Ok(Vec::new());
     }
-    let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let text = report::read(file)?;
     let mut lines = text.lines();
     let mut header = lines.next().unwrap_or_default().split(',');
     let column = header.position(|title| title == name);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use punctual_lab::report::Failure;
+use punctual_lab::report::{self, Failure};
 
 /// For each case and each peer the microseconds that a finished distance query took, by pose.
 pub type PeerTimes = BTreeMap<String, BTreeMap<String, BTreeMap<usize, f64>>>;
@@ -11,7 +11,7 @@ pub type PeerTimes = BTreeMap<String, BTreeMap<String, BTreeMap<usize, f64>>>;
 /// Reads lines `case,peer,pose,distance,ns` with a header; lines that begin with `#` are skipped, further columns ignored.
 /// Of a pose that is there more than once the least time counts.
 pub fn read(file: &Path) -> Result<PeerTimes, Failure> {
-    let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let text = report::read(file)?;
     let mut times = PeerTimes::new();
     let lines = text.lines().zip(1..).filter(|(line, _)| !line.is_empty() && !line.starts_with('#'));
     for (line, number) in lines.skip_while(|(line, _)| line.starts_with("case,peer,pose,distance,ns")) {
