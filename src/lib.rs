@@ -71,7 +71,7 @@ mod triangle;
 /// Those that make a [`Pose`], a [`Mesh`] or a shape may be of any version, or plain arrays. Results go over to another version
 /// by `to_array` and `to_cols_array`, which all versions have: a program that does so does not notice which one is used here.
 pub use glam;
-pub use math::{Aabb, Pose, PoseError};
+pub use math::{Aabb, Motion, MotionError, Pose, PoseError};
 pub use mesh::{Mesh, MeshError, shapes};
 pub use model::calibration::Calibration;
 pub use model::confidence::{DEFAULT_PRIOR, History};
@@ -85,7 +85,8 @@ pub use names::UnknownName;
 pub use query::SystemClock;
 pub use query::{
     Budget, Certificate, Clock, Distance, DistanceEstimate, DistanceQuery, Estimate, LEVELS, ManualClock, Mode,
-    Nearest, Order, Outcome, PairMemory, Prediction, Query, ResumeError, Stats, StopReason, Verdict, Workspace,
+    MotionQuery, Nearest, Order, Outcome, PairMemory, Passage, Prediction, Query, ResumeError, Stats, StopReason,
+    Verdict, Workspace,
 };
 pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};

@@ -5,10 +5,12 @@ mod aabb;
 pub(crate) mod bound;
 pub(crate) mod denormals;
 pub(crate) mod lanes;
+pub(crate) mod motion;
 pub(crate) mod pose;
 pub(crate) mod random;
 pub(crate) mod tolerance;
 
 pub use aabb::Aabb;
+pub use motion::{Motion, MotionError};
 pub(crate) use pose::rotation_deviation;
 pub use pose::{Pose, PoseError};

@@ -96,6 +96,11 @@ impl Pose {
         Ok(pose)
     }
 
+    /// A pose from what is known to be one.
+    pub(crate) const fn unchecked(rotation: DMat3, translation: DVec3) -> Self {
+        Self { rotation, translation }
+    }
+
     /// A pose from a quaternion `x, y, z, w`, normalised in f64 first, and a translation.
     ///
     /// # Errors

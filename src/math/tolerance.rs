@@ -19,8 +19,8 @@ pub(crate) const COORDINATE_LIMIT: f64 = f64::from_bits((1023 + 1000) << 52);
 /// scene have a relative pose.
 pub(crate) const SCENE_ROTATION_TOLERANCE: f64 = 1e-4;
 
-/// Largest accepted magnitude of the translation of a body in a scene (length unit of the scene): 2^990, so that relative
-/// translations stay within [`COORDINATE_LIMIT`].
+/// Largest accepted magnitude of the translation of a body in a scene or in motion (length unit of the scene): 2^990, so that
+/// relative translations stay within [`COORDINATE_LIMIT`].
 pub(crate) const SCENE_REACH: f64 = f64::from_bits((1023 + 990) << 52);
 
 /// Relative rounding of one f32 operation: 2^-24.

@@ -162,6 +162,12 @@ impl PairMemory {
         self.last_distance_work = work.or(self.last_distance_work);
     }
 
+    /// After a call of a motion query.
+    pub(super) fn remember_pair(&mut self, a: &Tree, b: &Tree, pair: Option<[u32; 2]>) {
+        self.bind(a, b);
+        self.nearest = pair.or(self.nearest);
+    }
+
     /// After a call that ended for this reason. One that resumed a stopped run belongs to the same frame.
     pub(super) fn remember(&mut self, mode: Mode, stop: StopReason, workspace: &Workspace, before: Before) {
         let (run, found) = (&workspace.run, workspace.sample.pairs());

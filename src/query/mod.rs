@@ -8,6 +8,7 @@ mod boxes;
 mod budget;
 mod certificate;
 mod corners;
+mod course;
 mod deadline;
 mod distance;
 mod edge_axes;
@@ -17,10 +18,12 @@ mod flushing;
 mod gaps;
 mod intersection;
 mod interval;
+mod journey;
 mod leaf;
 mod march;
 mod measure;
 mod memory;
+mod motion;
 mod nearest;
 #[cfg(feature = "internals")]
 pub(crate) mod opened;
@@ -31,12 +34,14 @@ mod probe;
 mod queue;
 mod search;
 mod strategy;
+mod sweep;
 mod traversal;
 #[cfg(all(test, feature = "std"))]
 mod triangle_bounds_tests;
 mod triangle_pairs;
 mod views;
 mod visited;
+mod windows;
 mod workspace;
 
 #[cfg(feature = "std")]
@@ -49,6 +54,7 @@ pub(crate) use deadline::Deadline;
 pub use distance::{Distance, DistanceQuery, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
 pub use memory::PairMemory;
+pub use motion::{MotionQuery, Passage};
 pub use options::Mode;
 use options::Options;
 pub use order::Order;

@@ -1,6 +1,7 @@
 //! What a query is asked to do.
 
 use super::order::Order;
+use crate::math::Motion;
 use crate::names::named;
 
 /// What a query looks for.
@@ -39,4 +40,18 @@ pub(super) struct DistanceOptions {
     pub poll_interval: u64,
     /// For comparison: one stack for all node pairs.
     pub depth_first: bool,
+}
+
+/// The same of a motion query.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct MotionOptions {
+    /// `None`: A does not move.
+    pub of_a: Option<Motion>,
+    pub of_b: Motion,
+    /// Tolerance as a length, as asked for; `None`: by default. And in time.
+    pub length: Option<f64>,
+    pub time: f64,
+    /// Of both surfaces together.
+    pub margin: f64,
+    pub poll_interval: u64,
 }

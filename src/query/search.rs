@@ -79,6 +79,13 @@ impl Search {
         }
     }
 
+    /// Begins with a triangle pair, if one is known, and without a dive.
+    pub fn begin_pairs(&mut self, known: Option<Bounded>) {
+        self.clear();
+        self.is_used = true;
+        self.proposed.extend(known);
+    }
+
     /// Whether no dive and no triangle pair is left.
     pub fn is_done(&self) -> bool {
         !self.is_diving && self.pairs().next().is_none()

@@ -1,8 +1,9 @@
 //! Every buffer that a query needs, owned by the caller.
 
 use super::corners::Corners;
+use super::journey::Journey;
 use super::march::March;
-use super::options::{DistanceOptions, Options};
+use super::options::{DistanceOptions, MotionOptions, Options};
 use super::order::Order;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
@@ -46,6 +47,8 @@ pub struct Workspace {
     pub(super) march: March,
     /// The state of a distance query.
     pub(super) search: Search,
+    /// What is known of a motion.
+    pub(super) journey: Journey,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
 }
@@ -182,6 +185,7 @@ pub(super) struct Key {
 pub(super) enum Asked {
     Intersection(Options),
     Distance(DistanceOptions),
+    Motion(MotionOptions),
 }
 
 impl Workspace {
@@ -209,6 +213,7 @@ impl Workspace {
             sample: Sample::default(),
             march: March::new(VISITS),
             search: Search::new(),
+            journey: Journey::NOTHING,
             found: Vec::with_capacity(found.max(1)),
             run: NO_RUN,
         }
@@ -282,7 +287,11 @@ impl Workspace {
 
     /// Whether nothing is left open.
     pub(super) fn is_done(&self) -> bool {
-        self.front.is_empty() && self.waiting.len() == 0 && self.doubtful.is_empty() && self.search.is_done()
+        self.front.is_empty()
+            && self.waiting.len() == 0
+            && self.doubtful.is_empty()
+            && self.search.is_done()
+            && self.journey.followed.is_none()
     }
 
     /// The node pairs that the last query left open.
@@ -303,6 +312,7 @@ impl Workspace {
         self.sample.clear();
         self.march.clear();
         self.search.clear();
+        self.journey.followed = None;
         self.found.clear();
     }
 }
@@ -321,6 +331,7 @@ impl Clone for Workspace {
             sample: self.sample.clone(),
             march: self.march.clone(),
             search: self.search.clone(),
+            journey: self.journey.clone(),
             found,
             ..*self
         }

@@ -95,7 +95,7 @@ pub(crate) fn test<L: Lanes>(
 
 /// Eight triangles by component.
 pub(super) struct Transposed<L: Lanes> {
-    first: V8<L>,
+    pub first: V8<L>,
     pub edge1: V8<L>,
     pub edge2: V8<L>,
     rest: V8<L>,

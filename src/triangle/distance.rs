@@ -29,5 +29,6 @@ mod tests;
 
 #[cfg(all(test, feature = "std"))]
 pub(crate) use batch::Distances;
+pub(in crate::triangle) use batch::Pair;
 pub(crate) use batch::distances;
 pub(crate) use pair::{Closest, closest};

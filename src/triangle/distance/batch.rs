@@ -72,19 +72,19 @@ fn least<L: Lanes>([a, b, c]: [F8<L>; 3]) -> [F8<L>; 2] {
 }
 
 /// Eight pairs of triangles relative to A's first corners.
-struct Pair<L: Lanes> {
+pub(in crate::triangle) struct Pair<L: Lanes> {
     /// Edges of A from its first corner.
-    p: [V8<L>; 2],
+    pub p: [V8<L>; 2],
     /// B's first corner, and its edges from there.
-    q: V8<L>,
-    f: [V8<L>; 2],
+    pub q: V8<L>,
+    pub f: [V8<L>; 2],
     /// Bound on the error of a gap per component of the direction.
-    error: V8<L>,
+    pub error: V8<L>,
 }
 
 impl<L: Lanes> Pair<L> {
     #[inline(always)]
-    fn new(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placement: &Placement) -> Self {
+    pub fn new(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placement: &Placement) -> Self {
         let (a, b) = (Transposed::new(lanes, a), Transposed::new(lanes, b));
         let q = first_corner(lanes, &a, &b, placement);
         let p = [a.edge1, a.edge2];

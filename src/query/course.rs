@@ -1,0 +1,179 @@
+//! How B moves seen from A, cut into pieces of time in which it all but goes straight.
+//!
+//! In a piece B is taken to keep the orientation of the middle of the piece, and each part of it to go along a straight line
+//! with the velocity that its own middle has then. What that leaves out is bounded: `docs/numerics.md`, "Motion".
+
+use crate::math::{Motion, Pose};
+use crate::tree::Tree;
+use glam::DVec3;
+
+/// The velocity of a point of B at `y`, in A's frame: `shift + turn x y`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Twist {
+    pub shift: DVec3,
+    pub turn: DVec3,
+}
+
+impl Twist {
+    pub fn at(&self, y: DVec3) -> DVec3 {
+        self.shift + self.turn.cross(y)
+    }
+}
+
+/// The motion of B in A from time 0 to 1, with bounds for all points of B. Lengths in the unit of the meshes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Course {
+    of_a: Option<Motion>,
+    of_b: Motion,
+    /// Of how many radians B turns against A at most.
+    pub spin: f64,
+    /// How fast its points are at most, and their acceleration.
+    pub speed: f64,
+    pub acceleration: f64,
+    /// By how much a point may be off where the motion brings it: by rounding, per axis; and, for each unit of time from the
+    /// moment of the twist, because A's matrix is no rotation.
+    pub rounding: f64,
+    pub drift: f64,
+    /// The radii of both meshes about the middles of their boxes, the latter of B as it lies in A.
+    radii: [f64; 2],
+    pub pieces: u32,
+}
+
+/// What a piece turns at most (radians), and how far it goes over the sizes of both meshes together.
+const TURN: f64 = 0.1;
+const WAY: f64 = 16.0;
+const MOST_PIECES: f64 = 4_096.0;
+
+/// Matrices pass for rotations that change lengths by 5e-4.
+const STRETCH: f64 = 1.01;
+
+impl Course {
+    pub fn new(a: &Tree, b: &Tree, of_a: Option<Motion>, of_b: Motion) -> Self {
+        let [box_a, box_b] = [a, b].map(|tree| {
+            let middle = tree.unit().origin;
+            (middle, (tree.mesh().aabb().max - middle).length() * STRETCH)
+        });
+        let middle = of_b.start().transform_point(box_b.0) - of_b.start().translation();
+        // From B's axis, and from A's: all points of B, and A's origin.
+        let from_axis = (of_b.arm() + middle).length() + box_b.1;
+        let (spin_b, length) = (of_b.turn().length(), of_b.velocity().length());
+        let largest = |v: DVec3| v.abs().max_element();
+        let far = |motion: &Motion| {
+            let angle = motion.turn().length();
+            largest(motion.start().translation())
+                + largest(motion.velocity())
+                + largest(motion.arm()) * angle * (1.0 + angle)
+        };
+        let mut course = Self {
+            of_a,
+            of_b,
+            spin: spin_b,
+            speed: length + spin_b * from_axis,
+            acceleration: spin_b * spin_b * from_axis,
+            rounding: far(&of_b) + (1.0 + spin_b) * (3.0 * largest(box_b.0) + 2.0 * box_b.1),
+            drift: 0.0,
+            radii: [box_a.1, box_b.1],
+            pieces: 1,
+        };
+        if let Some(of_a) = of_a {
+            let spin_a = of_a.turn().length();
+            let arm = of_a.arm().length();
+            let way = (of_b.velocity() - of_a.velocity()).length();
+            let between = (of_b.start().translation() - of_a.start().translation()).length()
+                + of_a.arm().length()
+                + of_b.arm().length();
+            let apart = from_axis + arm + between + way;
+            let own = way + spin_b * from_axis + spin_a * arm;
+            course.spin += spin_a;
+            course.speed = own + spin_a * apart;
+            course.acceleration += spin_a * (spin_a * arm + 2.0 * own + spin_a * apart);
+            course.rounding = (course.rounding + 2.0 * far(&of_a) + (1.0 + spin_a) * apart) * 2.0;
+            course.drift = 4.0 * of_a.deviation() * course.spin * apart;
+        }
+        let size = course.radii[0] + course.radii[1];
+        course.rounding = 16.0 * f64::EPSILON * (course.rounding + largest(box_a.0) + box_a.1) + f64::MIN_POSITIVE;
+        for bound in [&mut course.spin, &mut course.speed, &mut course.acceleration] {
+            *bound *= STRETCH;
+        }
+        let pieces = (course.spin / TURN).max(course.speed / (WAY * size + f64::MIN_POSITIVE));
+        course.pieces = libm::ceil(pieces.clamp(1.0, MOST_PIECES)) as u32;
+        course
+    }
+
+    /// B in A.
+    pub fn pose(&self, time: f64) -> Pose {
+        let b = self.of_b.pose(time);
+        match &self.of_a {
+            Some(of_a) => of_a.pose(time).inverse_unchecked().compose_unchecked(&b),
+            None => b,
+        }
+    }
+
+    pub fn twist(&self, time: f64) -> Twist {
+        let in_world = |motion: &Motion| {
+            let turn = motion.turn();
+            let from_axis = motion.arm() - motion.start().translation() - motion.velocity() * time;
+            Twist { shift: motion.velocity() + turn.cross(from_axis), turn }
+        };
+        let of_b = in_world(&self.of_b);
+        let Some(of_a) = &self.of_a else { return of_b };
+        let (twist, pose) = (in_world(of_a), of_a.pose(time));
+        let to_a = pose.inverse_unchecked();
+        let relative = Twist { shift: of_b.shift - twist.shift, turn: of_b.turn - twist.turn };
+        Twist { shift: *to_a.rotation() * relative.at(pose.translation()), turn: *to_a.rotation() * relative.turn }
+    }
+
+    /// When piece `i` begins; all pieces are equally long.
+    pub fn begin(&self, i: u32) -> f64 {
+        f64::from(i) / f64::from(self.pieces)
+    }
+
+    /// Piece `i` of all.
+    pub fn piece(&self, i: u32) -> Piece {
+        let (begin, end) = (self.begin(i), self.begin(i + 1));
+        let middle = begin + (end - begin) / 2.0;
+        Piece { begin, end, middle, pose: self.pose(middle), twist: self.twist(middle) }
+    }
+
+    /// By how much a part of B, within `radius` of the point whose velocity it is given, may leave its straight line, when it
+    /// is `half` of a unit of time from the moment of the twist at most.
+    pub fn error(&self, half: f64, radius: f64) -> f64 {
+        half * (self.spin * radius + self.drift) + 0.5 * self.acceleration * half * half + self.rounding
+    }
+
+    /// Whether the meshes are too far apart to come together in a piece.
+    pub fn is_clear(&self, piece: &Piece, trees: [&Tree; 2], margin: f64) -> bool {
+        let [a, b] = trees.map(|tree| tree.unit().origin);
+        let apart = (piece.pose.transform_point(b) - a).length();
+        let reach = self.radii[0] + self.radii[1] + self.speed * piece.length() / 2.0 + margin;
+        apart * (1.0 - 1e-9) > reach + 4.0 * self.rounding
+    }
+}
+
+/// A piece of the motion.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    pub begin: f64,
+    pub end: f64,
+    pub middle: f64,
+    /// B in A at its middle.
+    pub pose: Pose,
+    pub twist: Twist,
+}
+
+impl Piece {
+    pub fn length(&self) -> f64 {
+        self.end - self.begin
+    }
+
+    /// A time in lengths of the piece from its middle.
+    pub fn local(&self, time: f64) -> f32 {
+        ((time - self.middle) / self.length()) as f32
+    }
+
+    /// The time of such a bound from below, rounded down.
+    pub fn time(&self, local: f32) -> f64 {
+        let time = self.middle + f64::from(local) * self.length() - 4.0 * f64::EPSILON;
+        time.clamp(self.begin, self.end)
+    }
+}

@@ -1,0 +1,132 @@
+//! The state of a motion query: how far the motion is proven to be free, and the earliest contact found.
+
+use super::course::Piece;
+use super::queue::{BUCKETS, Front};
+use super::search::Search;
+
+/// A triangle pair (tree order) that is followed through time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Followed {
+    pub pair: [u32; 2],
+    /// It does not meet before.
+    pub from: f64,
+    /// Over how much time it is looked at next.
+    pub span: f64,
+    /// Exact tests from this time on.
+    pub tries: u32,
+    /// Times at which it could not be told whether it meets.
+    pub doubts: i32,
+}
+
+/// A proven contact: the surfaces meet at this time, where these triangles (tree order) do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Contact {
+    pub time: f64,
+    pub pair: [u32; 2],
+}
+
+/// What is known of a motion, times from 0 to 1.
+#[derive(Clone, Debug)]
+pub(super) struct Journey {
+    /// The piece of the motion at hand.
+    pub piece: u32,
+    /// How much earlier a contact must be to matter beside one that is known.
+    tolerance: f64,
+    free_until: f64,
+    /// The earliest time at which `f64` could not tell whether two triangles meet.
+    doubt: f64,
+    contact: Option<Contact>,
+    pub followed: Option<Followed>,
+}
+
+impl Journey {
+    /// Nothing is known yet.
+    pub const NOTHING: Self =
+        Self { piece: 0, tolerance: 0.0, free_until: 0.0, doubt: f64::INFINITY, contact: None, followed: None };
+
+    pub fn begin(&mut self, tolerance: f64) {
+        *self = Self { tolerance, ..Self::NOTHING };
+    }
+
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    pub fn contact(&self) -> Option<Contact> {
+        self.contact
+    }
+
+    /// No contact before.
+    pub fn free_until(&self) -> f64 {
+        self.free_until
+    }
+
+    /// What is free until then does not matter any more.
+    pub fn cut(&self) -> f64 {
+        self.contact.map_or(f64::INFINITY, |contact| (contact.time - self.tolerance).max(0.0))
+    }
+
+    /// Whether a pair matters that does not meet before `from`. Whether surfaces meet at the start is no question of tolerance.
+    pub fn matters(&self, from: f64) -> bool {
+        from < self.cut() || from <= 0.0
+    }
+
+    /// Whether nothing that is left could change the answer: the surfaces meet at the start.
+    pub fn is_decided(&self) -> bool {
+        self.contact.is_some_and(|contact| contact.time <= 0.0)
+    }
+
+    /// Takes note of a contact.
+    pub fn touch(&mut self, contact: Contact) {
+        if self.contact.is_none_or(|known| contact.time < known.time) {
+            self.contact = Some(contact);
+        }
+    }
+
+    /// Takes note that it cannot be told whether two triangles meet at this time.
+    pub fn doubt(&mut self, time: f64) {
+        self.doubt = self.doubt.min(time);
+    }
+
+    /// Takes note that all pieces are done.
+    pub fn end(&mut self) {
+        self.free_until = self.free_until.max(self.doubt.min(self.cut()).min(1.0));
+    }
+
+    /// Takes note of what is proven when so much of a piece is left; of the node pair at hand, if there is one, `at_hand`.
+    pub fn bound(&mut self, front: &Front, search: &Search, piece: &Piece, at_hand: f32) {
+        let nodes = match front.least_bucket() {
+            None => f32::INFINITY,
+            Some(bucket) => least_key(bucket),
+        };
+        let pairs = search.waiting.iter().chain(&search.proposed).map(|left| left.low);
+        let left = piece.time(pairs.fold(nodes.min(at_hand), f32::min));
+        let followed = self.followed.as_ref().map_or(f64::INFINITY, |followed| followed.from);
+        self.free_until = self.free_until.max(left.min(followed).min(self.doubt).min(self.cut()));
+    }
+}
+
+/// The bucket of a time in lengths of the piece: the first one is for what may meet at its begin.
+pub(super) fn bucket(key: f32) -> usize {
+    let steps = (key + 0.5) * (BUCKETS - 2) as f32;
+    1 + (steps.max(0.0) as usize).min(BUCKETS - 2)
+}
+
+/// The least time of a bucket.
+fn least_key(bucket: usize) -> f32 {
+    if bucket == 0 { f32::NEG_INFINITY } else { (bucket - 1) as f32 / (BUCKETS - 2) as f32 - 0.5 - f32::EPSILON }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_bucket_holds_what_is_before_it() {
+        for i in 0..=10_000 {
+            let key = i as f32 / 10_000.0 - 0.5;
+            let bucket = bucket(key);
+            assert!(bucket < BUCKETS && least_key(bucket) <= key && key <= least_key(bucket) + 0.01, "{key} {bucket}");
+        }
+    }
+}

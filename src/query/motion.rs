@@ -1,0 +1,301 @@
+//! Until when a motion is free: two trees, how one moves, and a budget in, a [`Passage`] with proven times out.
+
+use super::Deadline;
+#[cfg(feature = "std")]
+use super::budget::by_system_clock;
+use super::budget::{Budget, Clock};
+use super::course::Course;
+use super::memory::PairMemory;
+use super::options::MotionOptions;
+use super::outcome::{Stats, StopReason};
+use super::queue::Pair;
+use super::search::Bounded;
+use super::strategy::Strategy;
+use super::sweep::Sweep;
+use super::traversal::Traversal;
+use super::views::Relation;
+use super::windows::glide;
+use super::workspace::{Asked, Key, ResumeError, Workspace};
+use crate::math::tolerance::COORDINATE_LIMIT;
+use crate::math::{Motion, Pose};
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP};
+use crate::tree::Tree;
+
+/// The question until when a motion is free, and when the surfaces meet: continuous collision detection. Cheap to make; one
+/// for each motion.
+///
+/// **Guarantee.** Whenever it stops, the surfaces meet at no time before `free_until`, and at `touching_at` they do: two named
+/// triangles intersect exactly at the pose of that time ([`MotionQuery::pose`]). `free_until` only ever grows, and
+/// `touching_at` only ever falls. A query that is finished has found a contact no later than the tolerance after `free_until`,
+/// or none, and then the motion is free to its end, time 1. Between these is only what `f64` cannot tell: surfaces that come
+/// closer than the rounding of their coordinates without meeting leave `free_until` where they do.
+///
+/// ```
+/// use punctual::glam::{DMat3, DVec3};
+/// use punctual::{Budget, Motion, MotionQuery, Pose, Tree, Workspace, shapes};
+/// let (wall, ball) = (Tree::new(shapes::cuboid([5.0, 5.0, 0.01])), Tree::new(shapes::icosphere(3)));
+/// let start = Pose::new(DMat3::IDENTITY, DVec3::new(0.0, 0.0, 50.0))?;
+/// let motion = Motion::straight(start, [0.0, 0.0, -100.0])?;
+/// let found = MotionQuery::new(&wall, &ball, motion).run(&mut Workspace::new(), Budget::unlimited());
+/// assert!(found.free_until < 0.49 && found.touching_at.unwrap() - found.free_until < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct MotionQuery<'t> {
+    a: &'t Tree,
+    b: &'t Tree,
+    options: MotionOptions,
+}
+
+/// The default tolerance over the sum of both meshes' units.
+const DEFAULT_TOLERANCE: f64 = 1e-6;
+
+/// The least tolerance in time.
+const LEAST_TOLERANCE: f64 = 4.0 * f64::EPSILON;
+
+impl<'t> MotionQuery<'t> {
+    /// Asks about the meshes of `a` and `b`, where `b_in_a` says where B is in A from time 0 to 1. The tolerance is a length: a
+    /// millionth of the units of both meshes together ([`Tree::unit_length`], about half of a mesh's longest extent).
+    #[must_use]
+    pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Motion) -> Self {
+        let (of_a, length, time, margin, poll_interval) = (None, None, 0.0, 0.0, MAX_STEP_WORK);
+        Self { a, b, options: MotionOptions { of_a, of_b: b_in_a, length, time, margin, poll_interval } }
+    }
+
+    /// Asks about two bodies that both move, in the world or any other common frame.
+    #[must_use]
+    pub fn of_both(trees: [&'t Tree; 2], motions: [Motion; 2]) -> Self {
+        let ([a, b], [of_a, of_b]) = (trees, motions);
+        let mut query = Self::new(a, b, of_b);
+        query.options.of_a = Some(of_a);
+        query
+    }
+
+    /// Done when no point of B goes farther than this, seen from A, between the two times. NaN counts as 0: as close as `f64`
+    /// can tell.
+    #[must_use]
+    pub fn tolerance(mut self, length: f64) -> Self {
+        self.options.length = Some(length.max(0.0));
+        self
+    }
+
+    /// Done also when the two times differ by no more than this. NaN counts as 0.
+    #[must_use]
+    pub fn time_tolerance(mut self, time: f64) -> Self {
+        self.options.time = time.clamp(0.0, 1.0);
+        self
+    }
+
+    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the length unit of the meshes:
+    /// a point becomes a ball, a segment a capsule.
+    #[must_use]
+    pub fn margins(mut self, margins: [f64; 2]) -> Self {
+        let [a, b] = margins.map(|margin| if margin > 0.0 { margin.min(COORDINATE_LIMIT) } else { 0.0 });
+        self.options.margin = a + b;
+        self
+    }
+
+    /// Least work between looks at the clock, which come closer together towards the deadline; default
+    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
+    #[must_use]
+    pub fn poll_interval(mut self, work: u64) -> Self {
+        self.options.poll_interval = work;
+        self
+    }
+
+    /// Where B is in A at a time, 0 to 1, to the bit as the query takes it.
+    #[must_use]
+    pub fn pose(&self, time: f64) -> Pose {
+        self.course().pose(time)
+    }
+
+    /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
+    #[cfg(feature = "std")]
+    pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Passage {
+        by_system_clock(budget, |clock| self.run_by(workspace, None, budget, clock))
+    }
+
+    /// [`MotionQuery::run`] with what is remembered of the pair, and will be for the next motion: the triangles that met first.
+    #[cfg(feature = "std")]
+    pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Passage {
+        by_system_clock(budget, |clock| self.run_by(workspace, Some(memory), budget, clock))
+    }
+
+    /// Goes on with the stopped run that the workspace holds, with a fresh budget.
+    ///
+    /// However it is cut into pieces by budgets of work, the outcome at the end is that of one uninterrupted run.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this motion and these options, or is complete.
+    #[cfg(feature = "std")]
+    pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Passage, ResumeError> {
+        by_system_clock(budget, |clock| self.resume_by(workspace, None, budget, clock))
+    }
+
+    /// [`MotionQuery::run`] by a clock of the caller's, with or without a memory.
+    pub fn run_with<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &C,
+    ) -> Passage {
+        self.run_by(workspace, memory, budget, clock)
+    }
+
+    /// [`MotionQuery::resume`] by a clock of the caller's, with or without a memory.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this motion and these options, or is complete.
+    pub fn resume_with<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &C,
+    ) -> Result<Passage, ResumeError> {
+        self.resume_by(workspace, memory, budget, clock)
+    }
+
+    fn run_by(
+        &self,
+        workspace: &mut Workspace,
+        mut memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> Passage {
+        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        if let Some(memory) = &mut memory {
+            memory.bind(self.a, self.b);
+        }
+        let course = self.course();
+        workspace.clear();
+        workspace.run.begin(self.key(), Strategy::NONE);
+        workspace.journey.begin(self.tolerance_in_time(&course));
+        let is_empty = self.a.nodes().is_empty() || self.b.nodes().is_empty();
+        workspace.journey.piece = if is_empty { course.pieces } else { 0 };
+        if !is_empty {
+            let guess = memory.as_deref().and_then(|memory| memory.nearest(self.a, self.b));
+            workspace.begin_piece(guess);
+        }
+        self.spend(&course, workspace, memory, &mut deadline)
+    }
+
+    fn resume_by(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> Result<Passage, ResumeError> {
+        workspace.run.holds_stopped(&self.key())?;
+        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        Ok(self.spend(&self.course(), workspace, memory, &mut deadline))
+    }
+
+    fn course(&self) -> Course {
+        Course::new(self.a, self.b, self.options.of_a, self.options.of_b)
+    }
+
+    fn key(&self) -> Key {
+        let trees = [self.a.identity(), self.b.identity()];
+        Key { trees, b_in_a: self.options.of_b.start(), asked: Asked::Motion(self.options) }
+    }
+
+    /// Half of it for the contact that is found, half for earlier ones that are not looked for.
+    fn tolerance_in_time(&self, course: &Course) -> f64 {
+        let [of_a, of_b] = [self.a, self.b].map(|tree| if tree.unit().is_point { 0.0 } else { tree.unit().length() });
+        let length = self.options.length.unwrap_or(DEFAULT_TOLERANCE * (of_a + of_b));
+        let time = self.options.time.max(length / course.speed);
+        0.5 * if time > LEAST_TOLERANCE { time.min(1.0) } else { LEAST_TOLERANCE }
+    }
+
+    /// Spends a budget on the run in the workspace, piece after piece.
+    fn spend(
+        &self,
+        course: &Course,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> Passage {
+        let mut stop = StopReason::Finished;
+        while workspace.journey.piece < course.pieces {
+            stop = self.spend_on_piece(course, workspace, deadline);
+            if !stop.is_final() || workspace.journey.contact().is_some() {
+                break;
+            }
+            workspace.journey.piece += 1;
+            if workspace.journey.piece < course.pieces {
+                workspace.begin_piece(None);
+            }
+        }
+        if workspace.journey.piece == course.pieces {
+            workspace.journey.end();
+        }
+        if let Some(memory) = memory {
+            let contact = workspace.journey.contact();
+            memory.remember_pair(self.a, self.b, contact.map(|contact| contact.pair));
+        }
+        workspace.run.took(deadline.elapsed());
+        self.outcome(workspace, stop)
+    }
+
+    fn spend_on_piece(&self, course: &Course, workspace: &mut Workspace, deadline: &mut Deadline) -> StopReason {
+        let piece = course.piece(workspace.journey.piece);
+        let trees = [self.a, self.b];
+        if course.is_clear(&piece, trees, self.options.margin) {
+            workspace.front.clear();
+            workspace.search.clear();
+            workspace.run.stats.work += WORK_PER_LOOKUP;
+        }
+        let relation = Relation::new(self.a, self.b, &piece.pose);
+        let glide = glide(course, &piece, &relation, self.a.unit().origin, self.options.margin);
+        let question = Sweep::new(course, piece, glide, self.options.margin, &workspace.journey);
+        let stop = Traversal::new(question, trees, &piece.pose, &relation, workspace, deadline).advance();
+        workspace.journey.bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
+        stop
+    }
+
+    fn outcome(&self, workspace: &Workspace, stop: StopReason) -> Passage {
+        let journey = &workspace.journey;
+        let contact = journey.contact();
+        Passage {
+            free_until: journey.free_until(),
+            touching_at: contact.map(|contact| contact.time),
+            triangles: contact.map(|contact| {
+                let [a, b] = contact.pair;
+                [self.a.ids()[a as usize], self.b.ids()[b as usize]]
+            }),
+            stop,
+            stats: workspace.stats(),
+        }
+    }
+}
+
+impl Workspace {
+    /// Prepares the buffers for a piece of a motion, in which these triangles may meet.
+    fn begin_piece(&mut self, guess: Option<[u32; 2]>) {
+        self.front.clear();
+        self.search.begin_pairs(guess.map(|pair| Bounded { pair, low: f32::NEG_INFINITY }));
+        self.testing = guess.is_some();
+        self.front.push(Pair::new(0, 0));
+    }
+}
+
+/// The answer of a motion query; times from 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
+#[non_exhaustive]
+pub struct Passage {
+    /// Proven: the surfaces meet at no time before. 1 without [`Passage::touching_at`]: the motion is free to its end.
+    pub free_until: f64,
+    /// Proven: the surfaces meet at this time; 0 if they do at the start. `None`: no contact was found (yet).
+    pub touching_at: Option<f64>,
+    /// The triangles that meet then: triangle of A, triangle of B, ids of the input meshes.
+    pub triangles: Option<[u32; 2]>,
+    /// Why the query returned.
+    pub stop: StopReason,
+    /// What it has done.
+    pub stats: Stats,
+}

@@ -1,0 +1,286 @@
+//! When do two surfaces meet on the way? What a traversal that asks this does with node pairs and triangle pairs.
+//!
+//! It asks for one piece of the motion. Pairs whose boxes overlap when it begins are finished depth-first; others wait in the
+//! queue by the time when they may meet, and are dropped when there is an earlier contact. Triangles are compared eight at a
+//! time in `f32`; those that may meet earlier than all before are *followed* in `f64`, one at a time and a step of bounded work
+//! after the other: over ever shorter spans of time, until an exact test proves a contact.
+
+use super::boxes::Keys;
+use super::course::{Course, Piece};
+use super::expand::{Sink, expand};
+use super::journey::{Contact, Followed, Journey, bucket};
+use super::leaf::rows;
+use super::outcome::{LEVELS, StopReason};
+use super::queue::{Origin, Pair};
+use super::search::Bounded;
+use super::traversal::{Question, Traversal};
+use super::windows::{BEGIN, Windows};
+use crate::math::lanes::Lanes;
+use crate::math::tolerance::ROUNDING;
+use crate::model::cost::{
+    WORK_PER_CLOSEST_POINTS, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_LOOKUP,
+    WORK_PER_WINDOW,
+};
+use crate::tree::WIDTH;
+use crate::triangle::distance::closest;
+use crate::triangle::swept::{Glide, Swept, windows};
+use crate::triangle::triangles_intersect;
+use arrayvec::ArrayVec;
+use glam::DVec3;
+
+/// When two surfaces meet in a piece of a motion.
+pub(super) struct Sweep<'q> {
+    course: &'q Course,
+    piece: Piece,
+    glide: Glide,
+    /// By how much the surfaces are thickened together.
+    margin: f64,
+    /// How much earlier a contact has to be to matter beside one that is known: in time, and what B goes meanwhile.
+    tolerance: f64,
+    /// The same as `f32` sees it: from this time of the piece on nothing matters.
+    cut: f32,
+}
+
+impl<'q> Sweep<'q> {
+    pub fn new(course: &'q Course, piece: Piece, glide: Glide, margin: f64, journey: &Journey) -> Self {
+        let mut sweep = Self { course, piece, glide, margin, tolerance: journey.tolerance(), cut: 0.0 };
+        sweep.update(journey);
+        sweep
+    }
+
+    /// After a contact was found.
+    fn update(&mut self, journey: &Journey) {
+        let cut = self.piece.local(journey.cut().min(self.piece.end));
+        self.cut = cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING;
+    }
+}
+
+impl Question for Traversal<'_, '_, Sweep<'_>> {
+    #[inline(always)]
+    fn next_pair(&mut self) -> Option<(Pair, Origin)> {
+        self.workspace.front.pop()
+    }
+
+    #[inline(always)]
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
+        let mut windows = Windows::new(self.question.cut, &self.question.glide, self.relation);
+        if self.origin == Origin::Queue {
+            windows.least = self.workspace.front.popped_key();
+            if windows.least >= windows.cut {
+                self.workspace.run.stats.work += WORK_PER_LOOKUP;
+                return;
+            }
+            // What goes on the stack for lack of room has no bound any more.
+            if self.workspace.front.room() < WIDTH * WIDTH {
+                let workspace = &mut *self.workspace;
+                workspace.journey.bound(&workspace.front, &workspace.search, &self.question.piece, windows.least);
+            }
+        }
+        expand(lanes, pair, [self.a, self.b], self.relation, &mut windows, self);
+    }
+
+    #[inline(always)]
+    fn waits(&self, any: bool) -> bool {
+        let workspace = &*self.workspace;
+        let left = workspace.search.waiting.len();
+        left >= WIDTH
+            || any && (left > 0 || !workspace.search.proposed.is_empty() || workspace.journey.followed.is_some())
+    }
+
+    #[inline(always)]
+    fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
+        let workspace = &mut *self.workspace;
+        if let Some(followed) = workspace.journey.followed.take() {
+            self.follow(followed);
+        } else if let Some(Bounded { pair, low }) = workspace.search.proposed.pop() {
+            let from = self.question.piece.time(low);
+            workspace.journey.followed = Some(Followed { pair, from, span: 1.0, tries: 0, doubts: 0 });
+            workspace.run.stats.work += WORK_PER_LOOKUP;
+        } else {
+            self.test_batch(lanes);
+        }
+        let workspace = &mut *self.workspace;
+        let (search, journey) = (&workspace.search, &workspace.journey);
+        let last = workspace.front.is_empty() && !search.waiting.is_empty();
+        workspace.testing =
+            journey.followed.is_some() || !search.proposed.is_empty() || search.waiting.len() >= WIDTH || last;
+        journey.is_decided().then_some(StopReason::Finished)
+    }
+}
+
+impl Traversal<'_, '_, Sweep<'_>> {
+    /// When up to eight waiting pairs may meet; the earliest is followed first.
+    #[inline(always)]
+    fn test_batch<L: Lanes>(&mut self, lanes: L) {
+        let search = &mut self.workspace.search;
+        let (mut pairs, mut keys) = ([[0; 2]; WIDTH], [0.0; WIDTH]);
+        let mut count = 0;
+        while count < WIDTH
+            && let Some(left) = search.waiting.pop()
+        {
+            if left.low < self.question.cut {
+                (pairs[count], keys[count]) = (left.pair, left.low);
+                count += 1;
+            }
+        }
+        if count == 0 {
+            return;
+        }
+        for i in count..WIDTH {
+            pairs[i] = pairs[0];
+        }
+        let (a, b) = (rows(self.a, pairs, 0), rows(self.b, pairs, 1));
+        let (enter, alive) = windows(lanes, a, b, &self.relation.triangles, &self.question.glide, self.question.cut);
+        let stats = &mut self.workspace.run.stats;
+        stats.primitive_tests += count as u64;
+        stats.work += count as u64 * WORK_PER_DISTANCE_TEST;
+        self.propose(&pairs[..count], &keys, &enter, alive);
+    }
+
+    #[inline(never)]
+    fn propose(&mut self, pairs: &[[u32; 2]], keys: &[f32; WIDTH], enter: &[f32; WIDTH], alive: u32) {
+        let mut proposed: ArrayVec<Bounded, WIDTH> = (0..pairs.len())
+            .filter(|i| alive >> i & 1 != 0)
+            // Whatever is no number is no bound.
+            .map(|i| Bounded { pair: pairs[i], low: if enter[i] > keys[i] { enter[i] } else { keys[i] } })
+            .collect();
+        proposed.sort_unstable_by(|x, y| y.low.total_cmp(&x.low).then(y.pair.cmp(&x.pair)));
+        self.workspace.search.proposed = proposed;
+    }
+
+    /// Goes on with a pair by one step.
+    #[inline(never)]
+    fn follow(&mut self, mut followed: Followed) {
+        let Followed { pair, from, span, tries, .. } = followed;
+        let Sweep { course, piece, margin, tolerance, .. } = &self.question;
+        let stats = &mut self.workspace.run.stats;
+        if !self.workspace.journey.matters(from) {
+            stats.work += WORK_PER_LOOKUP;
+            return;
+        }
+        let [of_a, of_b] = &mut self.workspace.corners;
+        let (a, of_b) = (of_a.of(self.a, pair[0], |v| v), of_b.of(self.b, pair[1], |v| v));
+        let at = |time| {
+            let pose = course.pose(time);
+            of_b.map(|corner| pose.transform_point(corner))
+        };
+        let span = span.min(piece.end - from);
+        let (half, middle) = (span / 2.0, from + span / 2.0);
+        let b = at(middle);
+        let radius = (b[1] - b[0]).length().max((b[2] - b[0]).length());
+        let bend = course.error(half, radius) - course.rounding;
+        let is_sharp = bend <= (tolerance * course.speed / 16.0).max(course.rounding);
+        let error = bend + 2.0 * course.rounding + margin;
+        let swept = Swept::new(a, &b, course.twist(middle).at(b[0]), error, half);
+        let is_tried = tries > TRIES;
+        let window = if is_tried {
+            stats.work += WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST;
+            swept.on(closest(a, &at(from)).direction, [-half, half])
+        } else {
+            stats.work += WORK_PER_WINDOW;
+            swept.window()
+        };
+        let Some([enter, leave]) = window else {
+            // Free for this span.
+            if from + span < piece.end {
+                (followed.from, followed.span, followed.tries) = (from + span, 8.0 * span, 0);
+                self.workspace.journey.followed = Some(followed);
+            }
+            return;
+        };
+        let (enter, leave) = ((middle + enter).max(from), (middle + leave).min(from + span));
+        followed.from = enter;
+        if !is_sharp {
+            (followed.span, followed.tries) = (span / 8.0, 0);
+        } else if is_tried {
+            if enter > from + tolerance / 64.0 {
+                followed.tries = 0;
+            } else {
+                // Closer than `f64` can tell.
+                self.workspace.journey.doubt(from);
+                let further = (tolerance * libm::ldexp(1.0, followed.doubts)).min(leave - from).max(f64::EPSILON);
+                if from + further >= piece.end {
+                    return;
+                }
+                (followed.from, followed.tries, followed.doubts) = (from + further, 0, followed.doubts + 1);
+            }
+        } else {
+            let longest = tolerance.min(leave - enter);
+            for _ in 0..2 {
+                // At the start, then twice as long after it each time.
+                let after = longest / f64::from(1 << TRIES) * f64::from((1 << followed.tries) - 1);
+                let time = enter + after;
+                stats.exact_tests += 1;
+                stats.work += WORK_PER_EXACT_TEST;
+                followed.tries += 1;
+                if meet(a, &at(time), *margin) {
+                    self.workspace.journey.touch(Contact { time, pair });
+                    self.question.update(&self.workspace.journey);
+                    return;
+                }
+            }
+        }
+        self.deadline.look_next();
+        self.workspace.journey.followed = Some(followed);
+    }
+}
+
+/// Exact tests within the tolerance.
+const TRIES: u32 = 5;
+
+/// Whether two triangles, thickened by a margin together, meet.
+fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> bool {
+    triangles_intersect(a, b) || margin > 0.0 && closest(a, b).high <= margin
+}
+
+impl Sink for Traversal<'_, '_, Sweep<'_>> {
+    #[inline(always)]
+    fn count(&mut self, level: usize, bv_tests: u32) {
+        let stats = &mut self.workspace.run.stats;
+        stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
+        stats.work += WORK_PER_EXPANSION + 2 * u64::from(bv_tests);
+    }
+
+    #[inline(always)]
+    fn keys(&mut self) -> &mut Keys {
+        &mut self.keys
+    }
+
+    #[inline(always)]
+    fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
+        while hits != 0 {
+            let bit = hits.trailing_zeros();
+            hits &= hits - 1;
+            self.place(child(bit), self.keys.as_flattened()[bit as usize % 64]);
+        }
+    }
+
+    #[inline(always)]
+    fn cluster(&mut self, pair: Pair, column: usize) {
+        let alive = pair.alive[0] & pair.alive[1];
+        let least = (0..WIDTH).filter(|row| alive >> row & 1 != 0).map(|row| self.keys[row][column]);
+        self.place(pair, least.fold(f32::INFINITY, f32::min));
+    }
+
+    #[inline(always)]
+    fn triangles(&mut self, mut hits: u64, first: [u32; 2]) {
+        while hits != 0 {
+            let bit = hits.trailing_zeros();
+            hits &= hits - 1;
+            let low = self.keys.as_flattened()[bit as usize % 64];
+            let pair = [first[0] + bit / 8, first[1] + bit % 8];
+            self.workspace.search.waiting.push(Bounded { pair, low });
+        }
+    }
+}
+
+impl Traversal<'_, '_, Sweep<'_>> {
+    #[inline(always)]
+    fn place(&mut self, pair: Pair, key: f32) {
+        if key > BEGIN {
+            self.workspace.front.queue(pair, key, bucket(key), true);
+        } else {
+            self.workspace.front.push(pair);
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! When do two triangles meet on the way? Times before which they certainly do not.
+//!
+//! B goes along a straight line. On any direction the projections of the two triangles overlap from one time to another; on
+//! several, from the latest beginning to the earliest end. With the normals of both and the nine products of their edges this
+//! is when they meet, unless they are coplanar or degenerate. What B may leave its line by is added to the projections, as is
+//! all rounding, so no direction makes the answer false: `docs/numerics.md`, "Motion".
+//!
+//! - [`windows`]: eight pairs at a time in `f32`.
+//! - [`Swept`]: one pair in `f64`.
+
+use super::batch::{Placement, Rows, Transposed, UNDERFLOW};
+use super::distance::Pair;
+use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis};
+use crate::math::tolerance::ROUNDING;
+use glam::DVec3;
+
+/// How B goes through a piece of time, from -1/2 to 1/2 with the place that it is given in the middle: lengths in A's units. A
+/// point at `y` has the velocity `shift + turn x y` there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Glide {
+    pub shift: [f32; 3],
+    pub turn: [f32; 3],
+    /// What a part of B may leave its line by, for each unit of its radius, and besides.
+    pub spin: f32,
+    pub bulge: f32,
+}
+
+/// Slower projections count as this fast; what that makes of them is covered by [`UNDERFLOW`].
+const LEAST_SPEED: f32 = 1e-37;
+
+/// When `a[i]` and `b[i]` may meet first, for the eight lanes, and those that may before `cut`, a bit each.
+#[inline(always)]
+pub(crate) fn windows<L: Lanes>(
+    lanes: L,
+    a: [&Rows; 8],
+    b: [&Rows; 8],
+    placement: &Placement,
+    glide: &Glide,
+    cut: f32,
+) -> ([f32; 8], u32) {
+    let first = Transposed::new(lanes, a).first;
+    let pair = Gliding::new(lanes, Pair::new(lanes, a, b, placement), first, glide);
+    let (p, f) = (pair.of.p, pair.of.f);
+    let all = [F8::splat(lanes, -1e30), F8::splat(lanes, 1e30)];
+    let window = pair.on(lanes, cross(f[0], f[1]), pair.on(lanes, cross(p[0], p[1]), all));
+    let (begin, cut) = (F8::splat(lanes, -0.5), F8::splat(lanes, cut));
+    // Where one of them is no number nothing is known.
+    let alive = |[enter, leave]: [F8<L>; 2]| !leave.less(enter.max(begin)).or(cut.less(enter)).mask() & 0xff;
+    if alive(window) == 0 {
+        return ([f32::INFINITY; 8], 0);
+    }
+    let (p, f) = ([p[0], p[1], minus(p[1], p[0])], [f[0], f[1], minus(f[1], f[0])]);
+    let mut window = window;
+    let mut i = 0;
+    while i < 9 {
+        window = pair.on(lanes, cross(p[i / 3], f[i % 3]), window);
+        i += 1;
+    }
+    (window[0].store(), alive(window))
+}
+
+#[inline(always)]
+fn minus<L: Lanes>(a: V8<L>, b: V8<L>) -> V8<L> {
+    per_axis!(k => a[k] - b[k])
+}
+
+/// Eight pairs, of which those of B move.
+struct Gliding<L: Lanes> {
+    of: Pair<L>,
+    velocity: V8<L>,
+}
+
+impl<L: Lanes> Gliding<L> {
+    #[inline(always)]
+    fn new(lanes: L, mut of: Pair<L>, first: V8<L>, glide: &Glide) -> Self {
+        let at = per_axis!(k => of.q[k] + first[k]);
+        let turn = per_axis!(k => F8::splat(lanes, glide.turn[k]));
+        let turned = cross(turn, at);
+        let velocity = per_axis!(k => F8::splat(lanes, glide.shift[k]) + turned[k]);
+        let radius = dot(of.f[0], of.f[0]).max(dot(of.f[1], of.f[1])).sqrt();
+        let size = |v: V8<L>| v[0].abs() + v[1].abs() + v[2].abs();
+        let fixed = glide.shift.map(f32::abs);
+        let speed = F8::splat(lanes, fixed[0] + fixed[1] + fixed[2]) + size(turn) * size(at);
+        let error = radius * F8::splat(lanes, glide.spin * 1.001)
+            + F8::splat(lanes, glide.bulge)
+            + speed * F8::splat(lanes, 32.0 * ROUNDING);
+        of.error = per_axis!(k => of.error[k] + error);
+        Self { of, velocity }
+    }
+
+    /// What is left of a window on the direction `n`, whatever its length.
+    #[inline(always)]
+    fn on(&self, lanes: L, n: V8<L>, [enter, leave]: [F8<L>; 2]) -> [F8<L>; 2] {
+        let zero = F8::splat(lanes, 0.0);
+        let Pair { p, q, f, error } = self.of;
+        let (a1, a2) = (dot(p[0], n), dot(p[1], n));
+        let (b0, b1, b2) = (dot(q, n), dot(f[0], n), dot(f[1], n));
+        let (a_low, a_high) = (zero.min(a1).min(a2), zero.max(a1).max(a2));
+        let (b_low, b_high) = (zero.min(b1).min(b2), zero.max(b1).max(b2));
+        let sums = (a_high - a_low) + (b_high - b_low) + b0.abs();
+        let error = dot(per_axis!(k => n[k].abs()), error)
+            + sums * F8::splat(lanes, 4.0 * ROUNDING)
+            + F8::splat(lanes, UNDERFLOW);
+        let (low, high) = (a_low - (b0 + b_high) - error, a_high - (b0 + b_low) + error);
+        let speed = dot(self.velocity, n);
+        let inverse = F8::splat(lanes, 1.0) / speed.abs().max(F8::splat(lanes, LEAST_SPEED));
+        let back = speed.less(zero);
+        let (first, last) = (back.select(-high, low), back.select(-low, high));
+        let slop = F8::splat(lanes, 8.0 * ROUNDING);
+        [enter.max(first * inverse - slop), leave.min(last * inverse + slop)]
+    }
+}
+
+/// A pair of triangles in `f64`, of which the second moves.
+#[derive(Clone, Debug)]
+pub(crate) struct Swept {
+    /// Both relative to the first corner of A.
+    a: [DVec3; 3],
+    b: [DVec3; 3],
+    velocity: DVec3,
+    /// By how much the second may be off its line, thickness included.
+    error: f64,
+    /// The largest coordinates of both, and of the way, with the factor of their rounding.
+    reach: DVec3,
+    half: f64,
+}
+
+/// From when to when two triangles may meet.
+pub(crate) type Window = [f64; 2];
+
+impl Swept {
+    /// For times from `-half` to `half`; at time 0 it is where it is given.
+    pub fn new(a: &[DVec3; 3], b: &[DVec3; 3], velocity: DVec3, error: f64, half: f64) -> Self {
+        let origin = a[0];
+        let of = |triangle: &[DVec3; 3]| triangle.map(|corner| corner - origin);
+        let reach = |[x, y, z]: [DVec3; 3]| x.abs().max(y.abs()).max(z.abs());
+        let (a, b) = (of(a), of(b));
+        let reach = (reach(a) + reach(b) + velocity.abs() * half) * (8.0 * f64::EPSILON);
+        Self { a, b, velocity, error, reach, half }
+    }
+
+    fn all(&self) -> Window {
+        [-self.half, self.half]
+    }
+
+    /// When they may meet by the normals of both and the products of their edges; `None`: never.
+    pub fn window(&self) -> Option<Window> {
+        let edges = |[x, y, z]: &[DVec3; 3]| [*y - *x, *z - *x, *z - *y];
+        let (of_a, of_b) = (edges(&self.a), edges(&self.b));
+        let mut window = self.on(of_a[0].cross(of_a[1]), self.all())?;
+        window = self.on(of_b[0].cross(of_b[1]), window)?;
+        for d in of_a {
+            for e in of_b {
+                window = self.on(d.cross(e), window)?;
+            }
+        }
+        Some(window)
+    }
+
+    /// What is left of a window on the direction `n`, whatever its length.
+    pub fn on(&self, n: DVec3, [enter, leave]: Window) -> Option<Window> {
+        let largest = n.abs().max_element();
+        if !(largest > 0.0 && largest < f64::INFINITY) {
+            return Some([enter, leave]);
+        }
+        let n = n / largest;
+        let range = |triangle: &[DVec3; 3]| {
+            let [x, y, z] = triangle.map(|corner| corner.dot(n));
+            [x.min(y).min(z), x.max(y).max(z)]
+        };
+        let (of_a, of_b) = (range(&self.a), range(&self.b));
+        let error = n.abs().dot(self.reach) + self.error * n.length() * (1.0 + 1e-14) + f64::MIN_POSITIVE;
+        let (low, high) = (of_a[0] - of_b[1] - error, of_a[1] - of_b[0] + error);
+        let speed = self.velocity.dot(n);
+        let (first, last) = if speed > 0.0 {
+            (low / speed, high / speed)
+        } else if speed < 0.0 {
+            (high / speed, low / speed)
+        } else if low > 0.0 || high < 0.0 {
+            return None;
+        } else {
+            return Some([enter, leave]);
+        };
+        let (enter, leave) = (enter.max(first), leave.min(last));
+        (enter <= leave).then_some([enter, leave])
+    }
+}
