@@ -11,11 +11,12 @@ use glam::{DMat3, DQuat, DVec3};
 /// (the axis by the right-hand rule, times the angle in radians), `p` a point of the axis at time 0, and `R` the rotation of a
 /// turn. [`Motion::pose`] says so in `f64`; what is proven of a motion holds for these poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "(Pose, [DVec3; 3])", into = "(Pose, [DVec3; 3])"))]
 pub struct Motion {
     start: Pose,
     velocity: DVec3,
     turn: DVec3,
-    /// From the axis to the origin of the body at time 0.
     arm: DVec3,
 }
 
@@ -68,6 +69,20 @@ impl Motion {
         let point = DVec3::from_array(point.into());
         let arm = start.translation() - point;
         Self::checked(start, DVec3::from_array(velocity.into()), DVec3::from_array(turn.into()), arm)
+    }
+
+    /// The same, with the way from a point of the axis to the body's origin at time 0 ([`Motion::arm`]) instead of the point.
+    ///
+    /// # Errors
+    /// [`MotionError`].
+    pub fn with_arm(
+        start: Pose,
+        velocity: impl Into<[f64; 3]>,
+        turn: impl Into<[f64; 3]>,
+        arm: impl Into<[f64; 3]>,
+    ) -> Result<Self, MotionError> {
+        let [velocity, turn, arm] = [velocity.into(), turn.into(), arm.into()].map(DVec3::from_array);
+        Self::checked(start, velocity, turn, arm)
     }
 
     /// The screw from one pose to another: a turn of at most half a circle about an axis, and a shift along it.
@@ -140,14 +155,30 @@ impl Motion {
         self.turn
     }
 
-    /// From the axis to the origin of the body at time 0.
-    pub(crate) fn arm(&self) -> DVec3 {
+    /// From a point of the axis to the origin of the body at time 0.
+    #[must_use]
+    pub fn arm(&self) -> DVec3 {
         self.arm
     }
 
     /// How far the matrix at its start, and so all of them but for rounding, are from a rotation.
     pub(crate) fn deviation(&self) -> f64 {
         rotation_deviation(self.start.rotation())
+    }
+}
+
+impl TryFrom<(Pose, [DVec3; 3])> for Motion {
+    type Error = MotionError;
+
+    /// [`Motion::with_arm`].
+    fn try_from((start, [velocity, turn, arm]): (Pose, [DVec3; 3])) -> Result<Self, MotionError> {
+        Self::checked(start, velocity, turn, arm)
+    }
+}
+
+impl From<Motion> for (Pose, [DVec3; 3]) {
+    fn from(motion: Motion) -> Self {
+        (motion.start, [motion.velocity, motion.turn, motion.arm])
     }
 }
 

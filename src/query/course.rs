@@ -135,10 +135,10 @@ impl Course {
         Piece { begin, end, middle, pose: self.pose(middle), twist: self.twist(middle) }
     }
 
-    /// By how much a part of B, within `radius` of the point whose velocity it is given, may leave its straight line, when it
-    /// is `half` of a unit of time from the moment of the twist at most.
-    pub fn error(&self, half: f64, radius: f64) -> f64 {
-        half * (self.spin * radius + self.drift) + 0.5 * self.acceleration * half * half + self.rounding
+    /// By how much a point of B may leave the straight line that it is on at the moment of the twist, `half` of a unit of time
+    /// before and after it, rounding aside.
+    pub fn bend(&self, half: f64) -> f64 {
+        half * self.drift + 0.5 * self.acceleration * half * half
     }
 
     /// Whether the meshes are too far apart to come together in a piece.

@@ -12,10 +12,21 @@ pub(super) struct Followed {
     pub from: f64,
     /// Over how much time it is looked at next.
     pub span: f64,
-    /// Exact tests from this time on.
-    pub tries: u32,
-    /// Times at which it could not be told whether it meets.
+    pub phase: Phase,
+    /// Steps since the last time at which it could not be told whether it meets, and how many such times there were.
+    pub steps: u32,
     pub doubts: i32,
+}
+
+/// What is asked of a pair next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Phase {
+    /// When it may meet, by the normals and edges of its triangles; and whether it does then.
+    Window,
+    /// The same by the direction in which the triangles are closest: where they are coplanar or degenerate, or turn.
+    Direction,
+    /// Whether it meets at some more moments, before this time is given up.
+    Doubt,
 }
 
 /// A proven contact: the surfaces meet at this time, where these triangles (tree order) do.
@@ -33,8 +44,9 @@ pub(super) struct Journey {
     /// How much earlier a contact must be to matter beside one that is known.
     tolerance: f64,
     free_until: f64,
-    /// The earliest time at which `f64` could not tell whether two triangles meet.
-    doubt: f64,
+    /// The earliest time at which triangles may meet that are done with: they meet then, or later than matters, or `f64` cannot
+    /// tell.
+    done: f64,
     contact: Option<Contact>,
     pub followed: Option<Followed>,
 }
@@ -42,7 +54,7 @@ pub(super) struct Journey {
 impl Journey {
     /// Nothing is known yet.
     pub const NOTHING: Self =
-        Self { piece: 0, tolerance: 0.0, free_until: 0.0, doubt: f64::INFINITY, contact: None, followed: None };
+        Self { piece: 0, tolerance: 0.0, free_until: 0.0, done: f64::INFINITY, contact: None, followed: None };
 
     pub fn begin(&mut self, tolerance: f64) {
         *self = Self { tolerance, ..Self::NOTHING };
@@ -83,14 +95,23 @@ impl Journey {
         }
     }
 
-    /// Takes note that it cannot be told whether two triangles meet at this time.
-    pub fn doubt(&mut self, time: f64) {
-        self.doubt = self.doubt.min(time);
+    /// Takes note that triangles that do not meet before this time are done with.
+    #[inline(always)]
+    pub fn pass(&mut self, time: f64) {
+        self.done = self.done.min(time);
+    }
+
+    /// The same of whatever was left out because it is not before `cut`, if that is for a contact and not for the piece's end.
+    #[inline(always)]
+    pub fn pass_rest(&mut self, cut: f64) {
+        if self.contact.is_some() {
+            self.pass(cut);
+        }
     }
 
     /// Takes note that all pieces are done.
     pub fn end(&mut self) {
-        self.free_until = self.free_until.max(self.doubt.min(self.cut()).min(1.0));
+        self.free_until = self.free_until.max(self.done.min(1.0));
     }
 
     /// Takes note of what is proven when so much of a piece is left; of the node pair at hand, if there is one, `at_hand`.
@@ -102,7 +123,7 @@ impl Journey {
         let pairs = search.waiting.iter().chain(&search.proposed).map(|left| left.low);
         let left = piece.time(pairs.fold(nodes.min(at_hand), f32::min));
         let followed = self.followed.as_ref().map_or(f64::INFINITY, |followed| followed.from);
-        self.free_until = self.free_until.max(left.min(followed).min(self.doubt).min(self.cut()));
+        self.free_until = self.free_until.max(left.min(followed).min(self.done));
     }
 }
 

@@ -206,7 +206,8 @@ impl<'t> MotionQuery<'t> {
     fn tolerance_in_time(&self, course: &Course) -> f64 {
         let [of_a, of_b] = [self.a, self.b].map(|tree| if tree.unit().is_point { 0.0 } else { tree.unit().length() });
         let length = self.options.length.unwrap_or(DEFAULT_TOLERANCE * (of_a + of_b));
-        let time = self.options.time.max(length / course.speed);
+        // Nothing is known better than places are.
+        let time = self.options.time.max(length.max(8.0 * course.rounding) / course.speed);
         0.5 * if time > LEAST_TOLERANCE { time.min(1.0) } else { LEAST_TOLERANCE }
     }
 

@@ -8,7 +8,7 @@
 use super::boxes::Keys;
 use super::course::{Course, Piece};
 use super::expand::{Sink, expand};
-use super::journey::{Contact, Followed, Journey, bucket};
+use super::journey::{Contact, Followed, Journey, Phase, bucket};
 use super::leaf::rows;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
@@ -68,7 +68,7 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
             windows.least = self.workspace.front.popped_key();
             if windows.least >= windows.cut {
                 self.workspace.run.stats.work += WORK_PER_LOOKUP;
-                return;
+                return self.workspace.journey.pass(self.question.piece.time(windows.least));
             }
             // What goes on the stack for lack of room has no bound any more.
             if self.workspace.front.room() < WIDTH * WIDTH {
@@ -77,6 +77,8 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
             }
         }
         expand(lanes, pair, [self.a, self.b], self.relation, &mut windows, self);
+        // Whatever was not kept of its children is at least as late.
+        self.workspace.journey.pass_rest(self.question.piece.time(self.question.cut));
     }
 
     #[inline(always)]
@@ -94,7 +96,8 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
             self.follow(followed);
         } else if let Some(Bounded { pair, low }) = workspace.search.proposed.pop() {
             let from = self.question.piece.time(low);
-            workspace.journey.followed = Some(Followed { pair, from, span: 1.0, tries: 0, doubts: 0 });
+            workspace.journey.followed =
+                Some(Followed { pair, from, span: 1.0, phase: Phase::Window, steps: 0, doubts: 0 });
             workspace.run.stats.work += WORK_PER_LOOKUP;
         } else {
             self.test_batch(lanes);
@@ -121,6 +124,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
             if left.low < self.question.cut {
                 (pairs[count], keys[count]) = (left.pair, left.low);
                 count += 1;
+            } else {
+                self.workspace.journey.pass(self.question.piece.time(left.low));
             }
         }
         if count == 0 {
@@ -134,6 +139,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_DISTANCE_TEST;
+        self.workspace.journey.pass_rest(self.question.piece.time(self.question.cut));
         self.propose(&pairs[..count], &keys, &enter, alive);
     }
 
@@ -151,12 +157,12 @@ impl Traversal<'_, '_, Sweep<'_>> {
     /// Goes on with a pair by one step.
     #[inline(never)]
     fn follow(&mut self, mut followed: Followed) {
-        let Followed { pair, from, span, tries, .. } = followed;
+        let Followed { pair, from, span, phase, .. } = followed;
         let Sweep { course, piece, margin, tolerance, .. } = &self.question;
-        let stats = &mut self.workspace.run.stats;
-        if !self.workspace.journey.matters(from) {
+        let (stats, journey) = (&mut self.workspace.run.stats, &mut self.workspace.journey);
+        if !journey.matters(from) {
             stats.work += WORK_PER_LOOKUP;
-            return;
+            return journey.pass(from);
         }
         let [of_a, of_b] = &mut self.workspace.corners;
         let (a, of_b) = (of_a.of(self.a, pair[0], |v| v), of_b.of(self.b, pair[1], |v| v));
@@ -166,67 +172,79 @@ impl Traversal<'_, '_, Sweep<'_>> {
         };
         let span = span.min(piece.end - from);
         let (half, middle) = (span / 2.0, from + span / 2.0);
-        let b = at(middle);
-        let radius = (b[1] - b[0]).length().max((b[2] - b[0]).length());
-        let bend = course.error(half, radius) - course.rounding;
-        let is_sharp = bend <= (tolerance * course.speed / 16.0).max(course.rounding);
-        let error = bend + 2.0 * course.rounding + margin;
-        let swept = Swept::new(a, &b, course.twist(middle).at(b[0]), error, half);
-        let is_tried = tries > TRIES;
-        let window = if is_tried {
+        let (b, twist) = (at(middle), course.twist(middle));
+        // How well times are known: by how corners leave their lines, and by how the triangle turns.
+        let enough = (tolerance * course.speed / 16.0).max(course.rounding);
+        let (bend, tilt) = (course.bend(half), course.spin * half * (b[1] - b[0]).length().max((b[2] - b[0]).length()));
+        let swept = Swept::new(a, &b, b.map(|corner| twist.at(corner)), bend + 2.0 * course.rounding + margin, half);
+        followed.steps += 1;
+        let by_direction = phase == Phase::Direction;
+        let window = if by_direction {
             stats.work += WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST;
             swept.on(closest(a, &at(from)).direction, [-half, half])
         } else {
             stats.work += WORK_PER_WINDOW;
             swept.window()
         };
+        self.deadline.look_next();
         let Some([enter, leave]) = window else {
             // Free for this span.
             if from + span < piece.end {
-                (followed.from, followed.span, followed.tries) = (from + span, 8.0 * span, 0);
-                self.workspace.journey.followed = Some(followed);
+                (followed.from, followed.span, followed.phase) = (from + span, 8.0 * span, Phase::Window);
+                journey.followed = Some(followed);
             }
             return;
         };
         let (enter, leave) = ((middle + enter).max(from), (middle + leave).min(from + span));
         followed.from = enter;
-        if !is_sharp {
-            (followed.span, followed.tries) = (span / 8.0, 0);
-        } else if is_tried {
-            if enter > from + tolerance / 64.0 {
-                followed.tries = 0;
-            } else {
-                // Closer than `f64` can tell.
-                self.workspace.journey.doubt(from);
-                let further = (tolerance * libm::ldexp(1.0, followed.doubts)).min(leave - from).max(f64::EPSILON);
+        let longest = tolerance.min(leave - enter);
+        let mut meets = |after: f64| {
+            let time = enter + after;
+            stats.exact_tests += 1;
+            stats.work += WORK_PER_EXACT_TEST;
+            let does = meet(a, &at(time), *margin);
+            if does {
+                journey.pass(enter);
+                journey.touch(Contact { time, pair });
+            }
+            does
+        };
+        followed.phase = match phase {
+            Phase::Window if bend > enough => {
+                followed.span = span / 8.0;
+                Phase::Window
+            }
+            Phase::Window if enter <= 0.0 && meets(0.0) || meets(longest) => {
+                return self.question.update(&self.workspace.journey);
+            }
+            Phase::Window => Phase::Direction,
+            Phase::Direction if enter - from >= span / 8.0 => Phase::Window,
+            Phase::Direction if followed.steps < PATIENCE && (tilt > enough || enter > from) => {
+                followed.span = span / 8.0;
+                Phase::Window
+            }
+            Phase::Direction => Phase::Doubt,
+            Phase::Doubt if meets(longest / 2.0) || meets(longest / 16.0) => {
+                return self.question.update(&self.workspace.journey);
+            }
+            Phase::Doubt => {
+                // Whether they meet could not be told; on to where it can.
+                journey.pass(from);
+                let further = (tolerance * libm::ldexp(1.0, followed.doubts)).max(f64::EPSILON);
                 if from + further >= piece.end {
                     return;
                 }
-                (followed.from, followed.tries, followed.doubts) = (from + further, 0, followed.doubts + 1);
+                (followed.from, followed.span) = (from + further, 1.0);
+                (followed.steps, followed.doubts) = (0, followed.doubts + 1);
+                Phase::Window
             }
-        } else {
-            let longest = tolerance.min(leave - enter);
-            for _ in 0..2 {
-                // At the start, then twice as long after it each time.
-                let after = longest / f64::from(1 << TRIES) * f64::from((1 << followed.tries) - 1);
-                let time = enter + after;
-                stats.exact_tests += 1;
-                stats.work += WORK_PER_EXACT_TEST;
-                followed.tries += 1;
-                if meet(a, &at(time), *margin) {
-                    self.workspace.journey.touch(Contact { time, pair });
-                    self.question.update(&self.workspace.journey);
-                    return;
-                }
-            }
-        }
-        self.deadline.look_next();
-        self.workspace.journey.followed = Some(followed);
+        };
+        journey.followed = Some(followed);
     }
 }
 
-/// Exact tests within the tolerance.
-const TRIES: u32 = 5;
+/// So many steps are done with a pair before it is given up where it cannot be told whether it meets.
+const PATIENCE: u32 = 400;
 
 /// Whether two triangles, thickened by a margin together, meet.
 fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> bool {

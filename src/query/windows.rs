@@ -24,7 +24,7 @@ const SLOP: f32 = 8.0 * ROUNDING;
 pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin: DVec3, margin: f64) -> Glide {
     let (length, unit) = (piece.length(), relation.unit);
     let (shift, turn) = (piece.twist.at(origin) * (length / unit), piece.twist.turn * length);
-    let bulge = (course.error(length / 2.0, 0.0) + margin) / unit;
+    let bulge = (course.bend(length / 2.0) + course.rounding + margin) / unit;
     if shift.abs().max_element().max(bulge) < 1e6 {
         Glide {
             shift: shift.as_vec3().to_array(),

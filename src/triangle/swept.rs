@@ -1,6 +1,6 @@
 //! When do two triangles meet on the way? Times before which they certainly do not.
 //!
-//! B goes along a straight line. On any direction the projections of the two triangles overlap from one time to another; on
+//! B goes along straight lines. On any direction the projections of the two triangles overlap from one time to another; on
 //! several, from the latest beginning to the earliest end. With the normals of both and the nine products of their edges this
 //! is when they meet, unless they are coplanar or degenerate. What B may leave its line by is added to the projections, as is
 //! all rounding, so no direction makes the answer false: `docs/numerics.md`, "Motion".
@@ -111,14 +111,14 @@ impl<L: Lanes> Gliding<L> {
     }
 }
 
-/// A pair of triangles in `f64`, of which the second moves.
+/// A pair of triangles in `f64`, of which the corners of the second move, each along its own straight line.
 #[derive(Clone, Debug)]
 pub(crate) struct Swept {
     /// Both relative to the first corner of A.
     a: [DVec3; 3],
     b: [DVec3; 3],
-    velocity: DVec3,
-    /// By how much the second may be off its line, thickness included.
+    velocities: [DVec3; 3],
+    /// By how much the corners may be off their lines, thickness included.
     error: f64,
     /// The largest coordinates of both, and of the way, with the factor of their rounding.
     reach: DVec3,
@@ -130,24 +130,20 @@ pub(crate) type Window = [f64; 2];
 
 impl Swept {
     /// For times from `-half` to `half`; at time 0 it is where it is given.
-    pub fn new(a: &[DVec3; 3], b: &[DVec3; 3], velocity: DVec3, error: f64, half: f64) -> Self {
+    pub fn new(a: &[DVec3; 3], b: &[DVec3; 3], velocities: [DVec3; 3], error: f64, half: f64) -> Self {
         let origin = a[0];
         let of = |triangle: &[DVec3; 3]| triangle.map(|corner| corner - origin);
         let reach = |[x, y, z]: [DVec3; 3]| x.abs().max(y.abs()).max(z.abs());
         let (a, b) = (of(a), of(b));
-        let reach = (reach(a) + reach(b) + velocity.abs() * half) * (8.0 * f64::EPSILON);
-        Self { a, b, velocity, error, reach, half }
-    }
-
-    fn all(&self) -> Window {
-        [-self.half, self.half]
+        let reach = (reach(a) + reach(b) + reach(velocities) * half) * (8.0 * f64::EPSILON);
+        Self { a, b, velocities, error, reach, half }
     }
 
     /// When they may meet by the normals of both and the products of their edges; `None`: never.
     pub fn window(&self) -> Option<Window> {
         let edges = |[x, y, z]: &[DVec3; 3]| [*y - *x, *z - *x, *z - *y];
         let (of_a, of_b) = (edges(&self.a), edges(&self.b));
-        let mut window = self.on(of_a[0].cross(of_a[1]), self.all())?;
+        let mut window = self.on(of_a[0].cross(of_a[1]), [-self.half, self.half])?;
         window = self.on(of_b[0].cross(of_b[1]), window)?;
         for d in of_a {
             for e in of_b {
@@ -164,24 +160,39 @@ impl Swept {
             return Some([enter, leave]);
         }
         let n = n / largest;
-        let range = |triangle: &[DVec3; 3]| {
-            let [x, y, z] = triangle.map(|corner| corner.dot(n));
-            [x.min(y).min(z), x.max(y).max(z)]
-        };
-        let (of_a, of_b) = (range(&self.a), range(&self.b));
+        let [x, y, z] = self.a.map(|corner| corner.dot(n));
         let error = n.abs().dot(self.reach) + self.error * n.length() * (1.0 + 1e-14) + f64::MIN_POSITIVE;
-        let (low, high) = (of_a[0] - of_b[1] - error, of_a[1] - of_b[0] + error);
-        let speed = self.velocity.dot(n);
-        let (first, last) = if speed > 0.0 {
-            (low / speed, high / speed)
-        } else if speed < 0.0 {
-            (high / speed, low / speed)
-        } else if low > 0.0 || high < 0.0 {
-            return None;
-        } else {
-            return Some([enter, leave]);
-        };
-        let (enter, leave) = (enter.max(first), leave.min(last));
+        let (low, high) = (x.min(y).min(z) - error, x.max(y).max(z) + error);
+        // As long as a corner of B is below the highest of A, and one above the lowest.
+        let (mut below, mut above) = (NEVER, NEVER);
+        for (corner, velocity) in self.b.iter().zip(&self.velocities) {
+            let (at, speed) = (corner.dot(n), velocity.dot(n));
+            below = hull(below, self.until(high - at, speed));
+            above = hull(above, self.until(at - low, -speed));
+        }
+        let (enter, leave) = (enter.max(below[0]).max(above[0]), leave.min(below[1]).min(above[1]));
         (enter <= leave).then_some([enter, leave])
     }
+
+    /// When something that moves with this speed has not gone farther than `room`.
+    fn until(&self, room: f64, speed: f64) -> Window {
+        let half = self.half;
+        let window = if speed > 0.0 {
+            [-half, half.min(room / speed)]
+        } else if speed < 0.0 {
+            [(room / speed).max(-half), half]
+        } else if room >= 0.0 {
+            [-half, half]
+        } else {
+            NEVER
+        };
+        if window[0] <= window[1] { window } else { NEVER }
+    }
+}
+
+const NEVER: Window = [f64::INFINITY, f64::NEG_INFINITY];
+
+/// The window around two.
+fn hull(one: Window, other: Window) -> Window {
+    [one[0].min(other[0]), one[1].max(other[1])]
 }

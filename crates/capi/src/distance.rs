@@ -249,12 +249,7 @@ impl punctual_distance_query<'_> {
         }
         not_negative(self.relative_tolerance, "query->relative_tolerance")?;
         not_negative(self.closer_than, "query->closer_than")?;
-        for (margin, what) in self.margins.into_iter().zip(["query->margins[0]", "query->margins[1]"]) {
-            not_negative(margin, what)?;
-            if margin.is_infinite() {
-                return Err(Fault::Number(what, margin));
-            }
-        }
+        check_margins(self.margins)?;
         let query = DistanceQuery::new(a, b, self.b_in_a.check()?);
         let query = match self.absolute_tolerance {
             ..0.0 => query,
@@ -268,7 +263,17 @@ impl punctual_distance_query<'_> {
     }
 }
 
-fn not_negative(value: f64, what: &'static str) -> Result<(), Fault> {
+pub(crate) fn check_margins(margins: [f64; 2]) -> Result<(), Fault> {
+    for (margin, what) in margins.into_iter().zip(["query->margins[0]", "query->margins[1]"]) {
+        not_negative(margin, what)?;
+        if margin.is_infinite() {
+            return Err(Fault::Number(what, margin));
+        }
+    }
+    Ok(())
+}
+
+pub(crate) fn not_negative(value: f64, what: &'static str) -> Result<(), Fault> {
     if value >= 0.0 { Ok(()) } else { Err(Fault::Negative(what, value)) }
 }
 

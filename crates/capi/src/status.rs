@@ -3,7 +3,7 @@
 use core::cell::RefCell;
 use core::ffi::c_char;
 use core::fmt::{self, Write};
-use punctual::{MeshError, PoseError, ResumeError, SceneError, TreeFault, TreeFileError};
+use punctual::{MeshError, MotionError, PoseError, ResumeError, SceneError, TreeFault, TreeFileError};
 use punctual_io::{FileError, ReadError};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -64,6 +64,7 @@ pub(crate) enum Fault {
     Poisoned(&'static str),
     Mesh(MeshError),
     Pose(PoseError),
+    Motion(MotionError),
     Scene(SceneError),
     Resume(ResumeError),
     Tree(TreeFault),
@@ -92,7 +93,7 @@ impl Fault {
             Self::Scene(SceneError::NotARotation { .. } | SceneError::TooFar { .. }) => punctual_status::BadPose,
             Self::Scene(SceneError::Full) => punctual_status::SceneFull,
             // What may be added to them is an argument that the scene refuses.
-            Self::Scene(_) => punctual_status::BadArgument,
+            Self::Scene(_) | Self::Motion(_) => punctual_status::BadArgument,
             Self::Resume(_) => punctual_status::NotResumable,
             Self::Tree(_) => punctual_status::BadTree,
             Self::TreeFile(_) | Self::MeshFile(_) | Self::MeshBytes(_) => punctual_status::BadFile,
@@ -116,6 +117,7 @@ impl fmt::Display for Fault {
             Self::Poisoned(what) => write!(f, "{what} was being changed when a fault was caught; it can only be freed"),
             Self::Mesh(error) => error.fmt(f),
             Self::Pose(error) => error.fmt(f),
+            Self::Motion(error) => error.fmt(f),
             Self::Scene(error) => error.fmt(f),
             Self::Resume(error) => error.fmt(f),
             Self::Tree(error) => error.fmt(f),
@@ -140,6 +142,7 @@ macro_rules! fault_from {
 fault_from!(
     Mesh(MeshError),
     Pose(PoseError),
+    Motion(MotionError),
     Scene(SceneError),
     Resume(ResumeError),
     Tree(TreeFault),

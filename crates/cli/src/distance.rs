@@ -9,7 +9,7 @@ use punctual_lab::files::ListedPose;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, Limits, Loaded};
+use crate::input::{Input, Limits, Loaded, parse_size};
 
 /// How far apart two meshes are at each pose of a list.
 ///
@@ -67,12 +67,6 @@ struct Goal {
 enum ModeName {
     /// As close as f64 can tell
     Exact,
-}
-
-/// A length or a share.
-fn parse_size(text: &str) -> Result<f64, String> {
-    let size: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
-    if size >= 0.0 && size.is_finite() { Ok(size) } else { Err("must be finite and not negative".into()) }
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {

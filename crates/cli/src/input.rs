@@ -85,3 +85,9 @@ pub fn parse_microseconds(text: &str) -> Result<Duration, String> {
     let microseconds: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
     Duration::try_from_secs_f64(microseconds * 1e-6).map_err(|error| error.to_string())
 }
+
+/// A length or a share.
+pub fn parse_size(text: &str) -> Result<f64, String> {
+    let size: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
+    if size >= 0.0 && size.is_finite() { Ok(size) } else { Err("must be finite and not negative".into()) }
+}

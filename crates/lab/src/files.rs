@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use punctual::{Mesh, Pose};
+use punctual::{Mesh, Motion, Pose};
 use punctual_io::text::{fields, numbers};
 use punctual_io::{FileError, load};
 
@@ -14,6 +14,14 @@ pub struct ListedPose {
     pub line: usize,
     /// The pose, or why it is none.
     pub pose: Result<Pose, String>,
+}
+
+/// One entry of a list of motions. A line that holds none keeps its place in the list, with the reason.
+pub struct ListedMotion {
+    /// Its line in the file, counted from 1.
+    pub line: usize,
+    /// The motion, or why it is none.
+    pub motion: Result<Motion, String>,
 }
 
 /// Reads a mesh of a case, `a` or `b`, whatever its format.
@@ -32,11 +40,39 @@ pub fn mesh(folder: &Path, stem: &str) -> Result<Mesh, Failure> {
 /// # Errors
 /// If the file cannot be read; lines that hold no pose are listed with the others.
 pub fn poses(file: &Path) -> Result<Vec<ListedPose>, FileError> {
+    listed(file, |line, fields| ListedPose { line, pose: parse(fields) })
+}
+
+/// Reads a list of motions of B in A's frame: 15 numbers a line, the first pose as above and a translation, or 24, the first
+/// and the last pose of a screw; `#` comments and blank lines are skipped.
+///
+/// # Errors
+/// If the file cannot be read; lines that hold no motion are listed with the others.
+pub fn motions(file: &Path) -> Result<Vec<ListedMotion>, FileError> {
+    listed(file, |line, fields| ListedMotion { line, motion: parse_motion(fields) })
+}
+
+fn listed<T>(file: &Path, parse: impl Fn(usize, &[&str]) -> T) -> Result<Vec<T>, FileError> {
     let bytes = std::fs::read(file).map_err(|error| FileError::from_io(file, &error))?;
     let text = String::from_utf8_lossy(&bytes);
     let lines = text.lines().map(fields).zip(1..);
-    let listed = lines.filter(|(fields, _)| !fields.is_empty());
-    Ok(listed.map(|(fields, line)| ListedPose { line, pose: parse(&fields) }).collect())
+    Ok(lines.filter(|(fields, _)| !fields.is_empty()).map(|(fields, line)| parse(line, &fields)).collect())
+}
+
+fn parse_motion(fields: &[&str]) -> Result<Motion, String> {
+    let [start, rest] = match fields.len() {
+        15 | 24 => fields.split_at(12).into(),
+        count => {
+            return Err(format!("{count} fields instead of the 15 of a pose and a translation or the 24 of two poses"));
+        }
+    };
+    let start = parse(start).map_err(|what| format!("first pose: {what}"))?;
+    if rest.len() == 12 {
+        let end = parse(rest).map_err(|what| format!("last pose: {what}"))?;
+        return Motion::screw(start, end).map_err(|error| error.to_string());
+    }
+    let translation: [f64; 3] = numbers(rest).map_err(|what| format!("translation: {what}"))?;
+    Motion::straight(start, translation).map_err(|error| error.to_string())
 }
 
 fn parse(fields: &[&str]) -> Result<Pose, String> {

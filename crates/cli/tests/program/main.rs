@@ -7,6 +7,7 @@ mod distance;
 #[allow(dead_code, reason = "the library's tests use the rest")]
 #[path = "../../../../tests/common/files.rs"]
 mod files;
+mod motion;
 mod paper;
 mod run;
 mod scene;

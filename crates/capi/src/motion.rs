@@ -1,0 +1,236 @@
+//! Motion queries: two trees, how they move, and tolerances in; proven times out.
+
+use crate::clock::punctual_clock;
+use crate::distance::{check_margins, not_negative};
+use crate::memory::punctual_memory;
+use crate::mesh::punctual_point;
+use crate::pose::punctual_pose;
+use crate::query::{answer, punctual_budget, punctual_stats, punctual_stop_reason};
+use crate::status::{Fault, door, given, punctual_status};
+use crate::tree::punctual_tree;
+use crate::workspace::{punctual_triangle_pair, punctual_workspace};
+use core::mem::MaybeUninit;
+use punctual::glam::DVec3;
+use punctual::{MAX_STEP_WORK, Motion, MotionQuery, Passage};
+
+/// A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about an axis that moves along. At
+/// time `t` a point that `start` brings to `x` is at `p + t velocity + R(t turn) (x - p)`, where `p` is a point of the axis at
+/// time 0. It is checked wherever it is used.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_motion {
+    /// Where it begins.
+    pub start: punctual_pose,
+    /// The velocity of the axis: length per unit of time.
+    pub velocity: punctual_point,
+    /// The axis by the right-hand rule, times the angle in radians; zeros: no turn.
+    pub turn: punctual_point,
+    /// From a point of the axis to the origin of the body at time 0; zeros: the axis goes through it.
+    pub arm: punctual_point,
+}
+
+/// A straight line without turn.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_motion_straight(start: punctual_pose, velocity: punctual_point) -> punctual_motion {
+    let none = DVec3::ZERO.into();
+    punctual_motion { start, velocity, turn: none, arm: none }
+}
+
+/// The screw from one pose to another: a turn of at most half a circle about an axis, and a shift along it.
+///
+/// Fails with BAD_POSE or BAD_ARGUMENT.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_motion_screw(
+    start: punctual_pose,
+    end: punctual_pose,
+    motion: Option<&mut MaybeUninit<punctual_motion>>,
+) -> punctual_status {
+    door("punctual_motion_screw", || {
+        let motion = given(motion, "motion")?;
+        motion.write(Motion::screw(start.check()?, end.check()?)?.into());
+        Ok(())
+    })
+}
+
+/// Where the body is at a time, 0 to 1; times outside are taken for 0 or 1, and NaN for 0.
+///
+/// Fails with BAD_POSE or BAD_ARGUMENT.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_motion_pose(
+    motion: Option<&punctual_motion>,
+    time: f64,
+    pose: Option<&mut MaybeUninit<punctual_pose>>,
+) -> punctual_status {
+    door("punctual_motion_pose", || {
+        let motion = given(motion, "motion")?.check()?;
+        given(pose, "pose")?.write((&motion.pose(time)).into());
+        Ok(())
+    })
+}
+
+/// The question until when a motion is free, and when the surfaces meet. Plain data, made by `punctual_motion_query_new`, one
+/// for each motion; it borrows the trees. To resume a query all of it must be what it was. Lengths are in the unit of the meshes,
+/// times from 0 to 1.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct punctual_motion_query<'t> {
+    /// Tree A.
+    pub a: Option<&'t punctual_tree>,
+    /// Tree B; it may be the same.
+    pub b: Option<&'t punctual_tree>,
+    /// How B moves: in A's frame, or in the world if A moves too.
+    pub of_b: punctual_motion,
+    /// Whether A moves too. False by default.
+    pub a_moves: bool,
+    /// How, in the world.
+    pub of_a: punctual_motion,
+    /// Done when nothing moves farther than this, seen from A, between the two times; 0: as close as double can tell. -1 by
+    /// default, as any negative number: a millionth of the unit lengths of both meshes together.
+    pub tolerance: f64,
+    /// Done also when the two times differ by no more than this. 0 by default.
+    pub time_tolerance: f64,
+    /// By how much each surface is thickened, A's first. 0 by default.
+    pub margins: [f64; 2],
+    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+    pub poll_interval: u64,
+}
+
+/// The answer of a motion query, wherever it stopped; times from 0 to 1.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_passage {
+    /// Proven: the surfaces meet at no time before. 1 without a contact: the motion is free to its end.
+    pub free_until: f64,
+    /// Whether a contact was found (yet); if not, its time and the triangles are zeros.
+    pub touches: bool,
+    /// Proven: the surfaces meet at this time; 0 if they do at the start.
+    pub touching_at: f64,
+    /// The triangles that meet then.
+    pub triangles: punctual_triangle_pair,
+    /// Why the query returned.
+    pub stop: punctual_stop_reason,
+    /// What it has done.
+    pub stats: punctual_stats,
+}
+
+/// The question until when the motion of `b` in the frame of `a` is free, with the default options. Checked when it is run.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_motion_query_new<'t>(
+    a: Option<&'t punctual_tree>,
+    b: Option<&'t punctual_tree>,
+    b_in_a: punctual_motion,
+) -> punctual_motion_query<'t> {
+    punctual_motion_query {
+        a,
+        b,
+        of_b: b_in_a,
+        a_moves: false,
+        of_a: punctual_motion_straight((&punctual::Pose::IDENTITY).into(), DVec3::ZERO.into()),
+        tolerance: -1.0,
+        time_tolerance: 0.0,
+        margins: [0.0; 2],
+        poll_interval: MAX_STEP_WORK,
+    }
+}
+
+/// Runs a motion query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the motion
+/// before makes the answer faster; `clock` may be null: the clock of the system.
+///
+/// Under a time budget it returns at most one poll interval of work late, under a work budget at most
+/// PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
+///
+/// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_motion_query_run(
+    query: Option<&punctual_motion_query>,
+    workspace: Option<&mut punctual_workspace>,
+    memory: Option<&mut punctual_memory>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    outcome: Option<&mut MaybeUninit<punctual_passage>>,
+) -> punctual_status {
+    door("punctual_motion_query_run", || {
+        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for clocks.
+        unsafe {
+            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
+                Ok(query.run_with(workspace, memory, budget, clock))
+            })
+        }
+    })
+}
+
+/// Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets, the
+/// outcome at the end is that of one uninterrupted run.
+///
+/// Fails as `punctual_motion_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or
+/// is complete.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_motion_query_resume(
+    query: Option<&punctual_motion_query>,
+    workspace: Option<&mut punctual_workspace>,
+    memory: Option<&mut punctual_memory>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    outcome: Option<&mut MaybeUninit<punctual_passage>>,
+) -> punctual_status {
+    door("punctual_motion_query_resume", || {
+        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for clocks.
+        unsafe {
+            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
+                Ok(query.resume_with(workspace, memory, budget, clock)?)
+            })
+        }
+    })
+}
+
+impl punctual_motion {
+    fn check(&self) -> Result<Motion, Fault> {
+        let vector = |v: punctual_point| [v.x, v.y, v.z];
+        Ok(Motion::with_arm(self.start.check()?, vector(self.velocity), vector(self.turn), vector(self.arm))?)
+    }
+}
+
+impl From<Motion> for punctual_motion {
+    fn from(motion: Motion) -> Self {
+        let [velocity, turn, arm] = [motion.velocity(), motion.turn(), motion.arm()].map(Into::into);
+        Self { start: (&motion.start()).into(), velocity, turn, arm }
+    }
+}
+
+impl punctual_motion_query<'_> {
+    fn check(&self) -> Result<MotionQuery<'_>, Fault> {
+        let a = given(self.a, "query->a")?.0.get("query->a")?;
+        let b = given(self.b, "query->b")?.0.get("query->b")?;
+        if self.tolerance.is_nan() {
+            return Err(Fault::Number("query->tolerance", self.tolerance));
+        }
+        not_negative(self.time_tolerance, "query->time_tolerance")?;
+        check_margins(self.margins)?;
+        let of_b = self.of_b.check()?;
+        let query = if self.a_moves {
+            MotionQuery::of_both([a, b], [self.of_a.check()?, of_b])
+        } else {
+            MotionQuery::new(a, b, of_b)
+        };
+        let query = match self.tolerance {
+            ..0.0 => query,
+            length => query.tolerance(length),
+        };
+        Ok(query.time_tolerance(self.time_tolerance).margins(self.margins).poll_interval(self.poll_interval))
+    }
+}
+
+impl From<Passage> for punctual_passage {
+    fn from(passage: Passage) -> Self {
+        Self {
+            free_until: passage.free_until,
+            touches: passage.touching_at.is_some(),
+            touching_at: passage.touching_at.unwrap_or(0.0),
+            triangles: passage.triangles.unwrap_or_default().into(),
+            stop: passage.stop.into(),
+            stats: passage.stats.into(),
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! `punctual motion`: two meshes, a list of motions, until when each is free, within a budget.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use punctual::{Motion, MotionQuery, PairMemory, Passage, SystemClock, Tree, Workspace};
+use punctual_io::{FileError, load};
+use punctual_lab::files::{self, ListedMotion};
+use punctual_lab::report::Failure;
+
+use crate::input::{Limits, parse_size};
+use crate::{Completion, complain};
+
+/// Until when the motions of a list are free, and when the meshes meet.
+///
+/// Prints CSV, a line for each motion, which takes one unit of time: the meshes meet at no time before free_until, which is
+/// proven, also where a budget ended the query; at touching_at they do, at the triangles named, counted from 0. touching_at is
+/// empty where no contact was found: with a free_until of 1 the motion is free to its end. ns is the least time of all sweeps
+/// over the list; stop tells why the query ended, or error; work is in work units. All but ns are of the first sweep.
+///
+/// A query ends when nothing moves farther between free_until and touching_at than a millionth of the unit lengths of both
+/// meshes together, each about half of a mesh's longest extent; --tolerance asks for something else.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply or .glb.
+    a: PathBuf,
+    /// Mesh B, which moves.
+    b: PathBuf,
+    /// Motions of B in A's frame, one a line: 15 numbers, the rows of the first pose [R|t] and a translation, or 24, the rows of
+    /// the first and of the last pose, between which it goes on a screw; `#` begins a comment.
+    ///
+    /// A line that holds no motion gives a row that says `error` and a message on standard error; the others are answered, and
+    /// the exit status is 1.
+    sweeps: PathBuf,
+    /// How far B may move between free_until and touching_at, in the unit of the meshes; 0 is as close as f64 can tell.
+    #[arg(long, value_name = "D", value_parser = parse_size, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// Sweeps over the whole list; ns is the least of them.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    reps: u32,
+    #[command(flatten)]
+    limits: Limits,
+    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
+    #[arg(long)]
+    portable: bool,
+    /// Take the motions as consecutive: begin with the triangles that met in the one before.
+    #[arg(long)]
+    memory: bool,
+    /// Thicken each of the two surfaces by M.
+    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = parse_size, allow_negative_numbers = true)]
+    margin: f64,
+}
+
+pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
+    let (a, b) = (load(&args.a)?, load(&args.b)?);
+    let motions = files::motions(&args.sweeps)?;
+    let start = Instant::now();
+    let (a, b) = (Tree::new(a), Tree::new(b));
+    let build = start.elapsed();
+    let completion = args.complain_of_bad_lines(&motions);
+    let mut workspace = Workspace::new();
+    if args.portable {
+        workspace.use_portable_kernels();
+    }
+    let mut rows = args.sweep(&a, &b, &motions, &mut workspace);
+    for _ in 1..args.reps {
+        for (row, again) in rows.iter_mut().zip(args.sweep(&a, &b, &motions, &mut workspace)) {
+            if let (Some((_, least)), Some((_, time))) = (row, again) {
+                *least = time.min(*least);
+            }
+        }
+    }
+    writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
+    print(out, &rows)?;
+    Ok(completion)
+}
+
+/// An answer and what it took; none where a line holds no motion.
+type Row = Option<(Passage, Duration)>;
+
+impl Args {
+    fn complain_of_bad_lines(&self, motions: &[ListedMotion]) -> Completion {
+        let mut completion = Completion::Full;
+        for (i, listed) in motions.iter().enumerate() {
+            if let Err(what) = &listed.motion {
+                complain(&FileError::at_line(&self.sweeps, listed.line, format!("sweep {i}: {what}")));
+                completion = Completion::Partial;
+            }
+        }
+        completion
+    }
+
+    /// All motions once.
+    fn sweep(&self, a: &Tree, b: &Tree, motions: &[ListedMotion], workspace: &mut Workspace) -> Vec<Row> {
+        let clock = SystemClock::default();
+        let mut memory = self.memory.then(PairMemory::new);
+        let mut answer = |&motion: &Motion| {
+            let start = Instant::now();
+            let mut query = MotionQuery::new(a, b, motion).margins([self.margin; 2]);
+            if let Some(length) = self.tolerance {
+                query = query.tolerance(length);
+            }
+            let found = query.run_with(workspace, memory.as_mut(), self.limits.budget(), &clock);
+            (found, start.elapsed())
+        };
+        motions.iter().map(|listed| listed.motion.as_ref().ok().map(&mut answer)).collect()
+    }
+}
+
+fn print(out: &mut impl Write, rows: &[Row]) -> io::Result<()> {
+    writeln!(out, "sweep,free_until,touching_at,triangle_a,triangle_b,ns,stop,work")?;
+    for (i, row) in rows.iter().enumerate() {
+        let Some((passage, least)) = row else {
+            writeln!(out, "{i},,,,,0,error,0")?;
+            continue;
+        };
+        write!(out, "{i},{},", passage.free_until)?;
+        match (passage.touching_at, passage.triangles) {
+            (Some(time), Some([a, b])) => write!(out, "{time},{a},{b}")?,
+            _ => write!(out, ",,")?,
+        }
+        writeln!(out, ",{},{},{}", least.as_nanos(), passage.stop, passage.stats.work)?;
+    }
+    Ok(())
+}

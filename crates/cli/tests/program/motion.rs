@@ -1,0 +1,127 @@
+//! `punctual motion` from outside: its columns, its messages, times that are known.
+
+use punctual::MAX_DISTANCE_STEP_WORK;
+use punctual::glam::Vec3;
+use punctual::shapes::cuboid;
+
+use crate::run::{Answer, Folder};
+use crate::write;
+
+const HEADER: &str = "sweep,free_until,touching_at,triangle_a,triangle_b,ns,stop,work";
+
+#[derive(Clone, Debug, PartialEq)]
+struct Row {
+    free_until: f64,
+    touching_at: Option<f64>,
+    stop: String,
+    work: u64,
+}
+
+impl Row {
+    /// `None` for a line that held no motion.
+    fn new(sweep: usize, line: &str) -> Option<Self> {
+        let fields: Vec<&str> = line.split(',').collect();
+        assert_eq!((fields.len(), fields[0]), (HEADER.split(',').count(), sweep.to_string().as_str()), "{line}");
+        if fields[6] == "error" {
+            assert!(fields[1..5].iter().all(|field| field.is_empty()) && line.ends_with(",0,error,0"), "{line}");
+            return None;
+        }
+        fields[5].parse::<u64>().unwrap();
+        let touching_at = (!fields[2].is_empty()).then(|| fields[2].parse().unwrap());
+        assert!(fields[3..5].iter().all(|id| id.parse::<u32>().is_ok() == touching_at.is_some()), "{line}");
+        let row = Self {
+            free_until: fields[1].parse().unwrap(),
+            touching_at,
+            stop: fields[6].into(),
+            work: fields[7].parse().unwrap(),
+        };
+        assert!(0.0 <= row.free_until && row.free_until <= row.touching_at.unwrap_or(1.0), "{line}");
+        Some(row)
+    }
+}
+
+fn rows(answer: &Answer) -> Vec<Option<Row>> {
+    answer.lines(HEADER).enumerate().map(|(sweep, line)| Row::new(sweep, line)).collect()
+}
+
+/// Cubes of edge 2: B comes from the right, starts in contact, stops short, goes on a screw of no turn and of half a turn.
+fn cubes() -> Folder {
+    let folder = Folder::new();
+    folder.write("a.obj", write::obj(&cuboid(Vec3::ONE, 3)));
+    folder.write("b.obj", write::obj(&cuboid(Vec3::ONE, 2)));
+    let at = |x: f64| format!("1 0 0 {x} 0 1 0 0 0 0 1 0");
+    let turned = "-1 0 0 4 0 -1 0 0 0 0 1 0";
+    let lines = [
+        format!("{} -4 0 0", at(4.0)),
+        format!("{} -4 0 0 # they touch", at(2.0)),
+        format!("{} -1.5 0 0", at(4.0)),
+        "1 0 0".into(),
+        format!("{} {}", at(4.0), at(0.0)),
+        format!("{} {turned}", at(4.0)),
+    ];
+    folder.write("sweeps.txt", lines.join("\n"));
+    folder
+}
+
+fn ask(folder: &Folder, options: &str) -> Vec<Row> {
+    let answer = folder.run(&format!("motion a.obj b.obj sweeps.txt {options}"));
+    assert_eq!(answer.status, 1, "{options}: {}", answer.err);
+    assert!(answer.err.contains("sweeps.txt:4: sweep 3: ") && answer.err.lines().count() == 1, "{}", answer.err);
+    let rows = rows(&answer);
+    assert_eq!(rows.iter().map(Option::is_some).collect::<Vec<_>>(), [true, true, true, false, true, true]);
+    rows.into_iter().flatten().collect()
+}
+
+#[test]
+fn times_of_cubes() {
+    let folder = cubes();
+    for options in ["", "--tolerance 0", "--tolerance 1e-3", "--memory --reps 2", "--portable", "--margin 0.25"] {
+        let rows = ask(&folder, options);
+        let margin = if options.contains("margin") { 0.125 } else { 0.0 };
+        let tolerance = if options.contains("1e-3") { 1e-3 } else { 4e-6 };
+        for (row, time) in [(&rows[0], 0.5 - margin), (&rows[3], 0.5 - margin)] {
+            let touching = row.touching_at.unwrap();
+            assert!(row.free_until <= time && time <= touching + 1e-15, "{options}: {row:?}");
+            assert!((touching - row.free_until) * 4.0 <= tolerance && row.stop == "finished", "{options}: {row:?}");
+        }
+        assert_eq!((rows[1].free_until, rows[1].touching_at), (0.0, Some(0.0)), "{options}");
+        for free in [&rows[2], &rows[4]] {
+            let is_free = (free.free_until, free.touching_at) == (1.0, None);
+            assert_eq!(is_free, margin == 0.0 || free == &rows[4], "{options}: {free:?}");
+        }
+    }
+}
+
+#[test]
+fn budgets_are_kept() {
+    let folder = cubes();
+    let whole = ask(&folder, "");
+    for budget in [0, 100, 1_000, 3_000] {
+        let rows = ask(&folder, &format!("--budget-work {budget}"));
+        for (row, whole) in rows.iter().zip(&whole) {
+            assert!(row.free_until <= whole.free_until && row.work <= budget + MAX_DISTANCE_STEP_WORK, "{row:?}");
+            assert!(row.stop == "work-limit" || row == whole, "{row:?}");
+        }
+    }
+    assert!(ask(&folder, "--budget-us 0").iter().all(|row| row.stop == "deadline" && row.free_until == 0.0));
+}
+
+#[test]
+fn bad_options_are_refused_and_all_are_named() {
+    let folder = cubes();
+    let help = folder.run("motion --help");
+    let options = "--tolerance --reps --budget-us --budget-work --portable --memory --margin";
+    assert!(help.status == 0 && options.split(' ').all(|option| help.out.contains(option)), "{}", help.out);
+    for bad in ["-1", "nan", "inf", "x"] {
+        folder
+            .run(&format!("motion a.obj b.obj sweeps.txt --tolerance {bad}"))
+            .assert_refused(&["--tolerance", "must be"]);
+    }
+    folder.run("motion a.obj b.obj none.txt").assert_refused(&["none.txt: "]);
+    folder.write("bad.txt", "1 0 0 0 0 1 0 0 0 0 1 0 1 2 x\n1 0 0 0 0 1 0 0 0 0 1 0 2 0 0 0 0 2 0 0 0 0 2 0\n");
+    let answer = folder.run("motion a.obj b.obj bad.txt");
+    assert_eq!(answer.status, 1);
+    for part in ["bad.txt:1: sweep 0: translation: ", "bad.txt:2: sweep 1: last pose: "] {
+        assert!(answer.err.contains(part), "{}", answer.err);
+    }
+}

@@ -1,0 +1,231 @@
+//! A query that nothing stopped: on soups made to be nasty, and where the time of contact is known.
+
+use punctual::glam::{DMat3, DVec3, Vec3};
+use punctual::{Mesh, Motion, MotionQuery, Pose, StopReason, Tree, Workspace, shapes};
+
+use crate::common::random::{Drift, Family, pose_about, soup, soups};
+use crate::judge::{ENOUGH, Truth, run};
+use crate::random::Random;
+
+pub fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
+}
+
+/// The square `|x|, |y| <= half` in the plane `z = 0`, of `2 cells^2` triangles.
+fn plate(half: f64, cells: u32) -> Mesh {
+    let at = |i: u32| half * (2.0 * f64::from(i) / f64::from(cells) - 1.0);
+    let corners = (0..=cells).flat_map(|i| (0..=cells).map(move |j| DVec3::new(at(i), at(j), 0.0)));
+    let quads = (0..cells).flat_map(|i| (0..cells).map(move |j| i * (cells + 1) + j));
+    let triangles = quads.flat_map(|k| [[k, k + 1, k + cells + 1], [k + 1, k + cells + 2, k + cells + 1]]);
+    Mesh::from_f64(corners, triangles).unwrap()
+}
+
+/// Straight lines, turns about near and far axes, and screws, that lead past the middle of a soup; none where numbers are
+/// beyond what motions take.
+pub fn motions(family: Family, count: usize, random: &mut Random) -> Vec<Motion> {
+    let (scale, center) = (family.scale(), family.center());
+    let mut motions = Vec::new();
+    for i in 0..count {
+        let start = pose_about(center, 2.0 * scale, [Drift::None, Drift::Shear][i % 2], random);
+        let to_middle = center - start.transform_point(center);
+        let velocity = to_middle * 2.0 + random.vector() * scale;
+        let turn = random.vector() * [0.3, 3.0, 40.0][random.below(3)];
+        let motion = match random.below(4) {
+            0 => Motion::straight(start, velocity),
+            1 => Motion::turning(start, velocity, turn, start.transform_point(center)),
+            2 => Motion::turning(start, velocity * 0.1, turn, center + random.vector() * scale * 3.0),
+            _ => Motion::screw(start, pose_about(center, 2.0 * scale, Drift::None, random)),
+        };
+        motions.extend(motion);
+    }
+    motions
+}
+
+fn assert_soups_true(family: Family) {
+    let mut random = Random::new(family as u64 + 300);
+    let mut workspace = Workspace::new();
+    let (mut touching, mut free) = (0, 0);
+    for (a_triangles, b_triangles) in [(1, 1), (2, 7), (24, 16)] {
+        let a = Tree::new(soup(family, a_triangles, &mut random));
+        let b = Tree::new(soup(family, b_triangles, &mut random));
+        for motion in motions(family, 24, &mut random) {
+            let mut truth = Truth::new(&a, &b, motion);
+            let said = run(&truth.query, &mut workspace, ENOUGH);
+            match truth.assert_complete(&said, &mut random) {
+                true => touching += 1,
+                false => free += 1,
+            }
+        }
+    }
+    println!("{touching} touch, {free} do not");
+    let rare = matches!(family, Family::Enormous | Family::Nested);
+    assert!(rare || touching > 5 && free > 0, "{touching} and {free}");
+}
+
+soups!(assert_soups_true);
+
+#[test]
+fn both_bodies_may_move() {
+    let mut random = Random::new(31);
+    let mut workspace = Workspace::new();
+    let mut touching = 0;
+    for i in 0..60 {
+        let [a, b] = [12, 20].map(|count| Tree::new(soup(Family::Double, count, &mut random)));
+        let [of_a, of_b] = [0, 1].map(|_| motions(Family::Double, 1, &mut random)[0]);
+        let mut truth = Truth::of(MotionQuery::of_both([&a, &b], [of_a, of_b]), &a, &b);
+        let said = run(&truth.query, &mut workspace, ENOUGH);
+        println!(
+            "{i} work {} prim {} exact {} {:?} {:?} spin {} {}",
+            said.stats.work,
+            said.stats.primitive_tests,
+            said.stats.exact_tests,
+            said.free_until,
+            said.touching_at,
+            of_a.turn().length(),
+            of_b.turn().length()
+        );
+        touching += u32::from(truth.assert_complete(&said, &mut random));
+        // A body that stands still is one that does not move.
+        let still = Motion::straight(Pose::IDENTITY, DVec3::ZERO).unwrap();
+        let of_one = run(&MotionQuery::new(&a, &b, of_b), &mut workspace, ENOUGH);
+        let of_two = run(&MotionQuery::of_both([&a, &b], [still, of_b]), &mut workspace, ENOUGH);
+        let close = |x: f64, y: f64| (x - y).abs() < 1e-5;
+        assert!(close(of_one.free_until, of_two.free_until), "{i}: {of_one:?} {of_two:?}");
+    }
+    assert!(touching > 10);
+}
+
+/// Two boxes face to face: the time is the gap over the speed.
+#[test]
+fn the_time_of_contact_is_that_of_the_gap() {
+    let cube = |cells| Tree::new(shapes::cuboid(Vec3::ONE, cells));
+    let (a, b, mut workspace) = (cube(5), cube(3), Workspace::new());
+    for (gap, speed) in [(1.0, 4.0), (1e-6, 1.0), (100.0, 101.0), (1e-3, 1e-2), (0.5, 1e4), (3.0, 3.0)] {
+        let motion = Motion::straight(at(2.0 + gap, 0.3, 0.2), [-speed, 0.0, 0.0]).unwrap();
+        let said = run(&MotionQuery::new(&a, &b, motion), &mut workspace, ENOUGH);
+        let time = gap / speed;
+        let touching = said.touching_at.unwrap();
+        assert!(said.free_until <= time && time <= touching, "{gap} {speed}: {said:?}");
+        assert!((touching - said.free_until) * speed <= 2.1e-6, "{gap} {speed}: {said:?}");
+        let exact = run(&MotionQuery::new(&a, &b, motion).tolerance(0.0), &mut workspace, ENOUGH);
+        assert!((exact.touching_at.unwrap() - exact.free_until) * speed <= 1e-12 * (1.0 + speed), "{exact:?}");
+        assert!(exact.free_until <= time && time <= exact.touching_at.unwrap() + 1e-15, "{exact:?}");
+    }
+    // Just not reached.
+    let motion = Motion::straight(at(3.0, 0.3, 0.2), [-1.0 + 1e-9, 0.0, 0.0]).unwrap();
+    let said = run(&MotionQuery::new(&a, &b, motion), &mut workspace, ENOUGH);
+    assert_eq!((said.free_until, said.touching_at), (1.0, None));
+}
+
+/// A rod that turns about its middle meets a wall when its end does: the angle is known.
+#[test]
+fn the_time_of_contact_is_that_of_the_angle() {
+    let rod = Tree::new(Mesh::from_f64([-DVec3::X, DVec3::X], [[0, 1, 1]]).unwrap());
+    let wall = Tree::new(plate(5.0, 4));
+    let mut workspace = Workspace::new();
+    for height in [0.9, 0.5, 0.1, 1e-3] {
+        let start = at(0.0, 0.0, height);
+        let motion = Motion::turning(start, DVec3::ZERO, [0.0, 1.6, 0.0], start.translation());
+        let said = run(&MotionQuery::new(&wall, &rod, motion.unwrap()), &mut workspace, ENOUGH);
+        let time = height.asin() / 1.6;
+        assert!(said.free_until <= time && time <= said.touching_at.unwrap(), "{time}: {said:?}");
+        assert!(said.touching_at.unwrap() - said.free_until < 1e-5, "{time}: {said:?}");
+    }
+}
+
+#[test]
+fn thin_plates_and_fast_bodies_are_not_passed_through() {
+    let plate = Tree::new(plate(3.0, 8));
+    let bullet = Tree::new(shapes::icosphere(2));
+    let mut workspace = Workspace::new();
+    for speed in [1e1, 1e4, 1e7, 1e9] {
+        let start = at(0.21, -0.4, 0.37 * speed);
+        let motion = Motion::straight(start, [0.0, 0.0, -speed]).unwrap();
+        let said = run(&MotionQuery::new(&plate, &bullet, motion), &mut workspace, ENOUGH);
+        let (free, touching) = (said.free_until, said.touching_at.unwrap());
+        assert!(free <= 0.37 && (touching - free) * speed <= 1e-5 * (1.0 + speed * 1e-9), "{speed}: {said:?}");
+        assert!((touching - (0.37 - 1.0 / speed)).abs() < 0.02 / speed + 1e-9, "{speed}: {said:?}");
+    }
+}
+
+/// Nothing moves, or the motion ends where it begins.
+#[test]
+fn standing_still_is_a_motion() {
+    let (a, b) = (Tree::new(shapes::icosphere(2)), Tree::new(shapes::torus(1.0, 0.3, 12)));
+    let mut workspace = Workspace::new();
+    for (start, meets) in [(at(0.3, 0.0, 0.0), true), (at(9.0, 0.0, 0.0), false)] {
+        let turned = Pose::new(DMat3::from_rotation_y(0.4), start.translation()).unwrap();
+        for motion in [
+            Motion::straight(start, DVec3::ZERO),
+            Motion::screw(start, start),
+            Motion::screw(turned, turned),
+            Motion::turning(start, DVec3::ZERO, DVec3::ZERO, [5.0, 0.0, 0.0]),
+        ] {
+            let said = run(&MotionQuery::new(&a, &b, motion.unwrap()), &mut workspace, ENOUGH);
+            assert_eq!(said.stop, StopReason::Finished);
+            let expected = if meets { (0.0, Some(0.0)) } else { (1.0, None) };
+            assert_eq!((said.free_until, said.touching_at), expected);
+        }
+    }
+}
+
+#[test]
+fn empty_meshes_are_free() {
+    let (empty, b) = (Tree::new(Mesh::from_f64([DVec3::ZERO; 0], []).unwrap()), Tree::new(shapes::icosphere(1)));
+    let motion = Motion::straight(at(3.0, 0.0, 0.0), [-6.0, 0.0, 0.0]).unwrap();
+    for (a, b) in [(&empty, &b), (&b, &empty), (&empty, &empty)] {
+        let said = run(&MotionQuery::new(a, b, motion), &mut Workspace::new(), ENOUGH);
+        assert_eq!((said.free_until, said.touching_at, said.stop), (1.0, None, StopReason::Finished));
+    }
+}
+
+/// A ball and a capsule are a point and a segment with a margin.
+#[test]
+fn margins_make_contacts_earlier() {
+    let point = Tree::new(Mesh::from_f64([DVec3::ZERO], [[0, 0, 0]]).unwrap());
+    let (b, mut workspace) = (Tree::new(shapes::cuboid(Vec3::ONE, 3)), Workspace::new());
+    let motion = Motion::straight(at(4.0, 0.1, 0.2), [-4.0, 0.0, 0.0]).unwrap();
+    for margins in [[0.0, 0.0], [0.5, 0.0], [0.25, 0.5], [2.0, 0.9], [3.0, 0.0], [7.0, 0.0], [f64::NAN, -1.0]] {
+        let query = MotionQuery::new(&point, &b, motion).margins(margins);
+        let said = run(&query, &mut workspace, ENOUGH);
+        let margin: f64 = margins.iter().filter(|margin| **margin > 0.0).sum();
+        let time = ((3.0 - margin) / 4.0).max(0.0);
+        let touching = said.touching_at.unwrap();
+        assert!(said.free_until <= time && time <= touching + 1e-15, "{margin}: {said:?}");
+        assert!(touching - said.free_until <= 2e-6, "{margin}: {said:?}");
+    }
+}
+
+/// The surfaces slide along each other and never meet; and they land flat.
+#[test]
+fn parallel_plates_slide_and_land() {
+    let (a, mut workspace) = (Tree::new(plate(1.0, 20)), Workspace::new());
+    let b = Tree::new(shapes::cuboid(Vec3::new(0.75, 0.75, 0.5), 12));
+    for gap in [1e-3, 1e-6, 1e-9] {
+        let slide = Motion::straight(at(0.3, 0.4, 0.5 + gap), [0.5, -0.2, 0.0]).unwrap();
+        let said = run(&MotionQuery::new(&a, &b, slide), &mut workspace, ENOUGH);
+        assert_eq!((said.free_until, said.touching_at), (1.0, None), "{gap}: {said:?}");
+        let land = Motion::straight(at(0.3, 0.4, 0.5 + gap), [0.5, -0.2, -2.0 * gap]).unwrap();
+        let said = run(&MotionQuery::new(&a, &b, land), &mut workspace, ENOUGH);
+        assert!(said.free_until <= 0.5 && said.touching_at.unwrap() >= 0.5 - 1e-7, "{gap}: {said:?}");
+    }
+}
+
+#[test]
+fn tolerances_are_kept() {
+    let (a, b) = (Tree::new(shapes::torus(1.0, 0.3, 16)), Tree::new(shapes::icosphere(2)));
+    let motion = Motion::turning(at(4.0, 0.2, 0.1), [-4.0, 0.0, 0.0], [0.0, 0.5, 1.0], [4.0, 0.0, 0.0]).unwrap();
+    let mut workspace = Workspace::new();
+    let mut last = 0.0;
+    for tolerance in [1e-1, 1e-3, 1e-6, 1e-9, 0.0, f64::NAN] {
+        let mut truth = Truth::of(MotionQuery::new(&a, &b, motion).tolerance(tolerance), &a, &b);
+        let said = run(&truth.query, &mut workspace, ENOUGH);
+        assert!(truth.assert_complete(&said, &mut Random::new(1)));
+        assert!(said.touching_at.unwrap() - said.free_until <= tolerance.max(1e-13), "{said:?}");
+        last = f64::max(last, said.free_until);
+        let by_time = MotionQuery::new(&a, &b, motion).tolerance(0.0).time_tolerance(tolerance);
+        let said = run(&by_time, &mut workspace, ENOUGH);
+        assert!(said.touching_at.unwrap() - said.free_until <= tolerance.max(1e-13), "{said:?}");
+        assert!(said.touching_at.unwrap() >= last, "{said:?}");
+    }
+}

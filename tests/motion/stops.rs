@@ -1,0 +1,123 @@
+//! Whatever stops a query, and wherever: nothing false, and it goes on as if it had never stopped.
+
+use punctual::glam::{DMat3, DVec3, Vec3};
+use punctual::{
+    Budget, MAX_DISTANCE_STEP_WORK, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason, Tree, Workspace, shapes,
+};
+
+use crate::common::random::{Family, soup};
+use crate::finished::{at, motions};
+use crate::judge::{ENOUGH, Truth, resume, run, run_with_memory};
+use crate::random::Random;
+
+fn cases() -> Vec<([Tree; 2], Motion)> {
+    let mut random = Random::new(5);
+    let linked = Pose::new(DMat3::from_rotation_x(1.57), DVec3::new(1.0, 0.0, 0.0)).unwrap();
+    let ring = || Tree::new(shapes::torus(1.0, 0.15, 12));
+    let cube = || Tree::new(shapes::cuboid(Vec3::ONE, 3));
+    let mut cases = vec![
+        ([ring(), ring()], Motion::turning(linked, [0.0; 3], [0.4, 0.1, 2.0], [1.0, 0.0, 0.0]).unwrap()),
+        ([ring(), ring()], Motion::straight(linked, [0.8, 0.1, 0.3]).unwrap()),
+        ([cube(), cube()], Motion::straight(at(2.01, 0.5, 0.25), [-0.1, 0.3, 0.1]).unwrap()),
+        ([cube(), cube()], Motion::straight(at(2.0, 0.5, 0.25), [0.0, 0.3, 0.1]).unwrap()),
+        ([cube(), ring()], Motion::screw(at(4.0, 0.0, 0.0), linked).unwrap()),
+    ];
+    for family in [Family::Double, Family::Degenerate, Family::Unequal, Family::FarOffset, Family::Grid] {
+        let trees = [18, 25].map(|count| Tree::new(soup(family, count, &mut random)));
+        cases.push((trees, motions(family, 1, &mut random)[0]));
+    }
+    cases
+}
+
+#[test]
+fn after_every_step_nothing_is_false() {
+    let (mut workspace, mut longest, mut random) = (Workspace::new(), 0, Random::new(1));
+    for ([a, b], motion) in &cases() {
+        let mut truth = Truth::new(a, b, *motion);
+        let mut steps = vec![run(&truth.query, &mut workspace, Budget::work(0))];
+        while steps.last().unwrap().stop != StopReason::Finished {
+            assert_eq!(steps.last().unwrap().stop, StopReason::WorkLimit);
+            steps.push(resume(&truth.query, &mut workspace, Budget::work(1)));
+        }
+        truth.assert_complete(steps.last().unwrap(), &mut random);
+        for two in steps.windows(2) {
+            truth.assert_sound(&two[0]);
+            assert!(two[0].free_until <= two[1].free_until, "{two:?}");
+            let time = |said: &Passage| said.touching_at.unwrap_or(f64::INFINITY);
+            assert!(time(&two[0]) >= time(&two[1]), "{two:?}");
+            longest = longest.max(two[1].stats.work - two[0].stats.work);
+        }
+        assert_eq!(&run(&truth.query, &mut workspace, ENOUGH), steps.last().unwrap());
+    }
+    println!("the largest step is {longest}");
+    assert!(longest <= MAX_DISTANCE_STEP_WORK, "a step of {longest}");
+}
+
+/// Without a memory and with one that knows; also where a copy of the workspace goes on, and where another query came between.
+#[test]
+fn pieces_of_any_size_end_in_the_same_bits() {
+    let mut random = Random::new(2);
+    let (mut whole, mut pieces) = (Workspace::new(), Workspace::with_capacity(4096, 1));
+    for ([a, b], motion) in &cases() {
+        let query = MotionQuery::new(a, b, *motion);
+        let (mut memory, mut copy) = (PairMemory::new(), PairMemory::new());
+        for _ in 0..3 {
+            let full = run_with_memory(&query, &mut whole, &mut memory, ENOUGH);
+            let most = (full.stats.work / 4).max(3_000) as usize;
+            let piece = |random: &mut Random| Budget::work(random.below(most) as u64);
+            let mut said = run_with_memory(&query, &mut pieces, &mut copy, piece(&mut random));
+            while said.stop == StopReason::WorkLimit {
+                if random.below(4) == 0 {
+                    let mut clone = pieces.clone();
+                    assert_eq!(resume(&query, &mut pieces, ENOUGH), full);
+                    pieces = clone.clone();
+                    assert_eq!(resume(&query, &mut clone, ENOUGH), full);
+                }
+                said = resume(&query, &mut pieces, piece(&mut random));
+            }
+            assert_eq!(said, full);
+            copy = memory.clone();
+        }
+        assert!(query.resume_with(&mut pieces, None, ENOUGH, &punctual::ManualClock::new()).is_err(), "it is complete");
+        let _ = run(&query, &mut pieces, Budget::work(0));
+        let other = query.tolerance(0.5);
+        assert!(other.resume_with(&mut pieces, None, ENOUGH, &punctual::ManualClock::new()).is_err(), "another query");
+    }
+}
+
+/// Other kernels give the same bits; a queue without room and a memory that knows, the same answer.
+#[test]
+fn what_is_known_does_not_depend_on_kernels_or_room() {
+    let (mut portable, mut fast) = (Workspace::new(), Workspace::new());
+    portable.use_portable_kernels();
+    let mut small = Workspace::with_capacity(0, 1);
+    for ([a, b], motion) in &cases() {
+        let query = MotionQuery::new(a, b, *motion);
+        let said = run(&query, &mut fast, ENOUGH);
+        assert_eq!(said, run(&query, &mut portable, ENOUGH));
+        let cramped = run(&query, &mut small, ENOUGH);
+        let mut memory = PairMemory::new();
+        let _ = run_with_memory(&query, &mut fast, &mut memory, ENOUGH);
+        let warm = run_with_memory(&query, &mut fast, &mut memory, ENOUGH);
+        for other in [cramped, warm] {
+            assert_eq!(said.touching_at.is_some(), other.touching_at.is_some(), "{said:?} {other:?}");
+            assert!((said.free_until - other.free_until).abs() < 1e-5, "{said:?} {other:?}");
+        }
+    }
+}
+
+#[test]
+fn a_deadline_ends_it_with_what_is_proven() {
+    let clock = punctual::ManualClock::ticking(std::time::Duration::from_micros(1));
+    let mut workspace = Workspace::new();
+    for ([a, b], motion) in &cases() {
+        let truth = Truth::new(a, b, *motion);
+        let budget = Budget::time(std::time::Duration::from_micros(12));
+        let mut said = truth.query.run_with(&mut workspace, None, budget, &clock);
+        while said.stop == StopReason::Deadline {
+            truth.assert_sound(&said);
+            said = truth.query.resume_with(&mut workspace, None, budget, &clock).unwrap();
+        }
+        assert_eq!(said.stop, StopReason::Finished);
+    }
+}
