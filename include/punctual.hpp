@@ -348,6 +348,29 @@ struct DistanceQuery : punctual_distance_query {
   }
 };
 
+/** Until when is a motion free? The fields of punctual_motion_query are public; the trees must outlive it. */
+struct MotionQuery : punctual_motion_query {
+  MotionQuery(const Tree &tree_a, const Tree &tree_b, const punctual_motion &motion_of_b) noexcept
+      : punctual_motion_query(punctual_motion_query_new(tree_a.get(), tree_b.get(), motion_of_b)) {}
+  MotionQuery(const Tree &&, const Tree &, const punctual_motion &) = delete;
+  MotionQuery(const Tree &, const Tree &&, const punctual_motion &) = delete;
+  MotionQuery(const Tree &&, const Tree &&, const punctual_motion &) = delete;
+
+  Result<punctual_passage> run(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
+                               const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_passage>([&](punctual_passage *passage) {
+      return punctual_motion_query_run(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock, passage);
+    });
+  }
+  Result<punctual_passage> resume(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
+                                  const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_passage>([&](punctual_passage *passage) {
+      return punctual_motion_query_resume(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock,
+                                          passage);
+    });
+  }
+};
+
 /** A body to be inserted. The fields of punctual_body are public; the tree must be there until then. */
 struct Body : punctual_body {
   Body(const Tree &shape, const punctual_pose &place) noexcept

@@ -1,6 +1,7 @@
 //! The state of a motion query: how far the motion is proven to be free, and the earliest contact found.
 
 use super::course::Piece;
+use super::options::MotionOptions;
 use super::queue::{BUCKETS, Front};
 use super::search::Search;
 
@@ -39,6 +40,8 @@ pub(super) struct Contact {
 /// What is known of a motion, times from 0 to 1.
 #[derive(Clone, Debug)]
 pub(super) struct Journey {
+    /// What was asked.
+    pub options: Option<MotionOptions>,
     /// The piece of the motion at hand.
     pub piece: u32,
     /// How much earlier a contact must be to matter beside one that is known.
@@ -53,11 +56,18 @@ pub(super) struct Journey {
 
 impl Journey {
     /// Nothing is known yet.
-    pub const NOTHING: Self =
-        Self { piece: 0, tolerance: 0.0, free_until: 0.0, done: f64::INFINITY, contact: None, followed: None };
+    pub const NOTHING: Self = Self {
+        options: None,
+        piece: 0,
+        tolerance: 0.0,
+        free_until: 0.0,
+        done: f64::INFINITY,
+        contact: None,
+        followed: None,
+    };
 
-    pub fn begin(&mut self, tolerance: f64) {
-        *self = Self { tolerance, ..Self::NOTHING };
+    pub fn begin(&mut self, options: MotionOptions, tolerance: f64) {
+        *self = Self { options: Some(options), tolerance, ..Self::NOTHING };
     }
 
     pub fn tolerance(&self) -> f64 {

@@ -171,7 +171,7 @@ impl<'t> MotionQuery<'t> {
         let course = self.course();
         workspace.clear();
         workspace.run.begin(self.key(), Strategy::NONE);
-        workspace.journey.begin(self.tolerance_in_time(&course));
+        workspace.journey.begin(self.options, self.tolerance_in_time(&course));
         let is_empty = self.a.nodes().is_empty() || self.b.nodes().is_empty();
         workspace.journey.piece = if is_empty { course.pieces } else { 0 };
         if !is_empty {
@@ -189,6 +189,9 @@ impl<'t> MotionQuery<'t> {
         clock: &dyn Clock,
     ) -> Result<Passage, ResumeError> {
         workspace.run.holds_stopped(&self.key())?;
+        if workspace.journey.options != Some(self.options) {
+            return Err(ResumeError);
+        }
         let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
         Ok(self.spend(&self.course(), workspace, memory, &mut deadline))
     }
@@ -199,7 +202,7 @@ impl<'t> MotionQuery<'t> {
 
     fn key(&self) -> Key {
         let trees = [self.a.identity(), self.b.identity()];
-        Key { trees, b_in_a: self.options.of_b.start(), asked: Asked::Motion(self.options) }
+        Key { trees, b_in_a: self.options.of_b.start(), asked: Asked::Motion }
     }
 
     /// Half of it for the contact that is found, half for earlier ones that are not looked for.

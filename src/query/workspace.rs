@@ -3,7 +3,7 @@
 use super::corners::Corners;
 use super::journey::Journey;
 use super::march::March;
-use super::options::{DistanceOptions, MotionOptions, Options};
+use super::options::{DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
@@ -185,7 +185,8 @@ pub(super) struct Key {
 pub(super) enum Asked {
     Intersection(Options),
     Distance(DistanceOptions),
-    Motion(MotionOptions),
+    /// Its options are in the journey.
+    Motion,
 }
 
 impl Workspace {

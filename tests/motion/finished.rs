@@ -74,16 +74,6 @@ fn both_bodies_may_move() {
         let [of_a, of_b] = [0, 1].map(|_| motions(Family::Double, 1, &mut random)[0]);
         let mut truth = Truth::of(MotionQuery::of_both([&a, &b], [of_a, of_b]), &a, &b);
         let said = run(&truth.query, &mut workspace, ENOUGH);
-        println!(
-            "{i} work {} prim {} exact {} {:?} {:?} spin {} {}",
-            said.stats.work,
-            said.stats.primitive_tests,
-            said.stats.exact_tests,
-            said.free_until,
-            said.touching_at,
-            of_a.turn().length(),
-            of_b.turn().length()
-        );
         touching += u32::from(truth.assert_complete(&said, &mut random));
         // A body that stands still is one that does not move.
         let still = Motion::straight(Pose::IDENTITY, DVec3::ZERO).unwrap();

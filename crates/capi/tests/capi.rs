@@ -9,6 +9,8 @@ mod call;
 mod common;
 #[path = "capi/distances.rs"]
 mod distances;
+#[path = "capi/motions.rs"]
+mod motions;
 #[path = "capi/queries.rs"]
 mod queries;
 #[path = "capi/refusals.rs"]

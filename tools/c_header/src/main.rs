@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::{env, error::Error, fs};
 
 /// In the order of the header.
-const SOURCES: [&str; 14] = [
+const SOURCES: [&str; 15] = [
     "status",
     "pose",
     "mesh",
@@ -20,6 +20,7 @@ const SOURCES: [&str; 14] = [
     "clock",
     "query",
     "distance",
+    "motion",
     "estimate",
     "body",
     "scene",

@@ -280,6 +280,58 @@ static void queries(void) {
   punctual_tree_free(tree);
 }
 
+static void motions(void) {
+  punctual_mesh *mesh;
+  punctual_tree *cube;
+  punctual_workspace *workspace;
+  punctual_memory *memory;
+  punctual_passage passage, last;
+  punctual_motion screw;
+  punctual_pose end;
+  OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
+  OK(punctual_tree_new(mesh, NULL, &cube));
+  OK(punctual_workspace_new(&workspace));
+  OK(punctual_memory_new(&memory));
+
+  /* Two cubes of edge 2, their middles 4 apart, meet after half of the way. */
+  punctual_motion straight = punctual_motion_straight(at(4, 0, 0), (punctual_point){-4, 0, 0});
+  punctual_motion_query query = punctual_motion_query_new(cube, cube, straight);
+  CHECK(query.tolerance == -1 && query.time_tolerance == 0 && !query.a_moves);
+  OK(punctual_motion_query_run(&query, workspace, memory, punctual_budget_unlimited(), NULL, &passage));
+  CHECK(passage.stop == PUNCTUAL_STOP_REASON_FINISHED && passage.touches && passage.triangles.a < 192);
+  CHECK(passage.free_until <= 0.5 && passage.touching_at >= 0.5 && passage.touching_at - passage.free_until < 1e-6);
+  OK(punctual_motion_pose(&straight, 0.5, &end));
+  CHECK(end.m[3] == 2 && end.m[0] == 1);
+
+  OK(punctual_motion_query_run(&query, workspace, NULL, punctual_budget_work(0), NULL, &last));
+  CHECK(last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && last.free_until == 0 && !last.touches);
+  while (last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT) {
+    double before = last.free_until;
+    OK(punctual_motion_query_resume(&query, workspace, NULL, punctual_budget_work(500), NULL, &last));
+    CHECK(last.free_until >= before && last.free_until <= 0.5);
+  }
+  CHECK(last.free_until == passage.free_until && last.touching_at == passage.touching_at);
+  CHECK(punctual_motion_query_resume(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &last) ==
+        PUNCTUAL_STATUS_NOT_RESUMABLE);
+
+  /* Both move in the same way. */
+  query.a_moves = true;
+  query.of_a = punctual_motion_straight(at(0, 0, 0), (punctual_point){-4, 0, 0});
+  OK(punctual_motion_query_run(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &passage));
+  CHECK(passage.free_until == 1 && !passage.touches);
+
+  OK(punctual_motion_screw(at(4, 0, 0), at(4, 0, 3), &screw));
+  CHECK(screw.velocity.z == 3 && screw.turn.x == 0);
+  query.of_b.velocity.x = 1e300;
+  CHECK(punctual_motion_query_run(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &passage) ==
+        PUNCTUAL_STATUS_BAD_ARGUMENT);
+
+  punctual_memory_free(memory);
+  punctual_workspace_free(workspace);
+  punctual_tree_free(cube);
+  punctual_mesh_free(mesh);
+}
+
 static void distances(void) {
   punctual_mesh *mesh;
   punctual_tree *cube;
@@ -433,6 +485,7 @@ int main(int count, char **arguments) {
   bytes();
   queries();
   distances();
+  motions();
   scenes();
   punctual_mesh_free(NULL);
   punctual_tree_free(NULL);
