@@ -54,6 +54,7 @@
 
 extern crate alloc;
 
+mod contact;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals;
@@ -66,6 +67,7 @@ mod scene;
 mod tree;
 mod triangle;
 
+pub use contact::Contact;
 /// The version of glam whose vectors and matrices are handed out.
 ///
 /// Those that make a [`Pose`], a [`Mesh`] or a shape may be of any version, or plain arrays. Results go over to another version
@@ -84,8 +86,9 @@ pub use names::UnknownName;
 #[cfg(feature = "std")]
 pub use query::SystemClock;
 pub use query::{
-    Budget, Certificate, Clock, Distance, DistanceEstimate, DistanceQuery, Estimate, LEVELS, ManualClock, Mode,
-    Nearest, Order, Outcome, PairMemory, Prediction, Query, ResumeError, Stats, StopReason, Verdict, Workspace,
+    Budget, Certificate, Clock, ContactQuery, Contacts, Distance, DistanceEstimate, DistanceQuery, Estimate, LEVELS,
+    ManualClock, Mode, Nearest, Order, Outcome, PairMemory, Prediction, Query, ResumeError, Stats, StopReason, Verdict,
+    Workspace,
 };
 pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};

@@ -6,14 +6,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each module and what it may import.
-const ARROWS: [(&str, &[&str]); 9] = [
+const ARROWS: [(&str, &[&str]); 10] = [
     ("math", &[]),
     ("names", &[]),
     ("mesh", &["math"]),
     ("tree", &["math", "names", "mesh"]),
     ("triangle", &["math"]),
+    ("contact", &["math", "triangle"]),
     ("model", &["math"]),
-    ("query", &["math", "names", "mesh", "tree", "triangle", "model"]),
+    ("query", &["math", "names", "mesh", "tree", "triangle", "contact", "model"]),
     ("scene", &["math", "names", "mesh", "tree", "triangle", "model", "query"]),
     ("internals", &["math", "model", "query"]),
 ];

@@ -1,6 +1,6 @@
 //! A query touches no allocator: in any mode and order, with and without memory, finished, stopped, resumed, with
-//! full buffers, through the exact stage, and while its certificate is read; of distances as of intersections. Nor does a
-//! refit.
+//! full buffers, through the exact stage, and while its certificate is read; of distances and contacts as of intersections.
+//! Nor does a refit.
 
 #[path = "common/allocations.rs"]
 mod allocations;
@@ -14,7 +14,8 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
 use punctual::{
-    Budget, DistanceQuery, ManualClock, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
+    Budget, ContactQuery, DistanceQuery, ManualClock, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace,
+    shapes,
 };
 
 #[test]
@@ -68,6 +69,23 @@ fn use_distance(query: &DistanceQuery, workspace: &mut Workspace, mut memory: Op
     }
 }
 
+/// The same of a contact query, in a workspace that has room.
+fn use_contacts(query: &ContactQuery, workspace: &mut Workspace) {
+    let clock = ManualClock::ticking(Duration::from_micros(1));
+    for budget in [Budget::work(0), Budget::work(2_000), Budget::time(Duration::from_micros(3)), Budget::unlimited()] {
+        let mut said = query.run_with(workspace, budget, &clock);
+        while said.stop != StopReason::Finished {
+            black_box(query.certificate(workspace).unwrap().boxes().count());
+            black_box(workspace.contacts().count());
+            if said.stop == StopReason::PairsFull {
+                drop(black_box(workspace.drain_contacts()));
+            }
+            said = query.resume_with(workspace, Budget::work(50_000), &clock).unwrap();
+        }
+        black_box(workspace.contacts().count());
+    }
+}
+
 #[track_caller]
 fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
     let workspaces = [Workspace::new(), Workspace::with_capacity(0, 1), Workspace::with_capacity(3, 5)];
@@ -95,6 +113,11 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
                 use_distance(&query, &mut workspace, Some(&mut memory));
             });
             assert_eq!(calls, 0, "{query:?}");
+        }
+        workspace.reserve_contacts(64);
+        let query = ContactQuery::new(a, b, pose);
+        for query in [query, query.margin(0.01), query.margin(0.01).contact_limit(3)] {
+            assert_eq!(allocator_calls(|| use_contacts(&query, &mut workspace)), 0, "{query:?}");
         }
     }
 }

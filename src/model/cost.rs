@@ -28,6 +28,9 @@ pub const WORK_PER_EXACT_TEST: u64 = 200;
 pub(crate) const WORK_PER_DISTANCE_TEST: u64 = 130;
 pub(crate) const WORK_PER_CLOSEST_POINTS: u64 = 700;
 
+/// Work of adding a contact to the list.
+pub(crate) const WORK_PER_CONTACT: u64 = 100;
+
 /// Work of finding out whether a pair of clusters has been visited.
 pub(crate) const WORK_PER_LOOKUP: u64 = 10;
 
@@ -37,7 +40,7 @@ pub const MAX_STEP_WORK: u64 = 8 * WORK_PER_TRIANGLE_TEST;
 /// The same for distance queries: a batch of eight lower bounds.
 pub const MAX_DISTANCE_STEP_WORK: u64 = 8 * WORK_PER_DISTANCE_TEST;
 
-const _: () = assert!(MAX_DISTANCE_STEP_WORK >= WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST);
+const _: () = assert!(MAX_DISTANCE_STEP_WORK >= WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST + WORK_PER_CONTACT);
 
 const _: () =
     assert!(MAX_STEP_WORK >= WORK_PER_EXPANSION + WORK_PER_EDGE_TEST + 65 && MAX_STEP_WORK >= WORK_PER_EXACT_TEST);

@@ -7,6 +7,7 @@
 mod boxes;
 mod budget;
 mod certificate;
+mod contacts;
 mod corners;
 mod deadline;
 mod distance;
@@ -45,6 +46,7 @@ pub use budget::SystemClock;
 use budget::by_system_clock;
 pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
+pub use contacts::{ContactQuery, Contacts};
 pub(crate) use deadline::Deadline;
 pub use distance::{Distance, DistanceQuery, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};

@@ -7,6 +7,9 @@
 //!
 //! Triangles go through two tests: eight pairs at a time in `f32` for lower bounds, and one pair at a time in `f64`, for
 //! those that may be closer than the closest so far. Those that may only raise the lower bound are put off to the end.
+//!
+//! Contacts ([`super::contacts`]) are the same question with a limit and without an interval that closes in: each pair within
+//! the limit goes to a list.
 
 use super::boxes::Keys;
 use super::expand::{Sink, expand};
@@ -18,9 +21,11 @@ use super::queue::{Origin, Pair};
 use super::search::{Bounded, DIVE, root};
 use super::traversal::{Question, Traversal};
 use super::views::Relation;
+use crate::contact::Contact;
 use crate::math::lanes::{F8, Lanes};
 use crate::model::cost::{
-    WORK_PER_CLOSEST_POINTS, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_LOOKUP,
+    WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
+    WORK_PER_LOOKUP,
 };
 use crate::tree::WIDTH;
 use crate::triangle::distance::{closest, distances};
@@ -112,6 +117,9 @@ impl Question for Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
         let search = &mut self.workspace.search;
+        if self.workspace.contacts.is_full() && !search.proposed.is_empty() {
+            return Some(StopReason::PairsFull);
+        }
         if let Some(proposed) = search.proposed.pop() {
             self.consider(proposed);
         } else if !search.waiting.is_empty() {
@@ -197,9 +205,10 @@ impl Traversal<'_, '_, Distance> {
 
     /// Looks at a pair in `f64`, unless it does not matter any more.
     fn consider(&mut self, Bounded { pair, low }: Bounded) {
-        let interval = &mut self.workspace.search.interval;
+        let workspace = &mut *self.workspace;
+        let interval = &mut workspace.search.interval;
         let is_settled = interval.nearest().is_some_and(|(nearest, _)| nearest == pair);
-        let stats = &mut self.workspace.run.stats;
+        let stats = &mut workspace.run.stats;
         let proven = f64::from(low) * self.relation.unit;
         if is_settled || !interval.matters(proven) {
             stats.work += WORK_PER_LOOKUP;
@@ -208,7 +217,7 @@ impl Traversal<'_, '_, Distance> {
             }
             return;
         }
-        let [of_a, of_b] = &mut self.workspace.corners;
+        let [of_a, of_b] = &mut workspace.corners;
         let a = of_a.of(self.a, pair[0], |v| v);
         let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
         let mut found = closest(a, b);
@@ -220,8 +229,16 @@ impl Traversal<'_, '_, Distance> {
         };
         self.deadline.look_next();
         found.low = found.low.max(proven);
-        self.workspace.search.interval.settle(pair, &found, meet);
-        self.question.update(self.relation, &self.workspace.search.interval);
+        let Some(margin) = workspace.contacts.margin() else {
+            workspace.search.interval.settle(pair, &found, meet);
+            return self.question.update(self.relation, &workspace.search.interval);
+        };
+        if meet || margin > 0.0 && found.low <= margin {
+            let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
+            workspace.contacts.push(Contact::new(ids, [a, b], &found, meet));
+            workspace.run.found += 1;
+            stats.work += WORK_PER_CONTACT;
+        }
     }
 }
 

@@ -2,13 +2,14 @@
 
 use super::corners::Corners;
 use super::march::March;
-use super::options::{DistanceOptions, Options};
+use super::options::{ContactOptions, DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
 use super::search::Search;
 use super::strategy::Strategy;
 use super::triangle_pairs::TrianglePairs;
+use crate::contact::{Contact, ContactList};
 use crate::math::Pose;
 use crate::math::lanes::Instructions;
 use crate::math::random::Random;
@@ -46,6 +47,7 @@ pub struct Workspace {
     pub(super) march: March,
     /// The state of a distance query.
     pub(super) search: Search,
+    pub(super) contacts: ContactList,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
 }
@@ -182,6 +184,7 @@ pub(super) struct Key {
 pub(super) enum Asked {
     Intersection(Options),
     Distance(DistanceOptions),
+    Contacts(ContactOptions),
 }
 
 impl Workspace {
@@ -209,6 +212,7 @@ impl Workspace {
             sample: Sample::default(),
             march: March::new(VISITS),
             search: Search::new(),
+            contacts: ContactList::default(),
             found: Vec::with_capacity(found.max(1)),
             run: NO_RUN,
         }
@@ -228,6 +232,24 @@ impl Workspace {
     /// Takes the found pairs out, so that a query that stopped with [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_pairs(&mut self) -> impl Iterator<Item = [u32; 2]> + '_ {
         self.found.drain(..)
+    }
+
+    /// The contacts that the last query found, if it was a [`crate::ContactQuery`]: nearest first, those of equal distance by
+    /// the ids of their triangles; without those drained.
+    pub fn contacts(&self) -> impl ExactSizeIterator<Item = &Contact> + Clone {
+        self.contacts.iter()
+    }
+
+    /// Takes the contacts out, nearest first, so that a query that stopped with [`crate::StopReason::PairsFull`] can be
+    /// resumed.
+    pub fn drain_contacts(&mut self) -> impl ExactSizeIterator<Item = Contact> {
+        self.contacts.drain()
+    }
+
+    /// Makes room for at least so many contacts, about 100 bytes each; the first contact query does so for 4,096 if there is
+    /// no room at all.
+    pub fn reserve_contacts(&mut self, contacts: usize) {
+        self.contacts.reserve(contacts);
     }
 
     /// What a BV test, a triangle pair, an opened node pair and a query cost on this machine, in nanoseconds, as far as
@@ -303,6 +325,7 @@ impl Workspace {
         self.sample.clear();
         self.march.clear();
         self.search.clear();
+        self.contacts.clear();
         self.found.clear();
     }
 }
@@ -321,6 +344,7 @@ impl Clone for Workspace {
             sample: self.sample.clone(),
             march: self.march.clone(),
             search: self.search.clone(),
+            contacts: self.contacts.clone(),
             found,
             ..*self
         }
