@@ -92,4 +92,4 @@ pub use query::{
 };
 pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};
-pub use triangle::triangles_intersect;
+pub use triangle::{triangle_segment, triangles_intersect};
