@@ -67,7 +67,7 @@ mod scene;
 mod tree;
 mod triangle;
 
-pub use contact::Contact;
+pub use contact::{Contact, Patch, Patches};
 /// The version of glam whose vectors and matrices are handed out.
 ///
 /// Those that make a [`Pose`], a [`Mesh`] or a shape may be of any version, or plain arrays. Results go over to another version

@@ -12,7 +12,7 @@ const ARROWS: [(&str, &[&str]); 10] = [
     ("mesh", &["math"]),
     ("tree", &["math", "names", "mesh"]),
     ("triangle", &["math"]),
-    ("contact", &["math", "triangle"]),
+    ("contact", &["math", "mesh", "tree", "triangle"]),
     ("model", &["math"]),
     ("query", &["math", "names", "mesh", "tree", "triangle", "contact", "model"]),
     ("scene", &["math", "names", "mesh", "tree", "triangle", "model", "query"]),

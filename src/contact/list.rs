@@ -11,7 +11,7 @@ pub(crate) struct ContactList {
     contacts: Vec<Contact>,
     /// Which they are, nearest first.
     order: Vec<u32>,
-    /// Most contacts at a time; no more than there is room for.
+    /// Most contacts at a time, if there is room for them.
     limit: usize,
     /// Triangle pairs this close are contacts; `None` if the query at hand does not look for any.
     margin: Option<f64>,
@@ -39,7 +39,7 @@ impl ContactList {
 
     /// Looks for triangle pairs this close, at most `limit` at a time.
     pub fn begin(&mut self, margin: f64, limit: usize) {
-        (self.margin, self.limit) = (Some(margin), limit.min(self.capacity()));
+        (self.margin, self.limit) = (Some(margin), limit);
     }
 
     /// How close a contact is, at most; `None` if contacts are not looked for.
@@ -51,7 +51,7 @@ impl ContactList {
     /// Whether contacts are looked for, and there is no room for any more.
     #[inline(always)]
     pub fn is_full(&self) -> bool {
-        self.margin.is_some() && self.order.len() >= self.limit
+        self.margin.is_some() && self.order.len() >= self.limit.min(self.capacity())
     }
 
     /// Adds a contact; there must be room.

@@ -1,12 +1,16 @@
 //! Contacts: where two surfaces meet or come close, and which way they face each other there.
 //!
-//! A [`Contact`] is what is known of one pair of triangles, [`list`] keeps those that a query has found, nearest first.
+//! A [`Contact`] is what is known of one pair of triangles, [`list`] keeps those that a query has found, nearest first, and
+//! [`patch`] tells which of them hang together.
 
 mod list;
+mod patch;
 
 use crate::triangle::distance::Closest;
+use crate::triangle::triangle_segment;
 use glam::DVec3;
 pub(crate) use list::ContactList;
+pub use patch::{Patch, Patches};
 
 /// A triangle of A and one of B that meet or are close to one another. All of it is in A's frame, rounded, in the length unit
 /// of the meshes.
@@ -16,11 +20,11 @@ pub(crate) use list::ContactList;
 pub struct Contact {
     /// Triangle of A, triangle of B: ids of the input meshes.
     pub triangles: [u32; 2],
-    /// Their closest points, of A and of B.
+    /// Their closest points, of A and of B. Of triangles that meet both are the middle of the segment.
     pub points: [DVec3; 2],
     /// Unit vector from B to A: moved along it, A parts from B.
     ///
-    /// Of triangles that are apart it is the direction of least distance. Of triangles that meet it is the direction of `n - m`,
+    /// Of triangles that are apart it is the direction of least distance, if `f64` can tell that. Of triangles that meet it is the direction of `n - m`,
     /// where `m` is the unit normal of A's triangle and `n` that of B's, each by the right-hand rule, so that it points
     /// out of meshes whose normals do. Where these are equal, it is `n`; a triangle without area has no normal, and if that
     /// is so of both, the direction is the x axis.
@@ -28,17 +32,25 @@ pub struct Contact {
     /// How far apart they are, as proven: the true distance is not more, and less by no more than some roundings of the
     /// extent of both triangles. 0 only if they meet.
     pub distance: f64,
+    /// Where triangles that meet do so: [`triangle_segment`](crate::triangle_segment). `None` if they are apart.
+    pub segment: Option<[DVec3; 2]>,
 }
 
 impl Contact {
-    /// Of triangles with these corners; `meet` tells whether they share a point, which `found` need not know.
-    pub(crate) fn new(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2], found: &Closest, meet: bool) -> Self {
-        let between = || if meet { None } else { unit(found.points[0] - found.points[1]) };
-        let normal = match found.direction {
-            DVec3::ZERO => between().unwrap_or_else(|| parting(face_normal(a), face_normal(b))),
-            direction => direction,
-        };
-        Self { triangles, points: found.points, normal, distance: if meet { 0.0 } else { found.high } }
+    /// Of triangles with these corners; `None` if they do not meet, exactly.
+    pub(crate) fn touching(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2]) -> Option<Self> {
+        let segment = triangle_segment(a, b)?;
+        let middle = 0.5 * segment[0] + 0.5 * segment[1];
+        let normal = parting(face_normal(a), face_normal(b));
+        Some(Self { triangles, points: [middle; 2], normal, distance: 0.0, segment: Some(segment) })
+    }
+
+    /// Of triangles with these corners that do not meet.
+    pub(crate) fn apart(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2], found: &Closest) -> Self {
+        let Closest { points, direction, high, .. } = *found;
+        let between = || unit(points[0] - points[1]).unwrap_or_else(|| parting(face_normal(a), face_normal(b)));
+        let normal = if direction == DVec3::ZERO { between() } else { direction };
+        Self { triangles, points, normal, distance: high, segment: None }
     }
 }
 

@@ -16,7 +16,7 @@ use super::expand::{Sink, expand};
 use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
 use super::leaf::rows;
-use super::outcome::{LEVELS, StopReason};
+use super::outcome::{LEVELS, Stats, StopReason};
 use super::queue::{Origin, Pair};
 use super::search::{Bounded, DIVE, root};
 use super::traversal::{Question, Traversal};
@@ -31,6 +31,7 @@ use crate::tree::WIDTH;
 use crate::triangle::distance::{closest, distances};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
+use glam::DVec3;
 
 /// How far apart two surfaces are.
 pub(super) struct Distance {
@@ -220,6 +221,15 @@ impl Traversal<'_, '_, Distance> {
         let [of_a, of_b] = &mut workspace.corners;
         let a = of_a.of(self.a, pair[0], |v| v);
         let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
+        self.deadline.look_next();
+        if let Some(margin) = workspace.contacts.margin() {
+            let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
+            if let Some(contact) = contact(ids, [a, b], proven, margin, stats) {
+                workspace.contacts.push(contact);
+                workspace.run.found += 1;
+            }
+            return;
+        }
         let mut found = closest(a, b);
         stats.work += WORK_PER_CLOSEST_POINTS;
         let meet = found.low == 0.0 && {
@@ -227,19 +237,35 @@ impl Traversal<'_, '_, Distance> {
             stats.work += WORK_PER_EXACT_TEST;
             triangles_intersect(a, b)
         };
-        self.deadline.look_next();
         found.low = found.low.max(proven);
-        let Some(margin) = workspace.contacts.margin() else {
-            workspace.search.interval.settle(pair, &found, meet);
-            return self.question.update(self.relation, &workspace.search.interval);
-        };
-        if meet || margin > 0.0 && found.low <= margin {
-            let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
-            workspace.contacts.push(Contact::new(ids, [a, b], &found, meet));
-            workspace.run.found += 1;
+        workspace.search.interval.settle(pair, &found, meet);
+        self.question.update(self.relation, &workspace.search.interval);
+    }
+}
+
+/// What is known of two triangles that are at least `proven` apart, if that is within the margin.
+fn contact(
+    triangles: [u32; 2],
+    corners: [&[DVec3; 3]; 2],
+    proven: f64,
+    margin: f64,
+    stats: &mut Stats,
+) -> Option<Contact> {
+    if proven == 0.0 {
+        stats.exact_tests += 1;
+        stats.work += WORK_PER_EXACT_TEST;
+        let touching = Contact::touching(triangles, corners);
+        if touching.is_some() || margin == 0.0 {
             stats.work += WORK_PER_CONTACT;
+            return touching;
         }
     }
+    let found = closest(corners[0], corners[1]);
+    stats.work += WORK_PER_CLOSEST_POINTS;
+    (found.low.max(proven) <= margin).then(|| {
+        stats.work += WORK_PER_CONTACT;
+        Contact::apart(triangles, corners, &found)
+    })
 }
 
 impl Sink for Traversal<'_, '_, Distance> {

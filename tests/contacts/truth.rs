@@ -53,7 +53,7 @@ impl Truth {
         let size = all.extents().max_element();
         let reach = all.min.abs().max(all.max.abs()).max_element();
         let rounding = 1e-13 * size + f64::MIN_POSITIVE;
-        Self { a, b, gaps, known: BTreeMap::new(), rounding, point_rounding: rounding + 2e-15 * reach, size }
+        Self { a, b, gaps, known: BTreeMap::new(), rounding, point_rounding: rounding + 1e-12 * reach, size }
     }
 
     pub fn distance(&mut self, pair: [u32; 2]) -> &Distance {
@@ -100,7 +100,7 @@ impl Truth {
 
     #[track_caller]
     fn assert_is_contact(&mut self, margin: f64, contact: &Contact) {
-        let Contact { triangles, points, normal, distance, .. } = *contact;
+        let Contact { triangles, points, normal, distance, segment, .. } = *contact;
         assert_ne!(self.is_within(triangles, margin), Some(false), "{contact:?} is not within {margin:e}");
         let (rounding, point_rounding) = (self.rounding, self.point_rounding);
         let exact = self.distance(triangles);
@@ -108,10 +108,13 @@ impl Truth {
         assert_ne!(exact.order_of(distance), Ordering::Less, "{contact:?} is not that close");
         assert_ne!(exact.order_of((distance - rounding).max(0.0)), Ordering::Greater, "{contact:?} is closer");
         let (a, b) = (self.a[triangles[0] as usize], self.b[triangles[1] as usize]);
-        for (point, triangle) in points.into_iter().zip([&a, &b]) {
+        let on = |point: DVec3, triangle: &Triangle| {
             let off = Distance::of(&[point; 3], triangle);
             assert_ne!(off.order_of(point_rounding), Ordering::Less, "{point} is not on {triangle:?}");
-        }
+        };
+        points.into_iter().zip([&a, &b]).for_each(|(point, triangle)| on(point, triangle));
+        assert_eq!(segment.is_some(), distance == 0.0, "{contact:?}");
+        segment.into_iter().flatten().for_each(|end| [&a, &b].into_iter().for_each(|triangle| on(end, triangle)));
         assert!((normal.length() - 1.0).abs() < 1e-14, "{contact:?}");
         if distance > 0.0 {
             let apart = Distance::of(&[points[0]; 3], &[points[1]; 3]);

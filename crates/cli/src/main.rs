@@ -6,6 +6,7 @@
 #![deny(unsafe_code)]
 
 mod compare;
+mod contacts;
 mod distance;
 mod fit;
 mod info;
@@ -34,6 +35,7 @@ struct Cli {
 enum Command {
     Pair(pair::Args),
     Distance(distance::Args),
+    Contacts(contacts::Args),
     Triangles(triangles::Args),
     Info(info::Args),
     Paper(paper::Args),
@@ -60,6 +62,7 @@ fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Pair(args) => pair::run(args, &mut out),
         Command::Distance(args) => distance::run(args, &mut out),
+        Command::Contacts(args) => contacts::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),
