@@ -39,6 +39,7 @@
 //!
 //! # Further
 //!
+//! - Where and which way surfaces touch: [`ContactQuery`], [`Patches`]. How far apart they are: [`DistanceQuery`].
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
 //! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Clock`].
@@ -51,6 +52,7 @@
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/games.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/controllers.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/benchmarking.md"))]
+#![cfg_attr(doctest, doc = include_str!("../docs/guide/contacts.md"))]
 
 extern crate alloc;
 

@@ -14,8 +14,8 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
 use punctual::{
-    Budget, ContactQuery, DistanceQuery, ManualClock, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace,
-    shapes,
+    Budget, ContactQuery, DistanceQuery, ManualClock, Mode, PairMemory, Patches, Pose, Query, StopReason, Tree,
+    Workspace, shapes,
 };
 
 #[test]
@@ -119,6 +119,10 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
         for query in [query, query.margin(0.01), query.margin(0.01).contact_limit(3)] {
             assert_eq!(allocator_calls(|| use_contacts(&query, &mut workspace)), 0, "{query:?}");
         }
+        let mut patches = Patches::new();
+        patches.update(a, b, workspace.contacts());
+        patches.update(a, b, workspace.contacts());
+        assert_eq!(allocator_calls(|| patches.update(a, b, workspace.contacts())), 0);
     }
 }
 

@@ -32,17 +32,20 @@ pub struct Contact {
     /// How far apart they are, as proven: the true distance is not more, and less by no more than some roundings of the
     /// extent of both triangles. 0 only if they meet.
     pub distance: f64,
-    /// Where triangles that meet do so: [`triangle_segment`](crate::triangle_segment). `None` if they are apart.
+    /// Where triangles that meet do so: [`triangle_segment`](crate::triangle_segment), directed along the cross product of
+    /// the normals of A's triangle and of B's, so that those of closed surfaces follow one another. `None` if they are apart.
     pub segment: Option<[DVec3; 2]>,
 }
 
 impl Contact {
     /// Of triangles with these corners; `None` if they do not meet, exactly.
     pub(crate) fn touching(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2]) -> Option<Self> {
-        let segment = triangle_segment(a, b)?;
-        let middle = 0.5 * segment[0] + 0.5 * segment[1];
-        let normal = parting(face_normal(a), face_normal(b));
-        Some(Self { triangles, points: [middle; 2], normal, distance: 0.0, segment: Some(segment) })
+        let [start, end] = triangle_segment(a, b)?;
+        let normals @ [of_a, of_b] = [a, b].map(face_normal);
+        let [m, n] = normals.map(Option::unwrap_or_default);
+        let segment = if (end - start).dot(m.cross(n)) < 0.0 { [end, start] } else { [start, end] };
+        let (points, normal) = ([0.5 * start + 0.5 * end; 2], parting(of_a, of_b));
+        Some(Self { triangles, points, normal, distance: 0.0, segment: Some(segment) })
     }
 
     /// Of triangles with these corners that do not meet.
@@ -73,6 +76,12 @@ fn unit(v: DVec3) -> Option<DVec3> {
     if largest == 0.0 { None } else { Some((v / largest).normalize()) }
 }
 
+/// The length of a vector, whose square need not be a number.
+fn length(v: DVec3) -> f64 {
+    let largest = v.abs().max_element();
+    if largest == 0.0 { 0.0 } else { largest * (v / largest).length() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,6 +90,7 @@ mod tests {
     fn vectors_of_every_length_have_a_direction() {
         for length in [5e-324, 1e-300, 1.0, 1e300] {
             assert_eq!(unit(DVec3::new(0.0, -length, 0.0)), Some(DVec3::NEG_Y));
+            assert_eq!(super::length(DVec3::new(0.0, -length, 0.0)), length);
             let two = unit(DVec3::new(length, 0.0, length)).unwrap();
             assert!((two - DVec3::new(0.5, 0.0, 0.5) * 2.0_f64.sqrt()).length() < 1e-15, "{two}");
         }

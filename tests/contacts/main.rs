@@ -10,5 +10,6 @@ mod exact_distance;
 use common::reference;
 
 mod finished;
+mod patches;
 mod stops;
 mod truth;

@@ -268,7 +268,7 @@ impl punctual_distance_query<'_> {
     }
 }
 
-fn not_negative(value: f64, what: &'static str) -> Result<(), Fault> {
+pub(crate) fn not_negative(value: f64, what: &'static str) -> Result<(), Fault> {
     if value >= 0.0 { Ok(()) } else { Err(Fault::Negative(what, value)) }
 }
 

@@ -138,10 +138,13 @@ impl<'t> Sweeper<'t> {
         let Self { args, trees: [a, b], workspace, clock, .. } = self;
         let query = ContactQuery::new(a, b, *pose).margin(args.margin);
         let query = args.max.map_or(query, |most| query.contact_limit(most as usize));
-        workspace.reserve_contacts(args.max.map_or(0, |most| most as usize));
         let mut said = query.run_with(workspace, args.limits.budget(), clock);
-        while args.max.is_none() && said.stop == StopReason::PairsFull {
-            workspace.reserve_contacts(2 * workspace.contacts().len());
+        while said.stop == StopReason::PairsFull {
+            let found = workspace.contacts().len();
+            if args.max.is_some_and(|most| found >= most as usize) {
+                break;
+            }
+            workspace.reserve_contacts(2 * found);
             let left = args.limits.budget_left(said.stats.elapsed.unwrap_or_default(), said.stats.work);
             said = query.resume_with(workspace, left, clock)?;
         }

@@ -8,7 +8,7 @@ mod identity;
 mod join;
 mod reduce;
 
-use super::Contact;
+use super::{Contact, length};
 use crate::math::Aabb;
 use crate::tree::Tree;
 use alloc::vec::Vec;
@@ -143,7 +143,9 @@ impl Patches {
     /// adds most to the area of the polygon of all before, seen along the normal; fewer where nothing more is added.
     pub fn points_of<'p>(&'p self, patch: &'p Patch) -> impl ExactSizeIterator<Item = &'p Contact> + Clone {
         let contacts = self.contacts_of(patch);
-        let known = if contacts.is_empty() { &[][..] } else { &patch.points };
+        // One that was read with `serde` may have others.
+        let exist = patch.points.iter().all(|&i| (i as usize) < contacts.len());
+        let known = if exist { &patch.points[..] } else { &[] };
         known.iter().map(|&i| &contacts[i as usize])
     }
 }
@@ -151,10 +153,10 @@ impl Patches {
 impl Patch {
     /// Of these contacts, nearest first, at least one.
     fn new(contacts: &[Contact], range: Range<u32>, limit: usize) -> Self {
-        let length_of = |contact: &Contact| contact.segment.map_or(0.0, |[start, end]| (end - start).length());
-        let length: f64 = contacts.iter().map(length_of).sum();
+        let length_of = |contact: &Contact| contact.segment.map_or(0.0, |[start, end]| length(end - start));
+        let whole: f64 = contacts.iter().map(length_of).sum();
         let weight = |contact: &Contact| {
-            if length > 0.0 { length_of(contact) / length } else { 1.0 / contacts.len() as f64 }
+            if whole > 0.0 { length_of(contact) / whole } else { 1.0 / contacts.len() as f64 }
         };
         let middle = |contact: &Contact| 0.5 * contact.points[0] + 0.5 * contact.points[1];
         let centroid = contacts.iter().map(|contact| weight(contact) * middle(contact)).sum();
@@ -169,8 +171,8 @@ impl Patch {
             bounds: Aabb::from_points(ends),
             centroid,
             normal,
-            length,
-            is_closed: length > 0.0 && sum.length() <= CLOSED * length,
+            length: whole,
+            is_closed: whole > 0.0 && length(sum) <= CLOSED * whole,
             points: reduce::points(contacts, normal, limit),
             contacts: range,
         }

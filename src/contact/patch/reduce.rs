@@ -10,49 +10,34 @@ use smallvec::{SmallVec, smallvec};
 /// the polygon of those before. Of equal ones the first is taken, and none that adds less than a rounding.
 pub(super) fn points(contacts: &[Contact], normal: DVec3, limit: usize) -> SmallVec<[u32; 4]> {
     let (x, y) = normal.any_orthonormal_pair();
-    let origin = contacts[0].points[0];
-    let place = |i: u32| {
-        let from = 0.5 * (contacts[i as usize].points[0] - origin) + 0.5 * (contacts[i as usize].points[1] - origin);
-        DVec2::new(x.dot(from), y.dot(from))
-    };
+    let middle = |contact: &Contact| 0.5 * contact.points[0] + 0.5 * contact.points[1];
+    let from_first = |contact: &Contact| middle(contact) - middle(&contacts[0]);
+    let reach = contacts.iter().map(|contact| from_first(contact).abs().max_element()).fold(0.0, f64::max);
+    // In a unit of which no square is too large or too small.
+    let places = || contacts.iter().map(|contact| from_first(contact) / reach).map(|v| DVec2::new(x.dot(v), y.dot(v)));
     let mut chosen: SmallVec<[u32; 4]> = smallvec![0];
-    let all = 0..contacts.len() as u32;
-    let Some((second, farthest)) = largest(all.clone().map(|i| place(i).distance(place(0)))) else { return chosen };
-    if limit > 1 && farthest > 0.0 {
-        chosen.push(second);
-    }
     // Corners of the polygon, counterclockwise once there are three.
-    let mut polygon = chosen.clone();
-    while polygon.len() > 1 && chosen.len() < limit {
-        let gain = |i: u32| outside(&polygon, place(i), place);
-        let Some((next, (area, at))) = all
-            .clone()
-            .map(|i| (i, gain(i)))
-            .reduce(|best, other| if other.1.0 > best.1.0 { other } else { best })
-            .filter(|(_, (area, _))| *area > ROUNDING * farthest * farthest)
-        else {
-            break;
-        };
-        debug_assert!(area.is_finite());
+    let mut polygon: SmallVec<[DVec2; 4]> = smallvec![DVec2::ZERO];
+    while chosen.len() < limit && reach > 0.0 {
+        let gains =
+            places().map(|place| if chosen.len() == 1 { (place.length(), 1) } else { outside(&polygon, place) });
+        let best = (0..).zip(gains).reduce(|best, other| if other.1.0 > best.1.0 { other } else { best });
+        let Some((next, (_, at))) = best.filter(|(_, (gain, _))| *gain > ROUNDING) else { break };
         chosen.push(next);
-        polygon.insert(at, next);
+        polygon.extend(places().nth(next as usize));
+        polygon[at..].rotate_right(1);
     }
     chosen
 }
 
-/// Areas below this, relative to the square of the extent, are rounding.
+/// What adds less than this, relative to the extent or its square, is rounding.
 const ROUNDING: f64 = 1e-12;
-
-/// The first of the largest values, and which it is.
-fn largest(values: impl Iterator<Item = f64>) -> Option<(u32, f64)> {
-    (0..).zip(values).reduce(|best, other| if other.1 > best.1 { other } else { best })
-}
 
 /// The largest triangle of a point with an edge of the polygon that it is outside of, twice its area, and where in the list of
 /// corners the point belongs. The two edges of a polygon of two corners run both ways.
-fn outside(polygon: &[u32], point: DVec2, place: impl Fn(u32) -> DVec2) -> (f64, usize) {
+fn outside(polygon: &[DVec2], point: DVec2) -> (f64, usize) {
     let edges = (0..polygon.len()).map(|i| {
-        let (from, to) = (place(polygon[i]), place(polygon[(i + 1) % polygon.len()]));
+        let (from, to) = (polygon[i], polygon[(i + 1) % polygon.len()]);
         ((point - from).perp_dot(to - from), i + 1)
     });
     edges.fold((0.0, 0), |best, other| if other.0 > best.0 { other } else { best })

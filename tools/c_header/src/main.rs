@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::{env, error::Error, fs};
 
 /// In the order of the header.
-const SOURCES: [&str; 14] = [
+const SOURCES: [&str; 16] = [
     "status",
     "pose",
     "mesh",
@@ -21,6 +21,8 @@ const SOURCES: [&str; 14] = [
     "query",
     "distance",
     "estimate",
+    "contacts",
+    "patches",
     "body",
     "scene",
 ];
