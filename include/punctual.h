@@ -449,6 +449,12 @@ typedef struct punctual_memory punctual_memory;
 typedef struct punctual_mesh punctual_mesh;
 
 /**
+ * The patches of a set of contacts, and what is remembered of them for the next frame. Its buffers grow to the largest set and are
+ * used again. One thread at a time may use it.
+ */
+typedef struct punctual_patches punctual_patches;
+
+/**
  * Bodies that move, and the question which of them meet. One thread at a time may use it; it may start threads of its own.
  */
 typedef struct punctual_scene punctual_scene;
@@ -921,6 +927,105 @@ typedef struct punctual_distance_estimate {
 } punctual_distance_estimate;
 
 /**
+ * A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about an axis that moves along. At
+ * time `t` a point that `start` brings to `x` is at `p + t velocity + R(t turn) (x - p)`, where `p` is a point of the axis at
+ * time 0. It is checked wherever it is used.
+ */
+typedef struct punctual_motion {
+  /**
+   * Where it begins.
+   */
+  struct punctual_pose start;
+  /**
+   * The velocity of the axis: length per unit of time.
+   */
+  struct punctual_point velocity;
+  /**
+   * The axis by the right-hand rule, times the angle in radians; zeros: no turn.
+   */
+  struct punctual_point turn;
+  /**
+   * From a point of the axis to the origin of the body at time 0; zeros: the axis goes through it.
+   */
+  struct punctual_point arm;
+} punctual_motion;
+
+/**
+ * The question until when a motion is free, and when the surfaces meet. Plain data, made by `punctual_motion_query_new`, one
+ * for each motion; it borrows the trees. To resume a query all of it must be what it was. Lengths are in the unit of the meshes,
+ * times from 0 to 1.
+ */
+typedef struct punctual_motion_query {
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * How B moves: in A's frame, or in the world if A moves too.
+   */
+  struct punctual_motion of_b;
+  /**
+   * Whether A moves too. False by default.
+   */
+  bool a_moves;
+  /**
+   * How, in the world.
+   */
+  struct punctual_motion of_a;
+  /**
+   * Done when nothing moves farther than this, seen from A, between the two times; 0: as close as double can tell. -1 by
+   * default, as any negative number: a millionth of the unit lengths of both meshes together.
+   */
+  double tolerance;
+  /**
+   * Done also when the two times differ by no more than this. 0 by default.
+   */
+  double time_tolerance;
+  /**
+   * By how much each surface is thickened, A's first. 0 by default.
+   */
+  double margins[2];
+  /**
+   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+   */
+  uint64_t poll_interval;
+} punctual_motion_query;
+
+/**
+ * The answer of a motion query, wherever it stopped; times from 0 to 1.
+ */
+typedef struct punctual_passage {
+  /**
+   * Proven: the surfaces meet at no time before. 1 without a contact: the motion is free to its end.
+   */
+  double free_until;
+  /**
+   * Whether a contact was found (yet); if not, its time and the triangles are zeros.
+   */
+  bool touches;
+  /**
+   * Proven: the surfaces meet at this time; 0 if they do at the start.
+   */
+  double touching_at;
+  /**
+   * The triangles that meet then.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_passage;
+
+/**
  * What a query, or the rest of one, is expected to take.
  */
 typedef struct punctual_prediction {
@@ -981,6 +1086,133 @@ typedef struct punctual_cost_model {
    */
   double setup;
 } punctual_cost_model;
+
+/**
+ * The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
+ * one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
+ */
+typedef struct punctual_contact_query {
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they meet. With infinity all pairs are.
+   */
+  double margin;
+  /**
+   * Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default when it is full.
+   */
+  size_t contact_limit;
+  /**
+   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+   */
+  uint64_t poll_interval;
+} punctual_contact_query;
+
+/**
+ * The answer of a contact query. The contacts stay in the workspace: `punctual_workspace_contacts`.
+ */
+typedef struct punctual_contacts {
+  /**
+   * Proven: every contact that was not found is at least this far apart. Infinite if the query is finished: none is missing.
+   */
+  double low;
+  /**
+   * Contacts found, resumed calls and drained contacts included.
+   */
+  uint64_t found;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_contacts;
+
+/**
+ * A triangle of A and one of B that meet or are close to one another. All of it is in A's frame, in the unit of the meshes.
+ */
+typedef struct punctual_contact {
+  /**
+   * The triangles.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * Their closest points, of A and of B. Of triangles that meet both are the middle of the segment.
+   */
+  struct punctual_point points[2];
+  /**
+   * Unit vector from B to A: moved along it, A parts from B. Of triangles that are apart it is the direction of least distance;
+   * of triangles that meet, that of the unit normal of B's triangle less that of A's, both by the right-hand rule.
+   */
+  struct punctual_point normal;
+  /**
+   * How far apart they are, up to some roundings. 0 only if they meet.
+   */
+  double distance;
+  /**
+   * Whether they meet; if not, the segment is zeros.
+   */
+  bool has_segment;
+  /**
+   * Where they meet: its ends; the same twice if that is a point.
+   */
+  struct punctual_point segment[2];
+} punctual_contact;
+
+/**
+ * Contacts that hang together: from each to the next their triangles of A have a corner in common or are the same, and their
+ * triangles of B too. All of it is in A's frame, in the unit of the meshes.
+ */
+typedef struct punctual_patch {
+  /**
+   * Stays the same from frame to frame while the patch has a triangle in common with the one that had it before.
+   */
+  uint64_t id;
+  /**
+   * How far apart its nearest triangles are.
+   */
+  double distance;
+  /**
+   * The box of the points of all its contacts.
+   */
+  struct punctual_aabb bounds;
+  /**
+   * Mean of the middles of its contacts. If triangles meet, each counts by the length of its segment.
+   */
+  struct punctual_point centroid;
+  /**
+   * Direction of the mean of the normals from B to A, weighted in the same way: a unit vector.
+   */
+  struct punctual_point normal;
+  /**
+   * Length of all segments in which triangles meet.
+   */
+  double length;
+  /**
+   * Whether these close up.
+   */
+  bool is_closed;
+  /**
+   * How many contacts it has.
+   */
+  size_t contact_count;
+  /**
+   * How many of them stand for all.
+   */
+  size_t point_count;
+} punctual_patch;
 
 /**
  * A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of bodies may have the same.
@@ -1595,6 +1827,64 @@ punctual_status punctual_distance_query_estimate(const struct punctual_distance_
                                                  struct punctual_distance_estimate *estimate);
 
 /**
+ * A straight line without turn.
+ */
+struct punctual_motion punctual_motion_straight(struct punctual_pose start, struct punctual_point velocity);
+
+/**
+ * The screw from one pose to another: a turn of at most half a circle about an axis, and a shift along it.
+ *
+ * Fails with BAD_POSE or BAD_ARGUMENT.
+ */
+punctual_status punctual_motion_screw(struct punctual_pose start,
+                                      struct punctual_pose end,
+                                      struct punctual_motion *motion);
+
+/**
+ * Where the body is at a time, 0 to 1; times outside are taken for 0 or 1, and NaN for 0.
+ *
+ * Fails with BAD_POSE or BAD_ARGUMENT.
+ */
+punctual_status punctual_motion_pose(const struct punctual_motion *motion, double time, struct punctual_pose *pose);
+
+/**
+ * The question until when the motion of `b` in the frame of `a` is free, with the default options. Checked when it is run.
+ */
+struct punctual_motion_query punctual_motion_query_new(const struct punctual_tree *a,
+                                                       const struct punctual_tree *b,
+                                                       struct punctual_motion b_in_a);
+
+/**
+ * Runs a motion query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the motion
+ * before makes the answer faster; `clock` may be null: the clock of the system.
+ *
+ * Under a time budget it returns at most one poll interval of work late, under a work budget at most
+ * PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ */
+punctual_status punctual_motion_query_run(const struct punctual_motion_query *query,
+                                          struct punctual_workspace *workspace,
+                                          struct punctual_memory *memory,
+                                          struct punctual_budget budget,
+                                          const struct punctual_clock *clock,
+                                          struct punctual_passage *outcome);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets, the
+ * outcome at the end is that of one uninterrupted run.
+ *
+ * Fails as `punctual_motion_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or
+ * is complete.
+ */
+punctual_status punctual_motion_query_resume(const struct punctual_motion_query *query,
+                                             struct punctual_workspace *workspace,
+                                             struct punctual_memory *memory,
+                                             struct punctual_budget budget,
+                                             const struct punctual_clock *clock,
+                                             struct punctual_passage *outcome);
+
+/**
  * What this query will take, if nothing stops it, given what is remembered of the pair; `memory` may be null. Takes about a
  * microsecond and allocates nothing.
  */
@@ -1620,6 +1910,143 @@ punctual_status punctual_query_estimate(const struct punctual_query *query,
  */
 punctual_status punctual_workspace_set_cost_model(struct punctual_workspace *workspace,
                                                   struct punctual_cost_model costs);
+
+/**
+ * The question where `a` and `b` meet, with the default options. Checked when it is run.
+ */
+struct punctual_contact_query punctual_contact_query_new(const struct punctual_tree *a,
+                                                         const struct punctual_tree *b,
+                                                         struct punctual_pose b_in_a);
+
+/**
+ * Runs a contact query within a budget. The first one in a workspace makes room for 4,096 contacts, unless
+ * `punctual_workspace_reserve_contacts` has made some; later ones do not allocate. It does not lock or panic. `clock` may be null:
+ * the clock of the system.
+ *
+ * Under a time budget it returns at most one poll interval of work late, under a work budget at most
+ * PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ */
+punctual_status punctual_contact_query_run(const struct punctual_contact_query *query,
+                                           struct punctual_workspace *workspace,
+                                           struct punctual_budget budget,
+                                           const struct punctual_clock *clock,
+                                           struct punctual_contacts *contacts);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget; after PAIRS_FULL drain the contacts or make room first.
+ * However it is cut into pieces by work budgets, all contacts together are those of one uninterrupted run.
+ *
+ * Fails as `punctual_contact_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
+ * or is complete.
+ */
+punctual_status punctual_contact_query_resume(const struct punctual_contact_query *query,
+                                              struct punctual_workspace *workspace,
+                                              struct punctual_budget budget,
+                                              const struct punctual_clock *clock,
+                                              struct punctual_contacts *contacts);
+
+/**
+ * Where the last run of this query in the workspace may have missed contacts. Takes time linear in the open pairs; allocates
+ * nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ */
+punctual_status punctual_contact_query_certificate(const struct punctual_contact_query *query,
+                                                   const struct punctual_workspace *workspace,
+                                                   struct punctual_certificate *certificate);
+
+/**
+ * Boxes in A's frame, at most one for each open pair: every missed contact has the middle of its closest points in one of them. As
+ * many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+ *
+ * Fails as `punctual_contact_query_certificate`.
+ */
+punctual_status punctual_contact_query_open_boxes(const struct punctual_contact_query *query,
+                                                  const struct punctual_workspace *workspace,
+                                                  struct punctual_aabb *boxes,
+                                                  size_t capacity,
+                                                  size_t *count);
+
+/**
+ * The contacts that the last query found, if it was a contact query, without those drained: the nearest first. As many as
+ * `capacity` allows are written to `contacts`, and how many there are to `count`.
+ */
+punctual_status punctual_workspace_contacts(const struct punctual_workspace *workspace,
+                                            struct punctual_contact *contacts,
+                                            size_t capacity,
+                                            size_t *count);
+
+/**
+ * Forgets the contacts, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
+ */
+punctual_status punctual_workspace_drain_contacts(struct punctual_workspace *workspace);
+
+/**
+ * Makes room for at least so many contacts, 150 bytes each.
+ *
+ * Fails with OUT_OF_MEMORY if there is not that much.
+ */
+punctual_status punctual_workspace_reserve_contacts(struct punctual_workspace *workspace, size_t contacts);
+
+/**
+ * Makes an empty set of patches, of which each will have at most so many points, at least 1; 4 are usual.
+ */
+punctual_status punctual_patches_new(size_t point_limit, struct punctual_patches **patches);
+
+/**
+ * Frees a set of patches; null is fine.
+ */
+void punctual_patches_free(struct punctual_patches *patches);
+
+/**
+ * Makes the patches of the contacts in the workspace, of the meshes of `a` and `b`; how many there are. Expected time linear in
+ * the contacts.
+ */
+punctual_status punctual_patches_update(struct punctual_patches *patches,
+                                        const struct punctual_tree *a,
+                                        const struct punctual_tree *b,
+                                        const struct punctual_workspace *workspace,
+                                        size_t *count);
+
+/**
+ * Forgets what was known of the frame before: no patch of the next update has an id that there was before.
+ */
+punctual_status punctual_patches_forget(struct punctual_patches *patches);
+
+/**
+ * A patch of the last update, counted from 0; the nearest come first.
+ *
+ * Fails with BAD_ARGUMENT if there are fewer.
+ */
+punctual_status punctual_patches_describe(const struct punctual_patches *patches,
+                                          size_t index,
+                                          struct punctual_patch *patch);
+
+/**
+ * The contacts of a patch, the nearest first. As many as `capacity` allows are written to `contacts`, and how many there are to
+ * `count`.
+ *
+ * Fails as `punctual_patches_describe`.
+ */
+punctual_status punctual_patches_contacts(const struct punctual_patches *patches,
+                                          size_t index,
+                                          struct punctual_contact *contacts,
+                                          size_t capacity,
+                                          size_t *count);
+
+/**
+ * The contacts that stand for a patch: the nearest, and those that span most of its area, seen along its normal. As many as
+ * `capacity` allows are written to `points`, and how many there are to `count`.
+ *
+ * Fails as `punctual_patches_describe`.
+ */
+punctual_status punctual_patches_points(const struct punctual_patches *patches,
+                                        size_t index,
+                                        struct punctual_contact *points,
+                                        size_t capacity,
+                                        size_t *count);
 
 /**
  * A moving body that may meet all others. Checked when it is inserted.

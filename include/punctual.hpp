@@ -255,6 +255,15 @@ public:
     });
   }
   [[nodiscard]] punctual_status drain_pairs() noexcept { return punctual_workspace_drain_pairs(get()); }
+  /** Writes up to `capacity` contacts, the nearest first; how many there are. */
+  Result<std::size_t> contacts(punctual_contact *contacts, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_workspace_contacts(get(), contacts, capacity, count); });
+  }
+  [[nodiscard]] punctual_status drain_contacts() noexcept { return punctual_workspace_drain_contacts(get()); }
+  [[nodiscard]] punctual_status reserve_contacts(std::size_t contacts) noexcept {
+    return punctual_workspace_reserve_contacts(get(), contacts);
+  }
 };
 
 /** A question. The fields of punctual_query are public; the trees must outlive it. */
@@ -368,6 +377,72 @@ struct MotionQuery : punctual_motion_query {
       return punctual_motion_query_resume(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock,
                                           passage);
     });
+  }
+};
+
+/** Where do they meet or come close? The fields of punctual_contact_query are public; the trees must outlive it. */
+struct ContactQuery : punctual_contact_query {
+  ContactQuery(const Tree &tree_a, const Tree &tree_b, const punctual_pose &pose_of_b) noexcept
+      : punctual_contact_query(punctual_contact_query_new(tree_a.get(), tree_b.get(), pose_of_b)) {}
+  ContactQuery(const Tree &&, const Tree &, const punctual_pose &) = delete;
+  ContactQuery(const Tree &, const Tree &&, const punctual_pose &) = delete;
+  ContactQuery(const Tree &&, const Tree &&, const punctual_pose &) = delete;
+
+  Result<punctual_contacts> run(Workspace &workspace, punctual_budget budget,
+                                const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_contacts>([&](punctual_contacts *contacts) {
+      return punctual_contact_query_run(this, workspace.get(), budget, clock, contacts);
+    });
+  }
+  Result<punctual_contacts> resume(Workspace &workspace, punctual_budget budget,
+                                   const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_contacts>([&](punctual_contacts *contacts) {
+      return punctual_contact_query_resume(this, workspace.get(), budget, clock, contacts);
+    });
+  }
+  Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
+      return punctual_contact_query_certificate(this, workspace.get(), certificate);
+    });
+  }
+  /** Writes up to `capacity` boxes; how many there are. */
+  Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
+                                 std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>([&](std::size_t *count) {
+      return punctual_contact_query_open_boxes(this, workspace.get(), boxes, capacity, count);
+    });
+  }
+};
+
+class Patches : public detail::Handle<punctual_patches, punctual_patches_free> {
+public:
+  using Handle::Handle;
+
+  static Result<Patches> make(std::size_t point_limit = 4) noexcept {
+    return detail::owned<Patches, punctual_patches>(
+        [&](punctual_patches **patches) { return punctual_patches_new(point_limit, patches); });
+  }
+
+  /** Those of the contacts in the workspace; how many. */
+  Result<std::size_t> update(const Tree &a, const Tree &b, const Workspace &workspace) noexcept {
+    return detail::filled<std::size_t>([&](std::size_t *count) {
+      return punctual_patches_update(get(), a.get(), b.get(), workspace.get(), count);
+    });
+  }
+  [[nodiscard]] punctual_status forget() noexcept { return punctual_patches_forget(get()); }
+  Result<punctual_patch> describe(std::size_t index) const noexcept {
+    return detail::filled<punctual_patch>(
+        [&](punctual_patch *patch) { return punctual_patches_describe(get(), index, patch); });
+  }
+  /** Writes up to `capacity` contacts of a patch, the nearest first; how many there are. */
+  Result<std::size_t> contacts(std::size_t index, punctual_contact *contacts, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_patches_contacts(get(), index, contacts, capacity, count); });
+  }
+  /** The same of those that stand for all. */
+  Result<std::size_t> points(std::size_t index, punctual_contact *points, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_patches_points(get(), index, points, capacity, count); });
   }
 };
 

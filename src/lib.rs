@@ -39,6 +39,8 @@
 //!
 //! # Further
 //!
+//! - Where and which way surfaces touch: [`ContactQuery`], [`Patches`]. How far apart they are: [`DistanceQuery`].
+//! - Which way, and how far, to move a body until it is free: [`PushOutQuery`].
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
 //! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Clock`].
@@ -51,9 +53,12 @@
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/games.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/controllers.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/benchmarking.md"))]
+#![cfg_attr(doctest, doc = include_str!("../docs/guide/contacts.md"))]
+#![cfg_attr(doctest, doc = include_str!("../docs/guide/push_out.md"))]
 
 extern crate alloc;
 
+mod contact;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals;
@@ -61,11 +66,13 @@ mod math;
 mod mesh;
 mod model;
 mod names;
+mod push_out;
 mod query;
 mod scene;
 mod tree;
 mod triangle;
 
+pub use contact::{Contact, Patch, Patches};
 /// The version of glam whose vectors and matrices are handed out.
 ///
 /// Those that make a [`Pose`], a [`Mesh`] or a shape may be of any version, or plain arrays. Results go over to another version
@@ -81,13 +88,14 @@ pub use model::cost::{
 };
 pub use model::prediction::Quantiles;
 pub use names::UnknownName;
+pub use push_out::{Push, PushOut, PushOutQuery};
 #[cfg(feature = "std")]
 pub use query::SystemClock;
 pub use query::{
-    Budget, Certificate, Clock, Distance, DistanceEstimate, DistanceQuery, Estimate, LEVELS, ManualClock, Mode,
-    MotionQuery, Nearest, Order, Outcome, PairMemory, Passage, Prediction, Query, ResumeError, Stats, StopReason,
-    Verdict, Workspace,
+    Budget, Certificate, Clock, ContactQuery, Contacts, Distance, DistanceEstimate, DistanceQuery, Estimate, LEVELS,
+    ManualClock, Mode, MotionQuery, Nearest, Order, Outcome, PairMemory, Passage, Prediction, Query, ResumeError,
+    Stats, StopReason, Verdict, Workspace,
 };
 pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};
-pub use triangle::triangles_intersect;
+pub use triangle::{triangle_segment, triangles_intersect};

@@ -6,14 +6,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each module and what it may import.
-const ARROWS: [(&str, &[&str]); 9] = [
+const ARROWS: [(&str, &[&str]); 11] = [
     ("math", &[]),
     ("names", &[]),
     ("mesh", &["math"]),
     ("tree", &["math", "names", "mesh"]),
     ("triangle", &["math"]),
+    ("contact", &["math", "mesh", "tree", "triangle"]),
     ("model", &["math"]),
-    ("query", &["math", "names", "mesh", "tree", "triangle", "model"]),
+    ("query", &["math", "names", "mesh", "tree", "triangle", "contact", "model"]),
+    ("push_out", &["math", "tree", "triangle", "model", "query"]),
     ("scene", &["math", "names", "mesh", "tree", "triangle", "model", "query"]),
     ("internals", &["math", "model", "query"]),
 ];

@@ -1,6 +1,6 @@
 //! A query touches no allocator: in any mode and order, with and without memory, finished, stopped, resumed, with
-//! full buffers, through the exact stage, and while its certificate is read; of distances as of intersections. Nor does a
-//! refit.
+//! full buffers, through the exact stage, and while its certificate is read; of distances, contacts and pushes as of
+//! intersections. Nor does a refit.
 
 #[path = "common/allocations.rs"]
 mod allocations;
@@ -14,7 +14,8 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
 use punctual::{
-    Budget, DistanceQuery, ManualClock, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
+    Budget, ContactQuery, DistanceQuery, ManualClock, Mode, PairMemory, Patches, Pose, PushOutQuery, Query, StopReason,
+    Tree, Workspace, shapes,
 };
 
 #[test]
@@ -68,6 +69,23 @@ fn use_distance(query: &DistanceQuery, workspace: &mut Workspace, mut memory: Op
     }
 }
 
+/// The same of a contact query, in a workspace that has room.
+fn use_contacts(query: &ContactQuery, workspace: &mut Workspace) {
+    let clock = ManualClock::ticking(Duration::from_micros(1));
+    for budget in [Budget::work(0), Budget::work(2_000), Budget::time(Duration::from_micros(3)), Budget::unlimited()] {
+        let mut said = query.run_with(workspace, budget, &clock);
+        while said.stop != StopReason::Finished {
+            black_box(query.certificate(workspace).unwrap().boxes().count());
+            black_box(workspace.contacts().count());
+            if said.stop == StopReason::PairsFull {
+                drop(black_box(workspace.drain_contacts()));
+            }
+            said = query.resume_with(workspace, Budget::work(50_000), &clock).unwrap();
+        }
+        black_box(workspace.contacts().count());
+    }
+}
+
 #[track_caller]
 fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
     let workspaces = [Workspace::new(), Workspace::with_capacity(0, 1), Workspace::with_capacity(3, 5)];
@@ -96,6 +114,15 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
             });
             assert_eq!(calls, 0, "{query:?}");
         }
+        workspace.reserve_contacts(64);
+        let query = ContactQuery::new(a, b, pose);
+        for query in [query, query.margin(0.01), query.margin(0.01).contact_limit(3)] {
+            assert_eq!(allocator_calls(|| use_contacts(&query, &mut workspace)), 0, "{query:?}");
+        }
+        let mut patches = Patches::new();
+        patches.update(a, b, workspace.contacts());
+        patches.update(a, b, workspace.contacts());
+        assert_eq!(allocator_calls(|| patches.update(a, b, workspace.contacts())), 0);
     }
 }
 
@@ -124,6 +151,19 @@ fn pairs_that_need_the_exact_stage() {
     let query = Query::new(&cube, &cube, Pose::IDENTITY).mode(Mode::All);
     let outcome = common::check::run(&query, &mut Workspace::new(), Budget::unlimited());
     assert!(outcome.stats.exact_tests > 0, "the exact stage was not reached");
+}
+
+#[test]
+fn pushes() {
+    let (knot, gear) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 24)), Tree::new(shapes::gear(11, 3)));
+    let (mut workspace, clock) = (Workspace::with_capacity(3, 5), ManualClock::ticking(Duration::from_micros(1)));
+    for [a, b] in [[&knot, &gear], [&knot, &knot]] {
+        let query = PushOutQuery::new(a, b, Pose::IDENTITY);
+        for budget in [Budget::work(20_000), Budget::time(Duration::from_micros(90)), Budget::unlimited()] {
+            let calls = allocator_calls(|| _ = black_box(query.run_with(&mut workspace, budget, &clock)));
+            assert_eq!(calls, 0, "{query:?}");
+        }
+    }
 }
 
 #[test]

@@ -13,8 +13,8 @@ use common::random::{Drift, Random, pose_about};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, Budget, BuildOptions, Calibration, CostModel, Counts, DistanceQuery, Effort, Filter, ManualClock, Mode,
-    PairMemory, Pose, Query, Reach, Scene, Tree, TreeStats, Verdict, Workspace, shapes,
+    Body, Budget, BuildOptions, Calibration, ContactQuery, CostModel, Counts, DistanceQuery, Effort, Filter,
+    ManualClock, Mode, PairMemory, Patches, Pose, Query, Reach, Scene, Tree, TreeStats, Verdict, Workspace, shapes,
 };
 use serde_json::{Value, from_str, json, to_string, to_value};
 
@@ -91,6 +91,11 @@ fn outcomes_certificates_and_the_model() {
             again(&query.run_with(&mut workspace, None, budget, &clock));
             again(&query.estimate(&workspace, None).unwrap());
         }
+        again(&ContactQuery::new(&a, &b, pose).margin(3.0).run_with(&mut workspace, budget, &clock));
+        workspace.contacts().for_each(again);
+        let mut patches = Patches::new();
+        patches.update(&a, &b, workspace.contacts());
+        patches.as_slice().iter().for_each(again);
     }
     let stats: TreeStats = from_str(&to_string(&a.stats()).unwrap()).unwrap();
     assert_eq!(stats, a.stats());

@@ -31,6 +31,9 @@ pub(crate) const WORK_PER_CLOSEST_POINTS: u64 = 700;
 /// Work of a step in which a pair of moving triangles is followed in `f64`, besides exact tests.
 pub(crate) const WORK_PER_WINDOW: u64 = 600;
 
+/// Work of adding a contact to the list.
+pub(crate) const WORK_PER_CONTACT: u64 = 100;
+
 /// Work of finding out whether a pair of clusters has been visited.
 pub(crate) const WORK_PER_LOOKUP: u64 = 10;
 
@@ -41,7 +44,7 @@ pub const MAX_STEP_WORK: u64 = 8 * WORK_PER_TRIANGLE_TEST;
 pub const MAX_DISTANCE_STEP_WORK: u64 = 8 * WORK_PER_DISTANCE_TEST;
 
 const _: () = assert!(
-    MAX_DISTANCE_STEP_WORK >= WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST
+    MAX_DISTANCE_STEP_WORK >= WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST + WORK_PER_CONTACT
         && MAX_DISTANCE_STEP_WORK >= WORK_PER_WINDOW + 2 * WORK_PER_EXACT_TEST
 );
 

@@ -7,6 +7,7 @@
 mod boxes;
 mod budget;
 mod certificate;
+mod contacts;
 mod corners;
 mod course;
 mod deadline;
@@ -47,9 +48,10 @@ mod workspace;
 #[cfg(feature = "std")]
 pub use budget::SystemClock;
 #[cfg(feature = "std")]
-use budget::by_system_clock;
+pub(crate) use budget::by_system_clock;
 pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
+pub use contacts::{ContactQuery, Contacts};
 pub(crate) use deadline::Deadline;
 pub use distance::{Distance, DistanceQuery, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};

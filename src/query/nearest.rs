@@ -7,25 +7,31 @@
 //!
 //! Triangles go through two tests: eight pairs at a time in `f32` for lower bounds, and one pair at a time in `f64`, for
 //! those that may be closer than the closest so far. Those that may only raise the lower bound are put off to the end.
+//!
+//! Contacts ([`super::contacts`]) are the same question with a limit and without an interval that closes in: each pair within
+//! the limit goes to a list.
 
 use super::boxes::Keys;
 use super::expand::{Sink, expand};
 use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
 use super::leaf::rows;
-use super::outcome::{LEVELS, StopReason};
+use super::outcome::{LEVELS, Stats, StopReason};
 use super::queue::{Origin, Pair};
 use super::search::{Bounded, DIVE, root};
 use super::traversal::{Question, Traversal};
 use super::views::Relation;
+use crate::contact::Contact;
 use crate::math::lanes::{F8, Lanes};
 use crate::model::cost::{
-    WORK_PER_CLOSEST_POINTS, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_LOOKUP,
+    WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
+    WORK_PER_LOOKUP,
 };
 use crate::tree::WIDTH;
 use crate::triangle::distance::{closest, distances};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
+use glam::DVec3;
 
 /// How far apart two surfaces are.
 pub(super) struct Distance {
@@ -112,6 +118,9 @@ impl Question for Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
         let search = &mut self.workspace.search;
+        if self.workspace.contacts.is_full() && !search.proposed.is_empty() {
+            return Some(StopReason::PairsFull);
+        }
         if let Some(proposed) = search.proposed.pop() {
             self.consider(proposed);
         } else if !search.waiting.is_empty() {
@@ -197,9 +206,10 @@ impl Traversal<'_, '_, Distance> {
 
     /// Looks at a pair in `f64`, unless it does not matter any more.
     fn consider(&mut self, Bounded { pair, low }: Bounded) {
-        let interval = &mut self.workspace.search.interval;
+        let workspace = &mut *self.workspace;
+        let interval = &mut workspace.search.interval;
         let is_settled = interval.nearest().is_some_and(|(nearest, _)| nearest == pair);
-        let stats = &mut self.workspace.run.stats;
+        let stats = &mut workspace.run.stats;
         let proven = f64::from(low) * self.relation.unit;
         if is_settled || !interval.matters(proven) {
             stats.work += WORK_PER_LOOKUP;
@@ -208,9 +218,18 @@ impl Traversal<'_, '_, Distance> {
             }
             return;
         }
-        let [of_a, of_b] = &mut self.workspace.corners;
+        let [of_a, of_b] = &mut workspace.corners;
         let a = of_a.of(self.a, pair[0], |v| v);
         let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
+        self.deadline.look_next();
+        if let Some(margin) = workspace.contacts.margin() {
+            let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
+            if let Some(contact) = contact(ids, [a, b], proven, margin, stats) {
+                workspace.contacts.push(contact);
+                workspace.run.found += 1;
+            }
+            return;
+        }
         let mut found = closest(a, b);
         stats.work += WORK_PER_CLOSEST_POINTS;
         let meet = found.low == 0.0 && {
@@ -218,11 +237,35 @@ impl Traversal<'_, '_, Distance> {
             stats.work += WORK_PER_EXACT_TEST;
             triangles_intersect(a, b)
         };
-        self.deadline.look_next();
         found.low = found.low.max(proven);
-        self.workspace.search.interval.settle(pair, &found, meet);
-        self.question.update(self.relation, &self.workspace.search.interval);
+        workspace.search.interval.settle(pair, &found, meet);
+        self.question.update(self.relation, &workspace.search.interval);
     }
+}
+
+/// What is known of two triangles that are at least `proven` apart, if that is within the margin.
+fn contact(
+    triangles: [u32; 2],
+    corners: [&[DVec3; 3]; 2],
+    proven: f64,
+    margin: f64,
+    stats: &mut Stats,
+) -> Option<Contact> {
+    if proven == 0.0 {
+        stats.exact_tests += 1;
+        stats.work += WORK_PER_EXACT_TEST;
+        let touching = Contact::touching(triangles, corners);
+        if touching.is_some() || margin == 0.0 {
+            stats.work += WORK_PER_CONTACT;
+            return touching;
+        }
+    }
+    let found = closest(corners[0], corners[1]);
+    stats.work += WORK_PER_CLOSEST_POINTS;
+    (found.low.max(proven) <= margin).then(|| {
+        stats.work += WORK_PER_CONTACT;
+        Contact::apart(triangles, corners, &found)
+    })
 }
 
 impl Sink for Traversal<'_, '_, Distance> {

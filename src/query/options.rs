@@ -28,6 +28,15 @@ pub(crate) struct Options {
     pub early: bool,
 }
 
+/// The same of a contact query.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ContactOptions {
+    pub margin: f64,
+    /// Most contacts in the workspace.
+    pub limit: usize,
+    pub poll_interval: u64,
+}
+
 /// The same of a distance query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DistanceOptions {

@@ -3,13 +3,14 @@
 use super::corners::Corners;
 use super::journey::Journey;
 use super::march::March;
-use super::options::{DistanceOptions, Options};
+use super::options::{ContactOptions, DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
 use super::search::Search;
 use super::strategy::Strategy;
 use super::triangle_pairs::TrianglePairs;
+use crate::contact::{Contact, ContactList};
 use crate::math::Pose;
 use crate::math::lanes::Instructions;
 use crate::math::random::Random;
@@ -49,6 +50,7 @@ pub struct Workspace {
     pub(super) search: Search,
     /// What is known of a motion.
     pub(super) journey: Journey,
+    pub(super) contacts: ContactList,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
 }
@@ -187,6 +189,7 @@ pub(super) enum Asked {
     Distance(DistanceOptions),
     /// Its options are in the journey.
     Motion,
+    Contacts(ContactOptions),
 }
 
 impl Workspace {
@@ -215,6 +218,7 @@ impl Workspace {
             march: March::new(VISITS),
             search: Search::new(),
             journey: Journey::NOTHING,
+            contacts: ContactList::default(),
             found: Vec::with_capacity(found.max(1)),
             run: NO_RUN,
         }
@@ -234,6 +238,24 @@ impl Workspace {
     /// Takes the found pairs out, so that a query that stopped with [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_pairs(&mut self) -> impl Iterator<Item = [u32; 2]> + '_ {
         self.found.drain(..)
+    }
+
+    /// The contacts that the last query found, if it was a [`crate::ContactQuery`]: nearest first, those of equal distance by
+    /// the ids of their triangles; without those drained.
+    pub fn contacts(&self) -> impl ExactSizeIterator<Item = &Contact> + Clone {
+        self.contacts.iter()
+    }
+
+    /// Takes the contacts out, nearest first, so that a query that stopped with [`crate::StopReason::PairsFull`] can be
+    /// resumed.
+    pub fn drain_contacts(&mut self) -> impl ExactSizeIterator<Item = Contact> {
+        self.contacts.drain()
+    }
+
+    /// Makes room for at least so many contacts, 150 bytes each; the first contact query does so for 4,096 if there is no room
+    /// at all. A query that stopped with [`crate::StopReason::PairsFull`] can be resumed then too.
+    pub fn reserve_contacts(&mut self, contacts: usize) {
+        self.contacts.reserve(contacts);
     }
 
     /// What a BV test, a triangle pair, an opened node pair and a query cost on this machine, in nanoseconds, as far as
@@ -314,6 +336,7 @@ impl Workspace {
         self.march.clear();
         self.search.clear();
         self.journey.followed = None;
+        self.contacts.clear();
         self.found.clear();
     }
 }
@@ -333,6 +356,7 @@ impl Clone for Workspace {
             march: self.march.clone(),
             search: self.search.clone(),
             journey: self.journey.clone(),
+            contacts: self.contacts.clone(),
             found,
             ..*self
         }

@@ -6,52 +6,47 @@
 //!
 //! Cost: `docs/performance.md`. It is bounded, whatever the coordinates, and nothing is allocated.
 
+mod segment;
 mod sign;
 mod sum;
 
 use core::array::from_fn;
 
 use glam::DVec3;
+pub(crate) use segment::segment;
 use sign::Signs;
 
 type Triangle = [DVec3; 3];
 
 /// Whether the closed triangles `a` and `b` share a point. All coordinates must be finite.
 pub(crate) fn intersects(a: &Triangle, b: &Triangle) -> bool {
-    let (a_min, a_max) = (a[0].min(a[1]).min(a[2]), a[0].max(a[1]).max(a[2]));
-    let (b_min, b_max) = (b[0].min(b[1]).min(b[2]), b[0].max(b[1]).max(b[2]));
-    if !(a_min.cmple(b_max) & b_min.cmple(a_max)).all() {
-        return false;
-    }
+    let Some(pair) = Pair::with_boxes_that_meet(a, b) else { return false };
     if a.iter().any(|p| b.contains(p)) {
         return true;
     }
-    let extent = a_max.max(b_max) - a_min.min(b_min);
-    let pair = Pair { a, b, extent, signs: Signs::within(extent) };
-    if extent.min_element() == 0.0 {
-        return pair.coplanar_meet();
-    }
-    let a_sides = pair.signs.sides(b, a);
-    if is_strict(a_sides) {
-        return false;
-    }
-    let b_sides = pair.signs.sides(a, b);
-    if is_strict(b_sides) {
-        return false;
-    }
-    match (a_sides == [0; 3], b_sides == [0; 3]) {
-        (false, false) => pair.crossing_meet(a_sides, b_sides),
-        // `b` spans a plane, as `a` has sides of it. If `a` spanned one too, `b` would lie in it, the planes would be
-        // the same and `a` would have no sides. So `a` is a segment, and not in the plane of `b`.
-        (false, true) => pair.segment_meets(a, a_sides, b),
-        (true, false) => pair.segment_meets(b, b_sides, a),
-        (true, true) => pair.coplanar_meet(),
+    match pair.position() {
+        Position::Apart => false,
+        Position::Crossing { a_sides, b_sides } => pair.crossing_meet(a_sides, b_sides),
+        Position::Piercing { segment, sides, face } => pair.segment_meets(segment, sides, face),
+        Position::Coplanar => pair.coplanar_meet(),
     }
 }
 
 /// All three points strictly on one side.
 fn is_strict(sides: [i8; 3]) -> bool {
     sides == [1; 3] || sides == [-1; 3]
+}
+
+/// How two triangles lie to each other's planes.
+enum Position<'a> {
+    /// One is strictly on one side of the other's plane.
+    Apart,
+    /// In different planes, neither strictly on one side of the other.
+    Crossing { a_sides: [i8; 3], b_sides: [i8; 3] },
+    /// A segment, with the sides of its points, neither in the plane of the face nor strictly on one side.
+    Piercing { segment: &'a Triangle, sides: [i8; 3], face: &'a Triangle },
+    /// Six points in one plane, or two segments.
+    Coplanar,
 }
 
 /// Two triangles whose boxes meet.
@@ -63,7 +58,38 @@ struct Pair<'a> {
     signs: Signs,
 }
 
-impl Pair<'_> {
+impl<'a> Pair<'a> {
+    fn with_boxes_that_meet(a: &'a Triangle, b: &'a Triangle) -> Option<Self> {
+        let (a_min, a_max) = (a[0].min(a[1]).min(a[2]), a[0].max(a[1]).max(a[2]));
+        let (b_min, b_max) = (b[0].min(b[1]).min(b[2]), b[0].max(b[1]).max(b[2]));
+        let meet = (a_min.cmple(b_max) & b_min.cmple(a_max)).all();
+        let extent = a_max.max(b_max) - a_min.min(b_min);
+        meet.then(|| Self { a, b, extent, signs: Signs::within(extent) })
+    }
+
+    fn position(&self) -> Position<'a> {
+        let Self { a, b, extent, ref signs } = *self;
+        if extent.min_element() == 0.0 {
+            return Position::Coplanar;
+        }
+        let a_sides = signs.sides(b, a);
+        if is_strict(a_sides) {
+            return Position::Apart;
+        }
+        let b_sides = signs.sides(a, b);
+        if is_strict(b_sides) {
+            return Position::Apart;
+        }
+        match (a_sides == [0; 3], b_sides == [0; 3]) {
+            (false, false) => Position::Crossing { a_sides, b_sides },
+            // `b` spans a plane, as `a` has sides of it. If `a` spanned one too, `b` would lie in it, the planes would be
+            // the same and `a` would have no sides. So `a` is a segment, and not in the plane of `b`.
+            (false, true) => Position::Piercing { segment: a, sides: a_sides, face: b },
+            (true, false) => Position::Piercing { segment: b, sides: b_sides, face: a },
+            (true, true) => Position::Coplanar,
+        }
+    }
+
     /// For two proper triangles in different planes, neither strictly on one side of the other.
     ///
     /// Each meets the other's plane, so the planes share a line L, directed by `d = n_a x n_b`. Take the corner P of
@@ -87,8 +113,8 @@ impl Pair<'_> {
     /// points, not strictly on one. It crosses the plane in one point of its line, which is in `t` if the line does not
     /// pass two edges of `t` on different sides.
     fn segment_meets(&self, s: &Triangle, sides: [i8; 3], t: &Triangle) -> bool {
-        let q = if sides[0] == sides[1] { s[2] } else { s[1] };
-        let passes: [i8; 3] = from_fn(|i| self.signs.side([s[0], q, t[i]], t[(i + 1) % 3]));
+        let [p, q] = crossing_edge(s, sides);
+        let passes: [i8; 3] = from_fn(|i| self.signs.side([p, q, t[i]], t[(i + 1) % 3]));
         !(passes.contains(&1) && passes.contains(&-1))
     }
 
@@ -122,6 +148,11 @@ impl Pair<'_> {
             first != 0 && first != turn && side(t[1]) == first && side(t[2]) == first
         })
     }
+}
+
+/// Two of the points that are not on the same side; not all three are.
+fn crossing_edge(s: &Triangle, sides: [i8; 3]) -> [DVec3; 2] {
+    [s[0], if sides[0] == sides[1] { s[2] } else { s[1] }]
 }
 
 /// The corner alone on its side, and which side is to count as above: 1 or -1. For sides neither strict nor all zero.

@@ -23,3 +23,23 @@ use glam::DVec3;
 pub fn triangles_intersect(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
     exact::intersects(a, b)
 }
+
+/// The segment in which two closed triangles meet; `None` if [`triangles_intersect`] is false.
+///
+/// Both ends are within 1e-12 times the largest coordinate of *both* triangles (or within 2^-1073, where all coordinates are
+/// denormal), whatever their shape: which corner or edge an end lies on is decided exactly. Triangles that touch in a point
+/// have a segment of length 0. Triangles in different planes have it directed along `n_a x n_b`, the cross product of their
+/// normals `(t1 - t0) x (t2 - t0)`. Of triangles in one plane it is the longest in both.
+///
+/// Coordinates must be finite and at most 2^1003 in magnitude.
+///
+/// ```
+/// use punctual::glam::DVec3;
+/// let floor = [DVec3::ZERO, DVec3::X * 3.0, DVec3::Y * 3.0];
+/// let wall = [DVec3::new(1.0, 1.0, -1.0), DVec3::new(1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 1.0)];
+/// let segment = punctual::triangle_segment(&floor, &wall);
+/// assert_eq!(segment, Some([DVec3::new(1.0, 1.0, 0.0), DVec3::new(1.0, 0.0, 0.0)]));
+/// ```
+pub fn triangle_segment(a: &[DVec3; 3], b: &[DVec3; 3]) -> Option<[DVec3; 2]> {
+    exact::segment(a, b)
+}

@@ -202,7 +202,7 @@ impl Truth {
 }
 
 /// No more than the distance of the boxes.
-fn least_gap(a: &Aabb, b: &Aabb) -> f64 {
+pub fn least_gap(a: &Aabb, b: &Aabb) -> f64 {
     let gaps = (a.min - b.max).max(b.min - a.max).max(DVec3::ZERO);
     let largest = gaps.max_element();
     // Where nothing can underflow, and neither can the squares.

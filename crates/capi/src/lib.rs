@@ -18,12 +18,14 @@
 mod arrays;
 mod body;
 mod clock;
+mod contacts;
 mod distance;
 mod estimate;
 mod handle;
 mod memory;
 mod mesh;
 mod motion;
+mod patches;
 mod pose;
 mod query;
 mod scene;
@@ -35,11 +37,13 @@ mod workspace;
 
 pub use body::*;
 pub use clock::punctual_clock;
+pub use contacts::*;
 pub use distance::*;
 pub use estimate::*;
 pub use memory::*;
 pub use mesh::*;
 pub use motion::*;
+pub use patches::*;
 pub use pose::*;
 pub use query::*;
 pub use scene::*;

@@ -7,6 +7,8 @@ mod allocations;
 mod call;
 #[path = "../../../tests/common/mod.rs"]
 mod common;
+#[path = "capi/contacts.rs"]
+mod contacts;
 #[path = "capi/distances.rs"]
 mod distances;
 #[path = "capi/motions.rs"]
@@ -92,5 +94,6 @@ fn handles_may_change_threads() {
     send_and_sync::<punctual_tree>();
     send_and_sync::<punctual_workspace>();
     send_and_sync::<punctual_memory>();
+    send_and_sync::<punctual_patches>();
     send_and_sync::<punctual_scene>();
 }

@@ -6,6 +6,7 @@
 #![deny(unsafe_code)]
 
 mod compare;
+mod contacts;
 mod distance;
 mod fit;
 mod info;
@@ -13,6 +14,7 @@ mod input;
 mod motion;
 mod pair;
 mod paper;
+mod push;
 mod scene;
 mod sweep;
 mod triangles;
@@ -36,6 +38,7 @@ enum Command {
     Pair(pair::Args),
     Distance(distance::Args),
     Motion(motion::Args),
+    Contacts(contacts::Args),
     Triangles(triangles::Args),
     Info(info::Args),
     Paper(paper::Args),
@@ -63,6 +66,7 @@ fn main() -> ExitCode {
         Command::Pair(args) => pair::run(args, &mut out),
         Command::Distance(args) => distance::run(args, &mut out),
         Command::Motion(args) => motion::run(args, &mut out),
+        Command::Contacts(args) => contacts::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),

@@ -59,6 +59,38 @@ impl Signs {
             _ => exact_turn(points),
         }
     }
+
+    /// How far along `p q` the plane of `t` is, as a share of its length. The points are not strictly on one side of the plane,
+    /// nor both in it. The share is off by less than `tolerance` or by a few roundings, or a share of 0 is as good.
+    pub fn share_to_plane(&self, t: &[DVec3; 3], [p, q]: [DVec3; 2], tolerance: f64) -> f64 {
+        let bound = VOLUME_BOUND * self.extent.x * self.extent.y * self.extent.z;
+        let points = [t[0], t[1], t[2], p, q].map(|p| p.to_array());
+        let [from, to] = volumes([points[0], points[1], points[2]], [points[3], points[4]]);
+        fast_share(from, to, bound, tolerance).unwrap_or_else(|| {
+            let (points, width) = on_grid(points);
+            let volume = |i: usize| exact_volume([&points[0], &points[1], &points[2], &points[i]], width);
+            volume(3).share_of_sizes(&volume(4))
+        })
+    }
+
+    /// The same for the line `r s`, projected along `axis`, for points strictly on different sides.
+    pub fn share_to_line(&self, axis: usize, [r, s]: [DVec3; 2], [p, q]: [DVec3; 2], tolerance: f64) -> f64 {
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        let points = [r, s, p, q].map(|p| [p[i], p[j]]);
+        let [from, to] = [2, 3].map(|k: usize| area([points[0], points[1], points[k]]));
+        fast_share(from, to, AREA_BOUND * self.extent[i] * self.extent[j], tolerance).unwrap_or_else(|| {
+            let (points, width) = on_grid(points);
+            let area = |k: usize| exact_area([&points[0], &points[1], &points[k]], width);
+            area(2).share_of_sizes(&area(3))
+        })
+    }
+}
+
+/// Where a value that goes from one number to another, of different signs and each off by `bound` at most, is zero: if that is
+/// certain to less than the tolerance. It is if `tolerance (|from| + |to|) > 2 bound`, as both together are off by no more.
+fn fast_share(from: f64, to: f64, bound: f64, tolerance: f64) -> Option<f64> {
+    let span = from - to;
+    (4.0 * bound < tolerance * span.abs()).then(|| (from / span).clamp(0.0, 1.0))
 }
 
 /// `det(t1 - t0, t2 - t0, p - t0)` of each point.
@@ -98,16 +130,21 @@ fn exact_side(points: [[f64; 3]; 4]) -> i8 {
         return -sign(robust::orient3d(p, q, r, s));
     }
     let (points, width) = on_grid(points);
+    exact_volume(points.each_ref(), width).sign()
+}
+
+/// `det(p1 - p0, p2 - p0, p3 - p0)` of points on a grid of this width.
+fn exact_volume(points: [&[Term; 3]; 4], width: u32) -> Sum {
     let mut sum = Sum::new(width);
     // Expanded: the determinants of all triples of points.
     for triple in [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]] {
-        let [p, q, r] = triple.map(|i: usize| &points[i]);
+        let [p, q, r] = triple.map(|i: usize| points[i]);
         for (x, y, z) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
             sum.add([p[x], q[y], r[z]]);
             sum.subtract([p[x], q[z], r[y]]);
         }
     }
-    sum.sign()
+    sum
 }
 
 /// Sign of `det(p1 - p0, p2 - p0)`.
@@ -117,13 +154,18 @@ fn exact_turn(points: [[f64; 2]; 3]) -> i8 {
         return sign(robust::orient2d(p, q, r));
     }
     let (points, width) = on_grid(points);
+    exact_area(points.each_ref(), width).sign()
+}
+
+/// `det(p1 - p0, p2 - p0)` of points on a grid of this width.
+fn exact_area(points: [&[Term; 2]; 3], width: u32) -> Sum {
     let mut sum = Sum::new(width);
     for pair in [[0, 1], [1, 2], [2, 0]] {
-        let [p, q] = pair.map(|i: usize| &points[i]);
+        let [p, q] = pair.map(|i: usize| points[i]);
         sum.add([p[0], q[1], Term::ONE]);
         sum.subtract([p[1], q[0], Term::ONE]);
     }
-    sum.sign()
+    sum
 }
 
 #[cfg(test)]

@@ -51,6 +51,8 @@ pub(super) struct Sum {
 
 const LIMBS: usize = limbs(1024 + 1074);
 
+const TWO_TO_64: f64 = 18_446_744_073_709_551_616.0;
+
 /// A product is below 2^(3 width); 24 of them, should signs gather all in one part, below 2^(3 width + 5).
 const fn limbs(width: u32) -> usize {
     (3 * width as usize + 5).div_ceil(64)
@@ -96,6 +98,30 @@ impl Sum {
     pub fn sign(&self) -> i8 {
         let [added, subtracted] = self.parts.each_ref().map(|part| part[..self.limbs].iter().rev());
         added.cmp(subtracted) as i8
+    }
+
+    /// `|self| / (|self| + |other|)` for sums of the same width that are not both 0, off by a few roundings of 1.
+    pub fn share_of_sizes(&self, other: &Self) -> f64 {
+        let sizes = [self.size(), other.size()];
+        let top = (0..self.limbs).rev().find(|&i| sizes.iter().any(|size| size[i] != 0)).unwrap_or(0);
+        // Of both the same two limbs: what is below is less than 2^-64 of the larger size.
+        let [size, rest] =
+            sizes.map(|size| size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64);
+        size / (size + rest)
+    }
+
+    fn size(&self) -> [u64; LIMBS] {
+        let [added, subtracted] = &self.parts;
+        let (large, small) = if self.sign() < 0 { (subtracted, added) } else { (added, subtracted) };
+        let mut size = [0; LIMBS];
+        let mut borrow = false;
+        for i in 0..self.limbs {
+            let (difference, below) = large[i].overflowing_sub(small[i]);
+            let (difference, again) = difference.overflowing_sub(borrow.into());
+            size[i] = difference;
+            borrow = below | again;
+        }
+        size
     }
 }
 

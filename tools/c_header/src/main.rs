@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::{env, error::Error, fs};
 
 /// In the order of the header.
-const SOURCES: [&str; 15] = [
+const SOURCES: [&str; 17] = [
     "status",
     "pose",
     "mesh",
@@ -22,6 +22,8 @@ const SOURCES: [&str; 15] = [
     "distance",
     "motion",
     "estimate",
+    "contacts",
+    "patches",
     "body",
     "scene",
 ];

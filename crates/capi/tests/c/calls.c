@@ -402,6 +402,83 @@ static void distances(void) {
   punctual_mesh_free(mesh);
 }
 
+static void contacts(void) {
+  punctual_mesh *mesh;
+  punctual_tree *cube;
+  punctual_workspace *workspace;
+  punctual_patches *patches;
+  punctual_contacts said;
+  punctual_contact found[64];
+  punctual_certificate open;
+  punctual_aabb boxes[4];
+  punctual_patch patch;
+  size_t count, points;
+  OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
+  OK(punctual_tree_new(mesh, NULL, &cube));
+  OK(punctual_workspace_new(&workspace));
+  OK(punctual_patches_new(4, &patches));
+  OK(punctual_workspace_reserve_contacts(workspace, 10000));
+
+  /* Two cubes of edge 2, a hundredth apart. */
+  punctual_contact_query query = punctual_contact_query_new(cube, cube, at(2.01, 0.3, 0.2));
+  CHECK(query.margin == 0 && query.contact_limit == SIZE_MAX && query.poll_interval == PUNCTUAL_MAX_STEP_WORK);
+  OK(punctual_contact_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &said));
+  CHECK(said.found == 0 && said.stop == PUNCTUAL_STOP_REASON_FINISHED && said.low > 1e300);
+  query.margin = 0.02;
+  OK(punctual_contact_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &said));
+  OK(punctual_workspace_contacts(workspace, found, 64, &count));
+  CHECK(count == said.found && count > 20);
+  CHECK(found[0].distance > 0.0099 && found[0].distance < 0.0101 && !found[0].has_segment);
+  CHECK(found[0].normal.x < -0.999 && found[0].points[0].x == 1 && found[0].triangles.a < 192);
+  size_t all = count;
+
+  /* One foot, with the corners of what they share for points. */
+  OK(punctual_patches_update(patches, cube, cube, workspace, &count));
+  CHECK(count == 1);
+  OK(punctual_patches_describe(patches, 0, &patch));
+  CHECK(patch.contact_count == all && patch.point_count == 4 && patch.length == 0 && !patch.is_closed);
+  CHECK(patch.normal.x < -0.999 && patch.bounds.min.y < patch.centroid.y && patch.centroid.y < patch.bounds.max.y);
+  OK(punctual_patches_points(patches, 0, found, 64, &points));
+  CHECK(points == 4 && found[0].distance == patch.distance);
+  OK(punctual_patches_contacts(patches, 0, found, 64, &points));
+  CHECK(points == all);
+  uint64_t id = patch.id;
+  OK(punctual_patches_update(patches, cube, cube, workspace, &count));
+  OK(punctual_patches_describe(patches, 0, &patch));
+  CHECK(patch.id == id);
+  OK(punctual_patches_forget(patches));
+  OK(punctual_patches_update(patches, cube, cube, workspace, &count));
+  OK(punctual_patches_describe(patches, 0, &patch));
+  CHECK(patch.id != id);
+  FAILS(punctual_patches_describe(patches, 1, &patch), BAD_ARGUMENT,
+        "punctual_patches_describe: index is 1, but there are 1");
+
+  /* Little work at a time, and a list that is full. */
+  query.contact_limit = 8;
+  size_t sum = 0;
+  OK(punctual_contact_query_run(&query, workspace, punctual_budget_work(0), NULL, &said));
+  CHECK(said.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && said.low == 0);
+  while (said.stop != PUNCTUAL_STOP_REASON_FINISHED) {
+    OK(punctual_contact_query_certificate(&query, workspace, &open));
+    OK(punctual_contact_query_open_boxes(&query, workspace, boxes, 4, &count));
+    CHECK(count <= open.open_pairs && (said.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT ||
+                                       said.stop == PUNCTUAL_STOP_REASON_PAIRS_FULL));
+    OK(punctual_workspace_contacts(workspace, NULL, 0, &count));
+    sum += count;
+    OK(punctual_workspace_drain_contacts(workspace));
+    OK(punctual_contact_query_resume(&query, workspace, punctual_budget_work(3000), NULL, &said));
+  }
+  OK(punctual_workspace_contacts(workspace, NULL, 0, &count));
+  CHECK(sum + count == all);
+  query.margin = -1;
+  FAILS(punctual_contact_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &said), BAD_ARGUMENT,
+        "punctual_contact_query_run: query->margin is -1, which is negative or no number");
+  punctual_patches_free(patches);
+  punctual_workspace_free(workspace);
+  punctual_tree_free(cube);
+  punctual_mesh_free(mesh);
+}
+
 static void scenes(void) {
   punctual_tree *tree = knot(), *shared;
   punctual_mesh *mesh;
@@ -486,11 +563,13 @@ int main(int count, char **arguments) {
   queries();
   distances();
   motions();
+  contacts();
   scenes();
   punctual_mesh_free(NULL);
   punctual_tree_free(NULL);
   punctual_workspace_free(NULL);
   punctual_memory_free(NULL);
+  punctual_patches_free(NULL);
   punctual_scene_free(NULL);
   puts("every function of punctual.h answers as it should");
   return 0;

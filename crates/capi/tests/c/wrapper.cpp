@@ -11,7 +11,7 @@ template <class Handle> constexpr bool is_owner = std::is_nothrow_move_construct
                                                   !std::is_copy_constructible_v<Handle> && !std::is_copy_assignable_v<Handle> &&
                                                   sizeof(Handle) == sizeof(void *);
 static_assert(is_owner<punctual::Mesh> && is_owner<punctual::Tree> && is_owner<punctual::Workspace> &&
-              is_owner<punctual::Memory> && is_owner<punctual::Scene>);
+              is_owner<punctual::Memory> && is_owner<punctual::Patches> && is_owner<punctual::Scene>);
 
 // A query and a body borrow their trees, which therefore have a name of their own.
 using Tree = punctual::Tree;
@@ -24,6 +24,10 @@ static_assert(std::is_constructible_v<punctual::DistanceQuery, const Tree &, Tre
 static_assert(!std::is_constructible_v<punctual::DistanceQuery, Tree, Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::DistanceQuery, Tree &, Tree, Pose>);
 static_assert(!std::is_constructible_v<punctual::DistanceQuery, Tree, Tree, Pose>);
+static_assert(std::is_constructible_v<punctual::ContactQuery, const Tree &, Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree, Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree &, Tree, Pose>);
+static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree, Tree, Pose>);
 static_assert(std::is_constructible_v<punctual::Body, const Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::Body, Tree, Pose>);
 
@@ -31,6 +35,8 @@ static_assert(!std::is_constructible_v<punctual::Body, Tree, Pose>);
 static_assert(std::is_trivially_copyable_v<punctual::Query> && sizeof(punctual::Query) == sizeof(punctual_query));
 static_assert(std::is_trivially_copyable_v<punctual::DistanceQuery> &&
               sizeof(punctual::DistanceQuery) == sizeof(punctual_distance_query));
+static_assert(std::is_trivially_copyable_v<punctual::ContactQuery> &&
+              sizeof(punctual::ContactQuery) == sizeof(punctual_contact_query));
 static_assert(std::is_trivially_copyable_v<punctual::Body> && sizeof(punctual::Body) == sizeof(punctual_body));
 
 } // namespace

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod cases;
+mod contacts;
 mod damage;
 mod distance;
 #[allow(dead_code, reason = "the library's tests use the rest")]

@@ -1,10 +1,14 @@
 //! Two triangles: the answer is exact for every input, whichever comes first and wherever its corners begin.
 
+#[path = "../common/mod.rs"]
 mod common;
-#[path = "common/oracle.rs"]
+#[path = "../common/exact_distance.rs"]
+mod exact_distance;
+#[path = "../common/oracle.rs"]
 mod oracle;
-#[path = "common/pairs.rs"]
+#[path = "../common/pairs.rs"]
 mod pairs;
+mod segments;
 
 use std::array::from_fn;
 

@@ -1,0 +1,242 @@
+//! Contact queries: two trees, a pose and a margin in; all pairs of triangles within the margin out.
+
+use crate::arrays::{fill, find_room};
+use crate::clock::punctual_clock;
+use crate::distance::not_negative;
+use crate::mesh::{punctual_aabb, punctual_point};
+use crate::pose::punctual_pose;
+use crate::query::{answer, punctual_budget, punctual_certificate, punctual_stats, punctual_stop_reason};
+use crate::status::{Fault, door, given, punctual_status};
+use crate::tree::punctual_tree;
+use crate::workspace::{punctual_triangle_pair, punctual_workspace};
+use core::mem::MaybeUninit;
+use punctual::{Contact, ContactQuery, Contacts, MAX_STEP_WORK};
+
+/// The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
+/// one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct punctual_contact_query<'t> {
+    /// Tree A.
+    pub a: Option<&'t punctual_tree>,
+    /// Tree B; it may be the same.
+    pub b: Option<&'t punctual_tree>,
+    /// Brings coordinates of B into those of A.
+    pub b_in_a: punctual_pose,
+    /// Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they meet. With infinity all pairs are.
+    pub margin: f64,
+    /// Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default when it is full.
+    pub contact_limit: usize,
+    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+    pub poll_interval: u64,
+}
+
+/// The answer of a contact query. The contacts stay in the workspace: `punctual_workspace_contacts`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_contacts {
+    /// Proven: every contact that was not found is at least this far apart. Infinite if the query is finished: none is missing.
+    pub low: f64,
+    /// Contacts found, resumed calls and drained contacts included.
+    pub found: u64,
+    /// Why the query returned.
+    pub stop: punctual_stop_reason,
+    /// What it has done.
+    pub stats: punctual_stats,
+}
+
+/// A triangle of A and one of B that meet or are close to one another. All of it is in A's frame, in the unit of the meshes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_contact {
+    /// The triangles.
+    pub triangles: punctual_triangle_pair,
+    /// Their closest points, of A and of B. Of triangles that meet both are the middle of the segment.
+    pub points: [punctual_point; 2],
+    /// Unit vector from B to A: moved along it, A parts from B. Of triangles that are apart it is the direction of least distance;
+    /// of triangles that meet, that of the unit normal of B's triangle less that of A's, both by the right-hand rule.
+    pub normal: punctual_point,
+    /// How far apart they are, up to some roundings. 0 only if they meet.
+    pub distance: f64,
+    /// Whether they meet; if not, the segment is zeros.
+    pub has_segment: bool,
+    /// Where they meet: its ends; the same twice if that is a point.
+    pub segment: [punctual_point; 2],
+}
+
+/// The question where `a` and `b` meet, with the default options. Checked when it is run.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_contact_query_new<'t>(
+    a: Option<&'t punctual_tree>,
+    b: Option<&'t punctual_tree>,
+    b_in_a: punctual_pose,
+) -> punctual_contact_query<'t> {
+    punctual_contact_query { a, b, b_in_a, margin: 0.0, contact_limit: usize::MAX, poll_interval: MAX_STEP_WORK }
+}
+
+/// Runs a contact query within a budget. The first one in a workspace makes room for 4,096 contacts, unless
+/// `punctual_workspace_reserve_contacts` has made some; later ones do not allocate. It does not lock or panic. `clock` may be null:
+/// the clock of the system.
+///
+/// Under a time budget it returns at most one poll interval of work late, under a work budget at most
+/// PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
+///
+/// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_contact_query_run(
+    query: Option<&punctual_contact_query>,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    contacts: Option<&mut MaybeUninit<punctual_contacts>>,
+) -> punctual_status {
+    door("punctual_contact_query_run", || {
+        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for clocks.
+        unsafe {
+            answer(workspace, None, budget, clock, contacts, |workspace, _, budget, clock| {
+                Ok(query.run_with(workspace, budget, clock))
+            })
+        }
+    })
+}
+
+/// Goes on with the stopped run that the workspace holds, with a fresh budget; after PAIRS_FULL drain the contacts or make room first.
+/// However it is cut into pieces by work budgets, all contacts together are those of one uninterrupted run.
+///
+/// Fails as `punctual_contact_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
+/// or is complete.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_contact_query_resume(
+    query: Option<&punctual_contact_query>,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    contacts: Option<&mut MaybeUninit<punctual_contacts>>,
+) -> punctual_status {
+    door("punctual_contact_query_resume", || {
+        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for clocks.
+        unsafe {
+            answer(workspace, None, budget, clock, contacts, |workspace, _, budget, clock| {
+                Ok(query.resume_with(workspace, budget, clock)?)
+            })
+        }
+    })
+}
+
+/// Where the last run of this query in the workspace may have missed contacts. Takes time linear in the open pairs; allocates
+/// nothing.
+///
+/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_contact_query_certificate(
+    query: Option<&punctual_contact_query>,
+    workspace: Option<&punctual_workspace>,
+    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+) -> punctual_status {
+    door("punctual_contact_query_certificate", || {
+        let query = given(query, "query")?.check()?;
+        let certificate = given(certificate, "certificate")?;
+        certificate.write(query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?.into());
+        Ok(())
+    })
+}
+
+/// Boxes in A's frame, at most one for each open pair: every missed contact has the middle of its closest points in one of them. As
+/// many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+///
+/// Fails as `punctual_contact_query_certificate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_contact_query_open_boxes(
+    query: Option<&punctual_contact_query>,
+    workspace: Option<&punctual_workspace>,
+    boxes: *mut punctual_aabb,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_contact_query_open_boxes", || {
+        let query = given(query, "query")?.check()?;
+        let count = given(count, "count")?;
+        let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
+        Ok(())
+    })
+}
+
+/// The contacts that the last query found, if it was a contact query, without those drained: the nearest first. As many as
+/// `capacity` allows are written to `contacts`, and how many there are to `count`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_workspace_contacts(
+    workspace: Option<&punctual_workspace>,
+    contacts: *mut punctual_contact,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_workspace_contacts", || {
+        let found = given(workspace, "workspace")?.0.get("workspace")?.contacts();
+        let count = given(count, "count")?;
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(contacts, capacity, "contacts", found.map(Into::into)) }?);
+        Ok(())
+    })
+}
+
+/// Forgets the contacts, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_workspace_drain_contacts(workspace: Option<&mut punctual_workspace>) -> punctual_status {
+    door("punctual_workspace_drain_contacts", || {
+        given(workspace, "workspace")?.0.change("workspace", |workspace| {
+            drop(workspace.drain_contacts());
+            Ok(())
+        })
+    })
+}
+
+/// Makes room for at least so many contacts, 150 bytes each.
+///
+/// Fails with OUT_OF_MEMORY if there is not that much.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_workspace_reserve_contacts(
+    workspace: Option<&mut punctual_workspace>,
+    contacts: usize,
+) -> punctual_status {
+    door("punctual_workspace_reserve_contacts", || {
+        given(workspace, "workspace")?.0.change("workspace", |workspace| {
+            find_room([(contacts, size_of::<Contact>() + size_of::<u32>())])?;
+            workspace.reserve_contacts(contacts);
+            Ok(())
+        })
+    })
+}
+
+impl punctual_contact_query<'_> {
+    fn check(&self) -> Result<ContactQuery<'_>, Fault> {
+        let a = given(self.a, "query->a")?.0.get("query->a")?;
+        let b = given(self.b, "query->b")?.0.get("query->b")?;
+        not_negative(self.margin, "query->margin")?;
+        let query = ContactQuery::new(a, b, self.b_in_a.check()?).margin(self.margin);
+        Ok(query.contact_limit(self.contact_limit).poll_interval(self.poll_interval))
+    }
+}
+
+impl From<Contacts> for punctual_contacts {
+    fn from(contacts: Contacts) -> Self {
+        let Contacts { low, found, stop, stats, .. } = contacts;
+        Self { low, found, stop: stop.into(), stats: stats.into() }
+    }
+}
+
+impl From<&Contact> for punctual_contact {
+    fn from(contact: &Contact) -> Self {
+        Self {
+            triangles: contact.triangles.into(),
+            points: contact.points.map(Into::into),
+            normal: contact.normal.into(),
+            distance: contact.distance,
+            has_segment: contact.segment.is_some(),
+            segment: contact.segment.unwrap_or_default().map(Into::into),
+        }
+    }
+}

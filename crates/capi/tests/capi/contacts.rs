@@ -1,0 +1,179 @@
+//! Contact queries and patches: the contacts, bounds and counters of Rust, and everything that is refused.
+
+use std::mem::MaybeUninit;
+use std::ptr::null_mut;
+
+use super::call::*;
+use super::queries::same_stats;
+use punctual::{Budget, Contact, ContactQuery, Contacts, Patches, StopReason, Tree, Workspace, shapes};
+use punctual_capi::{punctual_status as Status, *};
+
+const NO_CONTACT: punctual_contact = punctual_contact {
+    triangles: punctual_triangle_pair { a: 0, b: 0 },
+    points: [NO_POINT; 2],
+    normal: NO_POINT,
+    distance: 0.0,
+    has_segment: false,
+    segment: [NO_POINT; 2],
+};
+
+fn same(ours: &punctual_contacts, theirs: &Contacts) {
+    assert_eq!((ours.low, ours.found), (theirs.low, theirs.found));
+    assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
+    same_stats(&ours.stats, &theirs.stats);
+}
+
+fn same_contact(ours: &punctual_contact, theirs: &Contact) {
+    let point = |p: punctual_point| [p.x, p.y, p.z];
+    assert_eq!([ours.triangles.a, ours.triangles.b], theirs.triangles);
+    assert_eq!(ours.points.map(point), theirs.points.map(|p| p.to_array()));
+    assert_eq!((point(ours.normal), ours.distance), (theirs.normal.to_array(), theirs.distance));
+    let segment = ours.has_segment.then(|| ours.segment.map(point));
+    assert_eq!(segment, theirs.segment.map(|ends| ends.map(|p| p.to_array())));
+}
+
+fn run(
+    query: &punctual_contact_query,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    out: Option<&mut MaybeUninit<punctual_contacts>>,
+) -> Status {
+    // SAFETY: no clock of the caller's.
+    unsafe { punctual_contact_query_run(Some(query), workspace, budget, None, out) }
+}
+
+fn resume(
+    query: &punctual_contact_query,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    out: Option<&mut MaybeUninit<punctual_contacts>>,
+) -> Status {
+    // SAFETY: no clock of the caller's.
+    unsafe { punctual_contact_query_resume(Some(query), workspace, budget, None, out) }
+}
+
+/// Budgets that stop, lists that are full, patches of what was found, and boxes of what was not.
+#[test]
+fn contacts_and_patches_are_those_of_rust() {
+    let ours = tree_of(&knot());
+    let theirs = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
+    let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
+    let (mut patches, mut expected) = (owned(|out| punctual_patches_new(3, out)), Patches::new().point_limit(3));
+    let (mut stops, mut touching, mut room) = (0, 0, vec![NO_CONTACT; 64]);
+    for (margin, limit, work) in [(0.0, usize::MAX, 30_000), (0.02, 50, u64::MAX), (0.02, usize::MAX, u64::MAX)] {
+        let mut query = punctual_contact_query_new(Some(&ours), Some(&ours), raw(&tilted()));
+        assert_eq!((query.margin, query.contact_limit), (0.0, usize::MAX));
+        (query.margin, query.contact_limit, query.poll_interval) = (margin, limit, 1000);
+        let native = ContactQuery::new(&theirs, &theirs, tilted()).margin(margin);
+        let native = native.contact_limit(limit).poll_interval(1000);
+        let budget = punctual_budget_work(work);
+        let mut said = made(|out| run(&query, Some(&mut workspace), budget, out));
+        let mut native_said = native.run(&mut other, Budget::work(work));
+        loop {
+            same(&said, &native_said);
+            // SAFETY: there is room for 64.
+            let count =
+                made(|out| unsafe { punctual_workspace_contacts(Some(&workspace), room.as_mut_ptr(), 64, out) });
+            assert_eq!(count, other.contacts().len());
+            for (ours, theirs) in room.iter().zip(other.contacts()) {
+                same_contact(ours, theirs);
+                touching += usize::from(ours.has_segment);
+            }
+            let open = made(|out| punctual_contact_query_certificate(Some(&query), Some(&workspace), out));
+            let certificate = native.certificate(&other).unwrap();
+            assert_eq!((open.open_pairs, open.upper_bound), (certificate.open_pairs(), certificate.upper_bound()));
+            // SAFETY: no room is claimed.
+            let boxes = made(|out| unsafe {
+                punctual_contact_query_open_boxes(Some(&query), Some(&workspace), null_mut(), 0, out)
+            });
+            assert_eq!(boxes, certificate.boxes().count());
+            if native_said.stop == StopReason::Finished {
+                break;
+            }
+            stops += 1;
+            assert_eq!(punctual_workspace_drain_contacts(Some(&mut workspace)), Status::Ok);
+            drop(other.drain_contacts());
+            said = made(|out| resume(&query, Some(&mut workspace), budget, out));
+            native_said = native.resume(&mut other, Budget::work(work)).unwrap();
+        }
+        let status = resume(&query, Some(&mut workspace), budget, Some(&mut MaybeUninit::uninit()));
+        assert_eq!(status, Status::NotResumable);
+        let tree = Some(&*ours);
+        let count = made(|out| punctual_patches_update(Some(&mut patches), tree, tree, Some(&workspace), out));
+        expected.update(&theirs, &theirs, other.contacts());
+        assert!(count == expected.as_slice().len() && count > 0);
+        for (index, theirs) in expected.as_slice().iter().enumerate() {
+            let patch = made(|out| punctual_patches_describe(Some(&patches), index, out));
+            assert_eq!((patch.id, patch.distance, patch.length), (theirs.id, theirs.distance, theirs.length));
+            let normal = [patch.normal.x, patch.normal.y, patch.normal.z];
+            assert_eq!((normal, patch.centroid.x), (theirs.normal.to_array(), theirs.centroid.x));
+            assert_eq!((patch.is_closed, patch.bounds.max.y), (theirs.is_closed, theirs.bounds.max.y));
+            let counts = [theirs.contact_count(), expected.points_of(theirs).len()];
+            assert_eq!([patch.contact_count, patch.point_count], counts);
+            // SAFETY: there is room for 64.
+            let [all, few] = unsafe {
+                let all = made(|out| punctual_patches_contacts(Some(&patches), index, room.as_mut_ptr(), 64, out));
+                room.iter().zip(expected.contacts_of(theirs)).for_each(|(ours, theirs)| same_contact(ours, theirs));
+                let few = made(|out| punctual_patches_points(Some(&patches), index, room.as_mut_ptr(), 64, out));
+                room.iter().zip(expected.points_of(theirs)).for_each(|(ours, theirs)| same_contact(ours, theirs));
+                [all, few]
+            };
+            assert_eq!([all, few], counts);
+        }
+    }
+    assert!(stops > 5 && touching > 50, "{stops} {touching}");
+    assert_eq!(punctual_patches_forget(Some(&mut patches)), Status::Ok);
+    let out = Some(&mut MaybeUninit::uninit());
+    let text = "punctual_patches_describe: index is 1000000, but there are";
+    assert_eq!(punctual_patches_describe(Some(&patches), 1_000_000, out), Status::BadArgument);
+    assert!(last_error().starts_with(text), "{}", last_error());
+    punctual_patches_free(Some(patches));
+}
+
+#[test]
+fn room_is_made_for_contacts() {
+    let mut workspace = owned(|out| punctual_workspace_new(out));
+    assert_eq!(punctual_workspace_reserve_contacts(Some(&mut workspace), 10), Status::Ok);
+    let status = punctual_workspace_reserve_contacts(Some(&mut workspace), usize::MAX / 2);
+    fails(status, Status::OutOfMemory, "punctual_workspace_reserve_contacts: there is not that much memory");
+    let tree = tree_of(&knot());
+    let query = punctual_contact_query_new(Some(&tree), Some(&tree), raw(&tilted()));
+    let said = made(|out| run(&query, Some(&mut workspace), punctual_budget_unlimited(), out));
+    assert_eq!((said.stop, said.found), (punctual_stop_reason::PairsFull, 10));
+}
+
+#[test]
+fn nulls_and_numbers_are_refused_by_contact_queries() {
+    let tree = tree_of(&knot());
+    let query = punctual_contact_query_new(Some(&tree), Some(&tree), punctual_pose_identity());
+    let budget = punctual_budget_unlimited();
+    let mut workspace = owned(|out| punctual_workspace_new(out));
+    let mut out = MaybeUninit::uninit();
+    null_is_seen(run(&punctual_contact_query { a: None, ..query }, None, budget, None), "query->a");
+    null_is_seen(run(&punctual_contact_query { b: None, ..query }, None, budget, None), "query->b");
+    null_is_seen(run(&query, None, budget, None), "outcome");
+    null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
+    null_is_seen(resume(&query, None, budget, Some(&mut out)), "workspace");
+    null_is_seen(punctual_contact_query_certificate(None, None, None), "query");
+    null_is_seen(punctual_contact_query_certificate(Some(&query), None, None), "certificate");
+    null_is_seen(punctual_workspace_drain_contacts(None), "workspace");
+    null_is_seen(punctual_workspace_reserve_contacts(None, 1), "workspace");
+    null_is_seen(punctual_patches_update(None, None, None, None, None), "a");
+    null_is_seen(punctual_patches_update(None, Some(&tree), Some(&tree), Some(&workspace), None), "count");
+    null_is_seen(punctual_patches_forget(None), "patches");
+    null_is_seen(punctual_patches_describe(None, 0, None), "patches");
+    null_is_seen(punctual_patches_new(4, None), "the place for the new handle");
+    // SAFETY: null.
+    unsafe {
+        null_is_seen(punctual_contact_query_open_boxes(None, None, null_mut(), 0, None), "query");
+        null_is_seen(punctual_workspace_contacts(None, null_mut(), 0, None), "workspace");
+        null_is_seen(punctual_workspace_contacts(Some(&workspace), null_mut(), 0, None), "count");
+        null_is_seen(punctual_patches_contacts(None, 0, null_mut(), 0, None), "patches");
+        null_is_seen(punctual_patches_points(None, 0, null_mut(), 0, None), "patches");
+    }
+    for margin in [-1.0, f64::NAN] {
+        let status = run(&punctual_contact_query { margin, ..query }, Some(&mut workspace), budget, Some(&mut out));
+        let text = format!("punctual_contact_query_run: query->margin is {margin}, which is negative or no number");
+        fails(status, Status::BadArgument, &text);
+    }
+}

@@ -1,0 +1,186 @@
+//! `punctual contacts`: two meshes, a list of poses, where they meet or come close at each.
+
+use std::io::{self, Write};
+use std::time::{Duration, Instant};
+
+use punctual::glam::DVec3;
+use punctual::{
+    BuildOptions, Contact, ContactQuery, Contacts, Patches, Pose, ResumeError, StopReason, SystemClock, Tree, Workspace,
+};
+use punctual_lab::files::ListedPose;
+use punctual_lab::report::Failure;
+
+use crate::Completion;
+use crate::input::{Input, Limits, Loaded};
+use crate::push;
+
+/// Where two meshes meet or come close, at each pose of a list.
+///
+/// Prints CSV, for each pose a line for each contact, that is, each pair of triangles no farther apart than the margin, the
+/// nearest first; then a line for each patch, that is, contacts that hang together. A pose without contacts has one line of
+/// the kind none, one that is no pose a line that says error.
+///
+/// Of a contact: its patch; the triangles, counted from 0; the closest points a and b of these, or of triangles that meet the
+/// ends of the segment in which they do; the unit normal n from B to A; and the distance, 0 only if they meet. Of a patch: its
+/// number, the mean of the points of its contacts (a), their mean normal, and the least distance. All is in A's frame, lengths
+/// are in the unit of the meshes.
+///
+/// low is proven: every contact that is missing is at least that far apart; inf where none is. ns is the least time of all
+/// sweeps, that of the query on lines of contacts, and of making the patches on lines of patches; stop tells why the query
+/// ended. All but ns is of the first sweep.
+///
+/// With --push a last line of each pose says which way (n) and how far (distance) B has to be moved until it is free, as proven
+/// by an exact query; 0 if it is, empty if the budget ended before a push was found.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    input: Input,
+    /// How far apart the triangles of a contact may be; 0: they meet.
+    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = parse_size, allow_negative_numbers = true)]
+    margin: f64,
+    /// Stop at this many contacts of a pose; those may not be the nearest.
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
+    max: Option<u32>,
+    /// Sweeps over the whole list; ns is the least of them.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    reps: u32,
+    #[command(flatten)]
+    limits: Limits,
+    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
+    #[arg(long)]
+    portable: bool,
+    /// Take the poses as consecutive frames: a patch keeps its number while it has a triangle in common with the one of the
+    /// frame before. Otherwise numbers begin anew with each pose.
+    #[arg(long)]
+    memory: bool,
+    /// Look for the shortest push that parts the surfaces too, within a budget of the same size.
+    #[arg(long)]
+    push: bool,
+}
+
+/// A length.
+fn parse_size(text: &str) -> Result<f64, String> {
+    let size: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
+    if size >= 0.0 && size.is_finite() { Ok(size) } else { Err("must be finite and not negative".into()) }
+}
+
+pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
+    let Loaded { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
+    let completion = args.input.complain_of_bad_poses(&poses);
+    let mut sweeper = Sweeper::new(args, &a, &b);
+    let mut answers = sweeper.sweep(&poses)?;
+    for _ in 1..args.reps {
+        for (answer, again) in answers.iter_mut().zip(sweeper.sweep(&poses)?) {
+            if let (Some(answer), Some(again)) = (answer, again) {
+                answer.times = [0, 1].map(|i| answer.times[i].min(again.times[i]));
+                if let (Some(push), Some(again)) = (&mut answer.push, again.push) {
+                    push.time = push.time.min(again.time);
+                }
+            }
+        }
+    }
+    writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
+    writeln!(out, "pose,kind,patch,triangle_a,triangle_b,ax,ay,az,bx,by,bz,nx,ny,nz,distance,low,ns,stop")?;
+    for (i, answer) in answers.iter().enumerate() {
+        match answer {
+            Some(answer) => answer.print(out, i)?,
+            None => writeln!(out, "{i},,,,,,,,,,,,,,,,0,error")?,
+        }
+    }
+    Ok(completion)
+}
+
+/// What was found at a pose.
+struct Answer {
+    said: Contacts,
+    /// With the numbers of their patches.
+    contacts: Vec<(u64, Contact)>,
+    patches: Vec<(u64, [DVec3; 2], f64)>,
+    /// Of the query, and of making the patches.
+    times: [Duration; 2],
+    push: Option<push::Answer>,
+}
+
+struct Sweeper<'t> {
+    args: &'t Args,
+    trees: [&'t Tree; 2],
+    workspace: Workspace,
+    patches: Patches,
+    clock: SystemClock,
+}
+
+impl<'t> Sweeper<'t> {
+    fn new(args: &'t Args, a: &'t Tree, b: &'t Tree) -> Self {
+        let mut workspace = Workspace::new();
+        if args.portable {
+            workspace.use_portable_kernels();
+        }
+        Self { args, trees: [a, b], workspace, patches: Patches::new(), clock: SystemClock::default() }
+    }
+
+    /// All poses once; none where a line holds no pose.
+    fn sweep(&mut self, poses: &[ListedPose]) -> Result<Vec<Option<Answer>>, ResumeError> {
+        self.patches = Patches::new();
+        poses.iter().map(|listed| listed.pose.as_ref().ok().map(|pose| self.answer(pose)).transpose()).collect()
+    }
+
+    fn answer(&mut self, pose: &Pose) -> Result<Answer, ResumeError> {
+        let [a, b] = self.trees;
+        if !self.args.memory {
+            self.patches = Patches::new();
+        }
+        let start = Instant::now();
+        let said = self.ask(pose)?;
+        let asked = start.elapsed();
+        self.patches.update(a, b, self.workspace.contacts());
+        let times = [asked, start.elapsed() - asked];
+        let patches = self.patches.as_slice().iter();
+        let mut contacts: Vec<_> = patches
+            .clone()
+            .flat_map(|patch| self.patches.contacts_of(patch).iter().map(|contact| (patch.id, *contact)))
+            .collect();
+        contacts.sort_by(|(_, x), (_, y)| x.distance.total_cmp(&y.distance).then(x.triangles.cmp(&y.triangles)));
+        let patches = patches.map(|patch| (patch.id, [patch.centroid, patch.normal], patch.distance)).collect();
+        let Self { args, workspace, clock, .. } = self;
+        let push = args.push.then(|| push::Answer::of([a, b], pose, workspace, args.limits.budget(), clock));
+        Ok(Answer { said, contacts, patches, times, push })
+    }
+
+    /// The contacts of a pose; without a limit there is always room for more.
+    fn ask(&mut self, pose: &Pose) -> Result<Contacts, ResumeError> {
+        let Self { args, trees: [a, b], workspace, clock, .. } = self;
+        let query = ContactQuery::new(a, b, *pose).margin(args.margin);
+        let query = args.max.map_or(query, |most| query.contact_limit(most as usize));
+        let mut said = query.run_with(workspace, args.limits.budget(), clock);
+        while said.stop == StopReason::PairsFull {
+            let found = workspace.contacts().len();
+            if args.max.is_some_and(|most| found >= most as usize) {
+                break;
+            }
+            workspace.reserve_contacts(2 * found);
+            let left = args.limits.budget_left(said.stats.elapsed.unwrap_or_default(), said.stats.work);
+            said = query.resume_with(workspace, left, clock)?;
+        }
+        Ok(said)
+    }
+}
+
+impl Answer {
+    fn print(&self, out: &mut impl Write, pose: usize) -> io::Result<()> {
+        let Self { said: Contacts { low, stop, .. }, contacts, patches, times: [asked, made], push } = self;
+        let vector = |DVec3 { x, y, z }| format!("{x},{y},{z}");
+        for (patch, Contact { triangles: [a, b], points, normal, distance, segment, .. }) in contacts {
+            let [p, q] = segment.unwrap_or(*points).map(vector);
+            let (n, ns) = (vector(*normal), asked.as_nanos());
+            writeln!(out, "{pose},contact,{patch},{a},{b},{p},{q},{n},{distance},{low},{ns},{stop}")?;
+        }
+        for (patch, [centroid, normal], distance) in patches {
+            let (p, n, ns) = (vector(*centroid), vector(*normal), made.as_nanos());
+            writeln!(out, "{pose},patch,{patch},,,{p},,,,{n},{distance},{low},{ns},{stop}")?;
+        }
+        if contacts.is_empty() {
+            writeln!(out, "{pose},none,,,,,,,,,,,,,,{low},{},{stop}", asked.as_nanos())?;
+        }
+        push.as_ref().map_or(Ok(()), |push| push.print(out, pose))
+    }
+}

@@ -1,0 +1,112 @@
+//! Contacts: where two surfaces meet or come close, and which way they face each other there.
+//!
+//! A [`Contact`] is what is known of one pair of triangles, [`list`] keeps those that a query has found, nearest first, and
+//! [`patch`] tells which of them hang together.
+
+mod list;
+mod patch;
+
+use crate::triangle::distance::Closest;
+use crate::triangle::triangle_segment;
+use glam::DVec3;
+pub(crate) use list::ContactList;
+pub use patch::{Patch, Patches};
+
+/// A triangle of A and one of B that meet or are close to one another. All of it is in A's frame, rounded, in the length unit
+/// of the meshes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Contact {
+    /// Triangle of A, triangle of B: ids of the input meshes.
+    pub triangles: [u32; 2],
+    /// Their closest points, of A and of B. Of triangles that meet both are the middle of the segment.
+    pub points: [DVec3; 2],
+    /// Unit vector from B to A: moved along it, A parts from B.
+    ///
+    /// Of triangles that are apart it is the direction of least distance, if `f64` can tell that. Of triangles that meet it is the direction of `n - m`,
+    /// where `m` is the unit normal of A's triangle and `n` that of B's, each by the right-hand rule, so that it points
+    /// out of meshes whose normals do. Where these are equal, it is `n`; a triangle without area has no normal, and if that
+    /// is so of both, the direction is the x axis.
+    pub normal: DVec3,
+    /// How far apart they are, as proven: the true distance is not more, and less by no more than some roundings of the
+    /// extent of both triangles. 0 only if they meet.
+    pub distance: f64,
+    /// Where triangles that meet do so: [`triangle_segment`](crate::triangle_segment), directed along the cross product of
+    /// the normals of A's triangle and of B's, so that those of closed surfaces follow one another. `None` if they are apart.
+    pub segment: Option<[DVec3; 2]>,
+}
+
+impl Contact {
+    /// Of triangles with these corners; `None` if they do not meet, exactly.
+    pub(crate) fn touching(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2]) -> Option<Self> {
+        let [start, end] = triangle_segment(a, b)?;
+        let normals @ [of_a, of_b] = [a, b].map(face_normal);
+        let [m, n] = normals.map(Option::unwrap_or_default);
+        let segment = if (end - start).dot(m.cross(n)) < 0.0 { [end, start] } else { [start, end] };
+        let (points, normal) = ([0.5 * start + 0.5 * end; 2], parting(of_a, of_b));
+        Some(Self { triangles, points, normal, distance: 0.0, segment: Some(segment) })
+    }
+
+    /// Of triangles with these corners that do not meet.
+    pub(crate) fn apart(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2], found: &Closest) -> Self {
+        let Closest { points, direction, high, .. } = *found;
+        let between = || unit(points[0] - points[1]).unwrap_or_else(|| parting(face_normal(a), face_normal(b)));
+        let normal = if direction == DVec3::ZERO { between() } else { direction };
+        Self { triangles, points, normal, distance: high, segment: None }
+    }
+}
+
+/// The direction in which a face with the normal `a` parts from one with the normal `b` that it meets.
+fn parting(a: Option<DVec3>, b: Option<DVec3>) -> DVec3 {
+    let difference = b.unwrap_or(DVec3::ZERO) - a.unwrap_or(DVec3::ZERO);
+    unit(difference).or(b).unwrap_or(DVec3::X)
+}
+
+/// The unit normal of a triangle, if it has an area that `f64` can tell.
+fn face_normal([p, q, r]: &[DVec3; 3]) -> Option<DVec3> {
+    let edges = [*q - *p, *r - *p].map(unit);
+    let [Some(x), Some(y)] = edges else { return None };
+    unit(x.cross(y))
+}
+
+/// A vector of any finite length brought to length 1; `None` if it is zero.
+fn unit(v: DVec3) -> Option<DVec3> {
+    let largest = v.abs().max_element();
+    if largest == 0.0 { None } else { Some((v / largest).normalize()) }
+}
+
+/// The length of a vector, whose square need not be a number.
+fn length(v: DVec3) -> f64 {
+    let largest = v.abs().max_element();
+    if largest == 0.0 { 0.0 } else { largest * (v / largest).length() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vectors_of_every_length_have_a_direction() {
+        for length in [5e-324, 1e-300, 1.0, 1e300] {
+            assert_eq!(unit(DVec3::new(0.0, -length, 0.0)), Some(DVec3::NEG_Y));
+            assert_eq!(super::length(DVec3::new(0.0, -length, 0.0)), length);
+            let two = unit(DVec3::new(length, 0.0, length)).unwrap();
+            assert!((two - DVec3::new(0.5, 0.0, 0.5) * 2.0_f64.sqrt()).length() < 1e-15, "{two}");
+        }
+        assert_eq!(unit(DVec3::ZERO), None);
+    }
+
+    #[test]
+    fn faces_part_along_the_difference_of_their_normals() {
+        let [up, down] = [DVec3::Z, DVec3::NEG_Z].map(Some);
+        assert_eq!(parting(down, up), DVec3::Z);
+        assert_eq!(parting(up, down), DVec3::NEG_Z);
+        assert_eq!(parting(up, up), DVec3::Z);
+        assert_eq!(parting(None, down), DVec3::NEG_Z);
+        assert_eq!(parting(up, None), DVec3::NEG_Z);
+        assert_eq!(parting(None, None), DVec3::X);
+        assert_eq!(face_normal(&[DVec3::ZERO, DVec3::X * 1e-200, DVec3::Y * 1e200]), Some(DVec3::Z));
+        assert_eq!(face_normal(&[DVec3::ZERO, DVec3::X, DVec3::X * 3.0]), None);
+    }
+}

@@ -1,0 +1,152 @@
+//! Which contacts hang together: union-find over corners that contacts have in common on both sides.
+
+use crate::contact::Contact;
+use crate::mesh::Mesh;
+use alloc::vec::Vec;
+use glam::DVec3;
+
+/// Groups of contacts, and the buffers that it takes to find them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Joined {
+    /// For each contact, one of its group that came earlier, or itself if it is the first.
+    parents: Vec<u32>,
+    /// For each corner of each contact, on each side, the first corner at the same place.
+    corners: [Vec<u32>; 2],
+    firsts: Firsts,
+    /// Where the members of each group end, and all members, group after group.
+    ends: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl Joined {
+    /// Finds the groups of these contacts; how many there are.
+    pub fn join(&mut self, meshes: [&Mesh; 2], contacts: &[Contact]) -> usize {
+        for (side, mesh) in meshes.into_iter().enumerate() {
+            self.find_corners(side, mesh, contacts);
+        }
+        let corners = &self.corners;
+        let pair = |i: u32| {
+            let (contact, combination) = (i / 9 * 3, i % 9);
+            [corners[0][(contact + combination / 3) as usize], corners[1][(contact + combination % 3) as usize]]
+        };
+        self.parents.clear();
+        self.parents.extend(0..contacts.len() as u32);
+        self.firsts.clear(9 * contacts.len());
+        for i in 0..9 * contacts.len() as u32 {
+            let [x, y] = pair(i);
+            let hash = mixed(u64::from(x) | u64::from(y) << 32);
+            let first = self.firsts.first(hash, i, |other| pair(other) == [x, y]);
+            unite(&mut self.parents, first / 9, i / 9);
+        }
+        self.sort_by_group()
+    }
+
+    /// Corners at the same place count as one, also where the mesh does not know of that.
+    fn find_corners(&mut self, side: usize, mesh: &Mesh, contacts: &[Contact]) {
+        // What is no number equals nothing: contacts of another mesh have no neighbors.
+        let triangle = |contact: &Contact| {
+            let id = contact.triangles[side] as usize;
+            if id < mesh.len() { mesh.triangle(id) } else { [DVec3::NAN; 3] }
+        };
+        self.firsts.clear(3 * contacts.len());
+        self.corners[side].clear();
+        for (contact, i) in contacts.iter().zip((0..).step_by(3)) {
+            for (corner, i) in triangle(contact).into_iter().zip(i..) {
+                let same = |j: u32| triangle(&contacts[j as usize / 3])[j as usize % 3] == corner;
+                self.corners[side].push(self.firsts.first(hash(corner), i, same));
+            }
+        }
+    }
+
+    /// Lists the members group by group, groups in the order of their first members.
+    fn sort_by_group(&mut self) -> usize {
+        let Self { parents, ends, members, .. } = self;
+        ends.clear();
+        // From here on a parent is a group. The first of each comes before the others.
+        for i in 0..parents.len() {
+            if parents[i] == i as u32 {
+                parents[i] = ends.len() as u32;
+                ends.push(0);
+            } else {
+                parents[i] = parents[parents[i] as usize];
+            }
+            ends[parents[i] as usize] += 1;
+        }
+        let mut start = 0;
+        for end in ends.iter_mut() {
+            start += core::mem::replace(end, start);
+        }
+        members.clear();
+        members.resize(parents.len(), 0);
+        for (member, &group) in (0..).zip(parents.iter()) {
+            members[ends[group as usize] as usize] = member;
+            ends[group as usize] += 1;
+        }
+        ends.len()
+    }
+
+    /// The members of each group, in the order in which they were given.
+    pub fn groups(&self, count: usize) -> impl Iterator<Item = &[u32]> {
+        (0..count).map(|group| {
+            let start = if group == 0 { 0 } else { self.ends[group - 1] };
+            &self.members[start as usize..self.ends[group] as usize]
+        })
+    }
+}
+
+/// The first of a group, whose parent it is itself. Halves the way for the next time.
+fn find(parents: &mut [u32], mut i: u32) -> u32 {
+    while parents[i as usize] != i {
+        let above = parents[parents[i as usize] as usize];
+        parents[i as usize] = above;
+        i = above;
+    }
+    i
+}
+
+/// The earlier one of two groups takes in the other.
+fn unite(parents: &mut [u32], i: u32, j: u32) {
+    let (i, j) = (find(parents, i), find(parents, j));
+    parents[i.max(j) as usize] = i.min(j);
+}
+
+/// Which of some things was the first of its kind: a hash table with linear probing.
+#[derive(Clone, Debug, Default)]
+struct Firsts {
+    slots: Vec<u32>,
+}
+
+impl Firsts {
+    const FREE: u32 = u32::MAX;
+
+    /// Empties it, with room for so many things.
+    fn clear(&mut self, count: usize) {
+        self.slots.clear();
+        self.slots.resize((2 * count).next_power_of_two(), Self::FREE);
+    }
+
+    /// The first thing that is the same as `i`: that is `i` itself if there was none before.
+    fn first(&mut self, hash: u64, i: u32, is_same: impl Fn(u32) -> bool) -> u32 {
+        let mask = self.slots.len() - 1;
+        let mut slot = hash as usize & mask;
+        while self.slots[slot] != Self::FREE && !is_same(self.slots[slot]) {
+            slot = (slot + 1) & mask;
+        }
+        if self.slots[slot] == Self::FREE {
+            self.slots[slot] = i;
+        }
+        self.slots[slot]
+    }
+}
+
+/// Both zeros are the same place.
+fn hash(point: DVec3) -> u64 {
+    (point + DVec3::ZERO).to_array().into_iter().fold(0, |hash, x| mixed(hash ^ x.to_bits()))
+}
+
+/// All bits of the result depend on all bits of `x`.
+fn mixed(x: u64) -> u64 {
+    let x = (x ^ x >> 32).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let x = (x ^ x >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x ^ x >> 32
+}

@@ -1,0 +1,203 @@
+//! Where two meshes meet or come close: all pairs of triangles within a margin, the nearest first.
+//!
+//! It is the question of the distance with a cut that stays where it is ([`nearest`]): nothing is said of pairs beyond the
+//! margin, and every pair within is written to the list of the workspace.
+
+use super::Deadline;
+#[cfg(feature = "std")]
+use super::budget::by_system_clock;
+use super::budget::{Budget, Clock};
+use super::certificate::Certificate;
+use super::interval::{Interval, Tolerance};
+use super::nearest;
+use super::options::ContactOptions;
+use super::outcome::{Stats, StopReason};
+use super::queue::Pair;
+use super::strategy::Strategy;
+use super::traversal::Traversal;
+use super::views::Relation;
+use super::workspace::{Asked, Key, ResumeError, Workspace};
+use crate::math::Pose;
+use crate::math::tolerance::COORDINATE_LIMIT;
+use crate::model::cost::MAX_STEP_WORK;
+use crate::tree::Tree;
+
+/// The question where two surfaces meet, or come within a margin of each other. Cheap to make; one for each pose.
+///
+/// The answer is a set of [`Contact`](crate::Contact)s: all pairs of triangles that are no farther apart than the margin. They
+/// stay in the workspace, nearest first ([`Workspace::contacts`]).
+///
+/// **Guarantee.** No pair within the margin is missing from the set of a finished query. With margin 0 the set has exactly the
+/// pairs that meet; otherwise also those that `f64` cannot tell from such: they are farther apart than the margin by no more
+/// than some roundings of the extent of both triangles. The set of a stopped query is a part of that, and every contact that
+/// it lacks is at least [`Contacts::low`] away and has its middle in one of the boxes of [`ContactQuery::certificate`].
+/// Overlapping boxes are opened first and then the closest, so that what was found is mostly the nearest part.
+///
+/// ```
+/// use punctual::glam::{DMat3, DVec3};
+/// use punctual::{Budget, ContactQuery, Pose, Tree, Workspace, shapes};
+/// let (a, b) = (Tree::new(shapes::icosphere(3)), Tree::new(shapes::icosphere(3)));
+/// let pose = Pose::new(DMat3::IDENTITY, DVec3::new(2.01, 0.0, 0.0))?;
+/// let mut workspace = Workspace::new();
+/// let found = ContactQuery::new(&a, &b, pose).margin(0.05).run(&mut workspace, Budget::unlimited());
+/// assert_eq!(found.found, workspace.contacts().len() as u64);
+/// let nearest = workspace.contacts().next().unwrap();
+/// assert!(0.01 <= nearest.distance && nearest.distance < 0.02 && nearest.normal.x < -0.99);
+/// # Ok::<(), punctual::PoseError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct ContactQuery<'t> {
+    a: &'t Tree,
+    b: &'t Tree,
+    b_in_a: Pose,
+    options: ContactOptions,
+}
+
+/// Room that the first contact query makes in a workspace that has none.
+const DEFAULT_ROOM: usize = 4096;
+
+/// No two points are farther apart than this.
+const LARGEST_MARGIN: f64 = 1024.0 * COORDINATE_LIMIT;
+
+impl<'t> ContactQuery<'t> {
+    /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The margin is 0: only triangles
+    /// that meet are in contact.
+    #[must_use]
+    pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
+        let options = ContactOptions { margin: 0.0, limit: usize::MAX, poll_interval: MAX_STEP_WORK };
+        Self { a, b, b_in_a, options }
+    }
+
+    /// Pairs of triangles this close are contacts, in the length unit of the meshes. Less than 0 (and NaN) counts as 0; with
+    /// infinity all pairs are.
+    #[must_use]
+    pub fn margin(mut self, distance: f64) -> Self {
+        self.options.margin = if distance > 0.0 { distance.min(LARGEST_MARGIN) } else { 0.0 };
+        self
+    }
+
+    /// Stop with [`StopReason::PairsFull`] when this many contacts are in the workspace; by default, when it is full.
+    #[must_use]
+    pub fn contact_limit(mut self, contacts: usize) -> Self {
+        self.options.limit = contacts.max(1);
+        self
+    }
+
+    /// Least work between looks at the clock, which come closer together towards the deadline; default
+    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
+    #[must_use]
+    pub fn poll_interval(mut self, work: u64) -> Self {
+        self.options.poll_interval = work;
+        self
+    }
+
+    /// Runs within a budget, by the clock of the system. What it finds stays in the workspace.
+    ///
+    /// The first contact query in a workspace makes room for 4,096 contacts, unless [`Workspace::reserve_contacts`] has made
+    /// some; later ones do not allocate. It does not lock or panic.
+    #[cfg(feature = "std")]
+    pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Contacts {
+        by_system_clock(budget, |clock| self.run_by(workspace, budget, clock))
+    }
+
+    /// Goes on with the stopped run that the workspace holds, with a fresh budget.
+    ///
+    /// However it is cut into pieces by budgets of work, all contacts together are those of one uninterrupted run.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
+    #[cfg(feature = "std")]
+    pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Contacts, ResumeError> {
+        by_system_clock(budget, |clock| self.resume_by(workspace, budget, clock))
+    }
+
+    /// [`ContactQuery::run`] by a clock of the caller's.
+    pub fn run_with<C: Clock>(&self, workspace: &mut Workspace, budget: Budget, clock: &C) -> Contacts {
+        self.run_by(workspace, budget, clock)
+    }
+
+    /// [`ContactQuery::resume`] by a clock of the caller's.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
+    pub fn resume_with<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        budget: Budget,
+        clock: &C,
+    ) -> Result<Contacts, ResumeError> {
+        self.resume_by(workspace, budget, clock)
+    }
+
+    /// Where the last run of this query in `workspace` may have missed contacts: the middle of the closest points of each is
+    /// in one of the boxes.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options.
+    pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
+        workspace.run.holds(&self.key())?;
+        Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, self.options.margin))
+    }
+
+    fn run_by(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> Contacts {
+        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        self.begin(workspace);
+        self.spend(workspace, &mut deadline)
+    }
+
+    fn resume_by(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> Result<Contacts, ResumeError> {
+        workspace.run.holds_stopped(&self.key())?;
+        Ok(self.spend(workspace, &mut Deadline::of(budget, self.options.poll_interval, clock)))
+    }
+
+    fn key(&self) -> Key {
+        let trees = [self.a.identity(), self.b.identity()];
+        Key { trees, b_in_a: self.b_in_a, asked: Asked::Contacts(self.options) }
+    }
+
+    /// Prepares the workspace for a run from the roots.
+    fn begin(&self, workspace: &mut Workspace) {
+        workspace.clear();
+        workspace.run.begin(self.key(), Strategy::NONE);
+        if workspace.contacts.capacity() == 0 {
+            workspace.contacts.reserve(DEFAULT_ROOM);
+        }
+        let ContactOptions { margin, limit, .. } = self.options;
+        workspace.contacts.begin(margin, limit);
+        if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
+            return;
+        }
+        let none = Tolerance { absolute: 0.0, relative: 0.0 };
+        workspace.search.begin(Interval::new(none, 0.0, margin), None);
+        workspace.front.push(Pair::new(0, 0));
+    }
+
+    /// Spends a budget on the run in the workspace.
+    fn spend(&self, workspace: &mut Workspace, deadline: &mut Deadline) -> Contacts {
+        let relation = Relation::new(self.a, self.b, &self.b_in_a);
+        let question = nearest::Distance::new(&relation, &workspace.search.interval);
+        let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
+        workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
+        workspace.run.took(deadline.elapsed());
+        let low = if stop.is_final() { f64::INFINITY } else { workspace.search.interval.low() };
+        Contacts { low, found: workspace.run.found, stop, stats: workspace.stats() }
+    }
+}
+
+/// The answer of a contact query. Plain data; the contacts stay in the workspace ([`Workspace::contacts`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
+#[non_exhaustive]
+pub struct Contacts {
+    /// Proven: every contact that was not found is at least this far apart, in the length unit of the meshes. Infinite if the
+    /// query is finished: none is missing.
+    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    pub low: f64,
+    /// Contacts found, resumed calls and drained contacts included.
+    pub found: u64,
+    /// Why the query returned.
+    pub stop: StopReason,
+    /// What it has done.
+    pub stats: Stats,
+}
