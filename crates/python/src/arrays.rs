@@ -1,10 +1,10 @@
 //! NumPy arrays in and out, and the poses and meshes that they hold.
 
 use crate::errors::value_error;
-use numpy::ndarray::{ArrayView1, Ix2, Ix3};
+use numpy::ndarray::{ArrayView1, Dimension, Ix2, Ix3};
 use numpy::{
-    BorrowError, Element, PyArray, PyArray1, PyArray2, PyArray3, PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray,
-    PyUntypedArray, PyUntypedArrayMethods,
+    Element, PyArray, PyArray1, PyArray2, PyArray3, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray,
+    PyUntypedArrayMethods,
 };
 use punctual::{Mesh, Pose};
 use pyo3::exceptions::PyTypeError;
@@ -19,49 +19,40 @@ fn as_array<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArra
 }
 
 /// An array with elements of this type and this many dimensions, converted if it has others of a kind that is fine.
-fn converted<'py, T: Element, D: numpy::ndarray::Dimension>(
+fn converted<'py, T: Element, D: Dimension>(
     array: &Bound<'py, PyUntypedArray>,
     what: &str,
     kinds: &[u8],
     shape: &str,
-) -> PyResult<PyReadonlyArray<'py, T, D>> {
-    // What is empty has any type and shape: `numpy.asarray([])` holds floats.
-    let kind = array.dtype().kind();
-    if !kinds.contains(&kind) && !array.is_empty() {
+) -> PyResult<Bound<'py, PyArray<T, D>>> {
+    if !kinds.contains(&array.dtype().kind()) {
         let expected = if kinds.contains(&b'f') { "real numbers" } else { "integers" };
         return Err(PyTypeError::new_err(format!("{what}: dtype {}, expected {expected}", array.dtype())));
     }
     let converted = array.call_method1("astype", (numpy::dtype::<T>(array.py()), "K", "unsafe", false, false))?;
-    let typed = converted.cast_into::<PyArray<T, D>>();
-    let typed = typed.map_err(|_| value_error(format_args!("{what}: shape {:?}, expected {shape}", array.shape())))?;
-    readonly(&typed)
-}
-
-/// No other Rust code writes to it.
-fn readonly<'py, T: Element, D: numpy::ndarray::Dimension>(
-    array: &Bound<'py, PyArray<T, D>>,
-) -> PyResult<PyReadonlyArray<'py, T, D>> {
-    array.try_readonly().map_err(|error: BorrowError| error.into())
+    let typed = converted.cast_into();
+    typed.map_err(|_| value_error(format_args!("{what}: shape {:?}, expected {shape}", array.shape())))
 }
 
 /// Floats of any size and integers; of as many dimensions as `D` has.
-fn floats<'py, D: numpy::ndarray::Dimension>(
+fn floats<'py, D: Dimension>(
     given: &Bound<'py, PyAny>,
     what: &str,
     shape: &str,
-) -> PyResult<PyReadonlyArray<'py, f64, D>> {
-    if let Ok(array) = given.cast::<PyArray<f64, D>>() {
-        return readonly(array);
+) -> PyResult<Bound<'py, PyArray<f64, D>>> {
+    match given.cast::<PyArray<f64, D>>() {
+        Ok(array) => Ok(array.clone()),
+        Err(_) => converted(&as_array(given)?, what, b"fiu", shape),
     }
-    converted(&as_array(given)?, what, b"fiu", shape)
 }
 
-/// The rows of an `(N, 3)` array; none of an empty one of any shape.
+/// The rows of an `(N, 3)` array.
 fn rows<'py, T: Element, D: Copy>(
-    array: &PyReadonlyArray<'py, T, Ix2>,
+    array: &Bound<'py, PyArray2<T>>,
     what: &str,
     convert: impl Fn(ArrayView1<T>) -> D,
 ) -> PyResult<Vec<D>> {
+    let array = array.try_readonly()?;
     let array = array.as_array();
     if array.ncols() != 3 {
         return Err(value_error(format_args!("{what}: shape {:?}, expected (N, 3)", array.shape())));
@@ -71,6 +62,7 @@ fn rows<'py, T: Element, D: Copy>(
 
 /// Vertices of a mesh, `(N, 3)`.
 pub fn vertices(given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
+    // What is empty has any type and shape: `numpy.asarray([])` is a row of floats.
     if as_array(given)?.is_empty() {
         return Ok(Vec::new());
     }
@@ -83,7 +75,7 @@ fn triangles(given: &Bound<'_, PyAny>, vertices: usize) -> PyResult<Vec<[u32; 3]
     if array.is_empty() {
         return Ok(Vec::new());
     }
-    let wide: PyReadonlyArray<i64, Ix2> = converted(&array, "faces", b"iu", "(N, 3)")?;
+    let wide: Bound<'_, PyArray2<i64>> = converted(&array, "faces", b"iu", "(N, 3)")?;
     let wide = rows(&wide, "faces", |row| [row[0], row[1], row[2]])?;
     let narrow = |(triangle, corners): (usize, &[i64; 3])| {
         let mut narrow = [0; 3];
@@ -121,11 +113,11 @@ impl<'py> FromPyObject<'_, 'py> for Transform {
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         let array = floats::<Ix2>(&given, "T", "(4, 4)")?;
-        let view = array.as_array();
-        if view.dim() != (4, 4) {
-            return Err(value_error(format_args!("T: shape {:?}, expected (4, 4)", view.shape())));
+        if array.shape() != [4, 4] {
+            return Err(value_error(format_args!("T: shape {:?}, expected (4, 4)", array.shape())));
         }
-        let at = |row, column| view[[row, column]];
+        // Entry by entry: to borrow so small an array as a whole takes longer.
+        let at = |row, column| array.get_owned([row, column]).unwrap_or(f64::NAN);
         pose(at).map(Self).map_err(|fault| value_error(format_args!("T: {fault}")))
     }
 }
@@ -146,7 +138,7 @@ impl<'py> FromPyObject<'_, 'py> for Transforms {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        let array = floats::<Ix3>(&given, "poses", "(N, 4, 4)")?;
+        let array = floats::<Ix3>(&given, "poses", "(N, 4, 4)")?.try_readonly()?;
         let view = array.as_array();
         if view.shape()[1..] != [4, 4] {
             return Err(value_error(format_args!("poses: shape {:?}, expected (N, 4, 4)", view.shape())));
