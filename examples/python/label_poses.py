@@ -58,8 +58,8 @@ def main():
 
     a = punctual.Tree.load(args.a) if args.a else punctual.shapes.torus_knot(2, 3, 0.2, 128)
     b = punctual.Tree.load(args.b) if args.b else punctual.shapes.icosphere(4)
-    with LocalCluster(n_workers=args.workers, threads_per_worker=1, dashboard_address=None) as cluster:
-        client = Client(cluster)
+    cluster = LocalCluster(n_workers=args.workers, threads_per_worker=1, dashboard_address=None)
+    with cluster, Client(cluster) as client:
         labels, probabilities = label_all(client, a, b, args.poses, args.chunk, args.reach, args.work)
     hits, open_ = np.sum(labels == 1), np.sum(labels == -1)
     print(f"{args.poses} poses: {hits} collide, {np.sum(labels == 0)} do not, {open_} not known")

@@ -1,5 +1,6 @@
 """Many poses in one call, many threads, the interpreter's lock."""
 
+import signal
 import threading
 import time
 
@@ -95,6 +96,16 @@ def test_a_batch_leaves_the_lock_to_others(ball, ring):
         time.sleep(0.001)
     batch.join()
     assert turns > 5
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_user_can_end_a_batch(ball, ring, threads):
+    many = np.tile(np.eye(4), (300_000, 1, 1))
+    threading.Timer(0.2, lambda: signal.raise_signal(signal.SIGINT)).start()
+    start = time.perf_counter()
+    with pytest.raises(KeyboardInterrupt):
+        punctual.distance_batch(ball, ring, many, absolute_tolerance=0.0, threads=threads)
+    assert time.perf_counter() - start < 10
 
 
 def test_threads_share_trees(ball, ring, poses):
