@@ -8,6 +8,7 @@ use crate::memory::{Memory, lent};
 use crate::tree::Tree;
 use numpy::PyArray2;
 use punctual::{CostModel, Mode, Outcome, PairMemory, Pose, StopReason, Verdict, Workspace};
+use pyo3::intern;
 use pyo3::prelude::*;
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -21,6 +22,10 @@ impl<'py> FromPyObject<'_, 'py> for ModeName {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        // The same object, as literals are, is compared in no time; its text costs an allocation.
+        if given.is(intern!(given.py(), "all")) {
+            return Ok(Self(Mode::All));
+        }
         let name: Cow<'_, str> = given.extract()?;
         name.parse().map(Self).map_err(|error| value_error(format_args!("mode: {error}")))
     }

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import TypeAlias
 
-Mode: TypeAlias = Literal["any", "all"]
-Effort: TypeAlias = Literal["fast", "normal", "best"]
+_Mode: TypeAlias = Literal["any", "all"]
+_Effort: TypeAlias = Literal["fast", "normal", "best"]
 
 __version__: str
 
@@ -23,12 +23,12 @@ class ResumeError(RuntimeError): ...
 @final
 class Tree:
     def __new__(
-        cls, vertices: ArrayLike, faces: ArrayLike, *, effort: Effort = "normal", neighbors: bool = False
+        cls, vertices: ArrayLike, faces: ArrayLike, *, effort: _Effort = "normal", neighbors: bool = False
     ) -> Tree: ...
     @classmethod
-    def from_trimesh(cls, mesh: _HasMesh, *, effort: Effort = "normal", neighbors: bool = False) -> Tree: ...
+    def from_trimesh(cls, mesh: _HasMesh, *, effort: _Effort = "normal", neighbors: bool = False) -> Tree: ...
     @classmethod
-    def load(cls, path: str | PathLike[str], *, effort: Effort = "normal", neighbors: bool = False) -> Tree: ...
+    def load(cls, path: str | PathLike[str], *, effort: _Effort = "normal", neighbors: bool = False) -> Tree: ...
     @classmethod
     def from_bytes(cls, bytes: bytes) -> Tree: ...
     def to_bytes(self) -> bytes: ...
@@ -138,7 +138,7 @@ class Query:
         b: Tree,
         T: ArrayLike | None = None,
         *,
-        mode: Mode | None = None,
+        mode: _Mode | None = None,
         early: bool = False,
         prior: float | None = None,
     ) -> Query: ...
@@ -252,7 +252,7 @@ class Report:
 
 @final
 class Scene:
-    def __new__(cls, *, mode: Mode | None = None) -> Scene: ...
+    def __new__(cls, *, mode: _Mode | None = None) -> Scene: ...
     def insert(
         self,
         tree: Tree,
@@ -276,7 +276,7 @@ def collide(
     b: Tree,
     T: ArrayLike | None = None,
     *,
-    mode: Mode | None = None,
+    mode: _Mode | None = None,
     budget: float | None = None,
     work: int | None = None,
     memory: Memory | None = None,
@@ -288,7 +288,7 @@ def collide_batch(
     b: Tree,
     poses: ArrayLike,
     *,
-    mode: Mode | None = None,
+    mode: _Mode | None = None,
     budget: float | None = None,
     work: int | None = None,
     memory: Memory | None = None,
