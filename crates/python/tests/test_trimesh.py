@@ -59,6 +59,10 @@ def test_inside_one_manager(cube):
             call("also right")
     with pytest.raises(ValueError, match=r"transform must be \(4,4\)!"):
         manager.add_object("flat", cube, np.eye(3))
+    for transform in (np.diag([2.0, 2, 2, 1]), np.zeros((4, 4)), np.full((4, 4), np.nan)):
+        with pytest.raises(ValueError, match="T: "):
+            manager.set_transform("here", transform)
+    assert manager.in_collision_single(cube, return_names=True) == (True, {"here"})
 
 
 def test_two_managers(cube):

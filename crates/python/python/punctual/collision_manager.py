@@ -8,6 +8,7 @@ import numpy as np
 from ._punctual import Tree, collide, distance
 
 _EXTERNAL = "__external"
+_NOTHING = Tree([], [])
 
 
 class ContactData:
@@ -51,6 +52,8 @@ class _Placed:
         transform = np.eye(4) if transform is None else np.array(transform, dtype=np.float64)
         if transform.shape != (4, 4):
             raise ValueError("transform must be (4,4)!")
+        # Raises if it is not rigid: of two that are not, the relative one could be.
+        collide(_NOTHING, _NOTHING, transform)
         self.transform = transform
         self.inverse = np.linalg.inv(transform)
         # The box of the box, a little larger than rounding.
@@ -96,8 +99,8 @@ class CollisionManager:
 
     def in_collision_other(self, other_manager, return_names=False, return_data=False):
         """Whether any object meets one of another manager; then the set of their names, and a list of ContactData."""
-        pairs = _between(self._objects, other_manager._objects)
-        hit, names, data = _collide(pairs, return_names or return_data, return_data)
+        candidates = _between(self._objects, other_manager._objects)
+        hit, names, data = _collide(candidates, return_names or return_data, return_data)
         return _pack(hit, (return_names, names), (return_data, data))
 
     def min_distance_single(self, mesh, transform=None, return_name=False, return_data=False):
@@ -107,10 +110,12 @@ class CollisionManager:
 
     def min_distance_internal(self, name=None, return_names=False, return_data=False):
         """The least distance of two objects, or of the named one to the others; then their names, and DistanceData."""
-        if name is not None:
-            self._get(name)
-        pairs = [pair for pair in _within(self._objects) if name is None or name in pair[0]]
-        least, names, data = _distance(pairs)
+        if name is None:
+            candidates = _within(self._objects)
+        else:
+            others = {other: item for other, item in self._objects.items() if other != name}
+            candidates = _between({name: self._get(name)}, others)
+        least, names, data = _distance(candidates)
         return _pack(least, (return_names, names and tuple(sorted(names))), (return_data, data))
 
     def min_distance_other(self, other_manager, return_names=False, return_data=False):
@@ -130,45 +135,47 @@ def _pack(answer, *parts):
 
 
 def _between(left, right):
-    """All pairs of two sets of objects, with the distances of their boxes."""
-    if not left or not right:
-        return []
-    a, b = (np.array([item.bounds for item in objects.values()]) for objects in (left, right))
+    """Two lists of named objects, and the distances of their boxes, (N, M)."""
+    left, right = list(left.items()), list(right.items())
+    a, b = (np.array([item.bounds for _, item in side]).reshape(-1, 2, 3) for side in (left, right))
     gaps = np.maximum(a[:, None, 0] - b[None, :, 1], b[None, :, 0] - a[:, None, 1]).clip(min=0)
-    gaps = np.linalg.norm(gaps, axis=-1)
-    names = [(x, y) for x in left.items() for y in right.items()]
-    return [((x, y), (of_x, of_y), gap) for ((x, of_x), (y, of_y)), gap in zip(names, gaps.ravel())]
+    return left, right, np.linalg.norm(gaps, axis=-1)
 
 
 def _within(objects):
-    """All pairs of objects of one set."""
-    order = {name: index for index, name in enumerate(objects)}
-    return [pair for pair in _between(objects, objects) if order[pair[0][0]] < order[pair[0][1]]]
+    """The same of one set of objects, with each pair once: the others are infinitely far apart."""
+    left, right, gaps = _between(objects, objects)
+    gaps[np.tri(len(left), dtype=bool)] = np.inf
+    return left, right, gaps
 
 
-def _collide(pairs, return_all, return_data):
+def _collide(candidates, return_all, return_data):
     """Whether a pair meets; if all are wanted, the names of those that do, and ContactData of their triangles."""
+    left, right, gaps = candidates
     names, data = set(), []
-    for pair, (a, b), gap in pairs:
-        if gap > 0:
-            continue
+    for i, j in np.argwhere(gaps == 0):
+        (name_a, a), (name_b, b) = left[i], right[j]
         found = collide(a.tree, b.tree, a.inverse @ b.transform, mode="all" if return_data else "any")
         if found:
             if not return_all:
                 return True, names, data
-            names.add(pair)
+            names.add((name_a, name_b))
             if return_data:
-                data += [ContactData(pair, triangles) for triangles in found.pairs.tolist()]
+                data += [ContactData((name_a, name_b), triangles) for triangles in found.pairs.tolist()]
     return bool(names), names, data
 
 
-def _distance(pairs):
+def _distance(candidates):
     """The least distance, infinite without a pair; the names of the closest pair, and where it is closest."""
+    left, right, gaps = candidates
     least, names, data = np.inf, None, None
-    for pair, (a, b), gap in sorted(pairs, key=lambda pair: pair[2]):
-        if gap >= least:
+    for place in np.argsort(gaps, axis=None):
+        i, j = np.unravel_index(place, gaps.shape)
+        if gaps[i, j] >= least:
             break
+        (name_a, a), (name_b, b) = left[i], right[j]
         found = distance(a.tree, b.tree, a.inverse @ b.transform)
         if found.high < least:
-            least, names, data = found.high, pair, DistanceData(pair, found, a.transform)
+            least, names = found.high, (name_a, name_b)
+            data = DistanceData(names, found, a.transform)
     return least, names, data
