@@ -59,7 +59,7 @@ impl Question {
     }
 }
 
-/// Runs a query, or goes on with it. Pairs that do not fit into the workspace are added to `pairs`, too.
+/// Runs a query, or goes on with it. What it finds is added to `pairs`, more than the workspace has room for, too.
 pub fn spend(
     query: &punctual::Query<'_>,
     workspace: &mut Workspace,

@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import sys
 from pathlib import Path
 
 import punctual
@@ -54,7 +55,8 @@ def test_classes(name):
     members = {node.name: node for node in stub.body if isinstance(node, ast.FunctionDef)}
     assert public(vars(real)) == public(members)
     if "__new__" in members:
-        assert signature(real) == arguments(members["__new__"])
+        # Before, such classes do not tell theirs.
+        assert sys.version_info < (3, 10) or signature(real) == arguments(members["__new__"])
     else:
         with pytest.raises(TypeError, match="[Nn]o constructor|cannot create"):
             real()
