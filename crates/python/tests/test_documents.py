@@ -4,6 +4,7 @@ import doctest
 import re
 from pathlib import Path
 
+import punctual
 import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -14,6 +15,11 @@ def test_readme():
     test = doctest.DocTestParser().get_doctest(text, {}, "README.md", "README.md", 0)
     ran = doctest.DocTestRunner(optionflags=doctest.IGNORE_EXCEPTION_DETAIL).run(test)
     assert ran.failed == 0 and ran.attempted > 15
+
+
+def test_package():
+    ran = doctest.testmod(punctual)
+    assert ran.failed == 0 and ran.attempted == 4
 
 
 def test_guide(tmp_path, monkeypatch):
