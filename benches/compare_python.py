@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""Many poses of a mesh against itself: the Python packages punctual, python-fcl and coal, in one run, one thread each.
+
+    benches/compare_python.py MESH.obj [POSES]
+
+Poses are drawn at random near contact: turned anyhow, moved apart by 0.2 to 1.1 of the diagonal of the mesh. Each
+package is asked whether the surfaces meet; the answers are compared. Needs `pip install trimesh python-fcl coal` beside
+punctual.
+"""
+
+import sys
+import time
+
+import coal
+import fcl
+import numpy as np
+import punctual
+import trimesh
+
+
+def near_contact(mesh, count):
+    random = np.random.default_rng(1)
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    poses[:, :3, :3] = [trimesh.transformations.random_rotation_matrix(random.random(3))[:3, :3] for _ in range(count)]
+    away = random.normal(size=(count, 3))
+    away *= (mesh.scale * random.uniform(0.2, 1.1, count) / np.linalg.norm(away, axis=1))[:, None]
+    # About the middle of the mesh.
+    middle = mesh.bounds.mean(axis=0)
+    poses[:, :3, 3] = middle - poses[:, :3, :3] @ middle + away
+    return poses
+
+
+def timed(name, build, ask, mesh, poses):
+    """Builds once, asks `ask(built, poses)` for a list of yes and no: the least of three times, in us a pose."""
+    start = time.perf_counter()
+    built = build(mesh)
+    seconds = time.perf_counter() - start
+    least = np.inf
+    for _ in range(3):
+        start = time.perf_counter()
+        answers = ask(built, poses)
+        least = min(least, time.perf_counter() - start)
+    print(
+        f"{name:12s} build {1e3 * seconds:6.0f} ms, {1e6 * least / len(poses):8.2f} us a pose, {np.sum(answers)} meet",
+        flush=True,
+    )
+    return np.array(answers, dtype=bool), least
+
+
+def build_fcl(mesh):
+    model = fcl.BVHModel()
+    model.beginModel(len(mesh.vertices), len(mesh.faces))
+    model.addSubModel(mesh.vertices, mesh.faces)
+    model.endModel()
+    return model
+
+
+def ask_fcl(model, poses):
+    a, b = fcl.CollisionObject(model), fcl.CollisionObject(model)
+    said = []
+    for pose in poses:
+        b.setTransform(fcl.Transform(pose[:3, :3], pose[:3, 3]))
+        said.append(fcl.collide(a, b, fcl.CollisionRequest(), fcl.CollisionResult()) > 0)
+    return said
+
+
+def build_coal(mesh):
+    model = coal.BVHModelOBBRSS()
+    model.beginModel(len(mesh.faces), len(mesh.vertices))
+    model.addVertices(np.asarray(mesh.vertices, dtype=np.float64))
+    model.addTriangles(np.asarray(mesh.faces, dtype=np.uint32))
+    model.endModel()
+    return model
+
+
+def ask_coal(model, poses):
+    here, request, result, said = coal.Transform3s.Identity(), coal.CollisionRequest(), coal.CollisionResult(), []
+    # Without this it looks for the distance where surfaces are closer than a millimetre.
+    request.break_distance = 0.0
+    for pose in poses:
+        there = coal.Transform3s(pose[:3, :3], pose[:3, 3])
+        result.clear()
+        said.append(coal.collide(model, here, model, there, request, result) > 0)
+    return said
+
+
+def main():
+    mesh = trimesh.load(sys.argv[1], process=False)
+    poses = near_contact(mesh, int(sys.argv[2]) if len(sys.argv) > 2 else 10_000)
+    print(f"{len(mesh.faces)} triangles against themselves at {len(poses)} poses")
+
+    def one_by_one(tree, poses):
+        return [bool(punctual.collide(tree, tree, pose)) for pose in poses]
+
+    ours, least = timed(
+        "batch",
+        punctual.Tree.from_trimesh,
+        lambda tree, poses: punctual.collide_batch(tree, tree, poses).verdict == 1,
+        mesh,
+        poses,
+    )
+    peers = {
+        "one by one": (punctual.Tree.from_trimesh, one_by_one),
+        "python-fcl": (build_fcl, ask_fcl),
+        "coal": (build_coal, ask_coal),
+    }
+    for name, (build, ask) in peers.items():
+        answers, seconds = timed(name, build, ask, mesh, poses)
+        print(f"{'':12s} {seconds / least:.1f} times the batch, {np.sum(answers != ours)} other answers", flush=True)
+
+
+if __name__ == "__main__":
+    main()

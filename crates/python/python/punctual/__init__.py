@@ -1,0 +1,65 @@
+"""Mesh collision detection that answers by the deadline, and says how sure it is.
+
+>>> import punctual
+>>> ball, ring = punctual.shapes.icosphere(3), punctual.shapes.torus(2.0, 0.5, 48)
+>>> bool(punctual.collide(ball, ring))
+False
+>>> round(punctual.distance(ball, ring).high, 2)
+0.5
+"""
+
+from . import shapes
+from ._punctual import (
+    Certificate,
+    Collision,
+    CollisionBatch,
+    Distance,
+    DistanceBatch,
+    DistanceEstimate,
+    DistanceQuery,
+    Estimate,
+    Memory,
+    Prediction,
+    Quantiles,
+    Query,
+    Report,
+    ResumeError,
+    Scene,
+    Tree,
+    UndecidedError,
+    __version__,
+    closer_than,
+    collide,
+    collide_batch,
+    distance,
+    distance_batch,
+)
+from .collision_manager import CollisionManager
+
+__all__ = [
+    "Certificate",
+    "Collision",
+    "CollisionBatch",
+    "CollisionManager",
+    "Distance",
+    "DistanceBatch",
+    "DistanceEstimate",
+    "DistanceQuery",
+    "Estimate",
+    "Memory",
+    "Prediction",
+    "Quantiles",
+    "Query",
+    "Report",
+    "ResumeError",
+    "Scene",
+    "Tree",
+    "UndecidedError",
+    "__version__",
+    "closer_than",
+    "collide",
+    "collide_batch",
+    "distance",
+    "distance_batch",
+    "shapes",
+]

@@ -1,0 +1,177 @@
+//! NumPy arrays in and out, and the poses and meshes that they hold.
+
+use crate::errors::value_error;
+use numpy::ndarray::{ArrayView1, Dimension, Ix2, Ix3};
+use numpy::{
+    Element, PyArray, PyArray1, PyArray2, PyArray3, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray,
+    PyUntypedArrayMethods,
+};
+use punctual::{Mesh, Pose};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+
+/// Anything that NumPy makes an array of.
+fn as_array<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
+    static AS_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let py = given.py();
+    Ok(AS_ARRAY.import(py, "numpy", "asarray")?.call1((given,))?.cast_into()?)
+}
+
+/// An array with elements of this type and this many dimensions, converted if it has others of a kind that is fine.
+fn converted<'py, T: Element, D: Dimension>(
+    array: &Bound<'py, PyUntypedArray>,
+    what: &str,
+    kinds: &[u8],
+    shape: &str,
+) -> PyResult<Bound<'py, PyArray<T, D>>> {
+    if !kinds.contains(&array.dtype().kind()) {
+        let expected = if kinds.contains(&b'f') { "real numbers" } else { "integers" };
+        return Err(PyTypeError::new_err(format!("{what}: dtype {}, expected {expected}", array.dtype())));
+    }
+    let converted = array.call_method1("astype", (numpy::dtype::<T>(array.py()), "K", "unsafe", false, false))?;
+    let typed = converted.cast_into();
+    typed.map_err(|_| value_error(format_args!("{what}: shape {:?}, expected {shape}", array.shape())))
+}
+
+/// Floats of any size and integers; of as many dimensions as `D` has.
+fn floats<'py, D: Dimension>(
+    given: &Bound<'py, PyAny>,
+    what: &str,
+    shape: &str,
+) -> PyResult<Bound<'py, PyArray<f64, D>>> {
+    match given.cast::<PyArray<f64, D>>() {
+        Ok(array) => Ok(array.clone()),
+        Err(_) => converted(&as_array(given)?, what, b"fiu", shape),
+    }
+}
+
+/// The rows of an `(N, 3)` array.
+fn rows<'py, T: Element, D: Copy>(
+    array: &Bound<'py, PyArray2<T>>,
+    what: &str,
+    convert: impl Fn(ArrayView1<T>) -> D,
+) -> PyResult<Vec<D>> {
+    let array = array.try_readonly()?;
+    let array = array.as_array();
+    if array.ncols() != 3 {
+        return Err(value_error(format_args!("{what}: shape {:?}, expected (N, 3)", array.shape())));
+    }
+    Ok(array.rows().into_iter().map(convert).collect())
+}
+
+/// Vertices of a mesh, `(N, 3)`.
+pub fn vertices(given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
+    // What is empty has any type and shape: `numpy.asarray([])` is a row of floats.
+    if as_array(given)?.is_empty() {
+        return Ok(Vec::new());
+    }
+    rows(&floats(given, "vertices", "(N, 3)")?, "vertices", |row| [row[0], row[1], row[2]])
+}
+
+/// Triangles of a mesh, `(N, 3)` integers of any type; checked against the number of vertices where they do not fit.
+fn triangles(given: &Bound<'_, PyAny>, vertices: usize) -> PyResult<Vec<[u32; 3]>> {
+    let array = as_array(given)?;
+    if array.is_empty() {
+        return Ok(Vec::new());
+    }
+    let wide: Bound<'_, PyArray2<i64>> = converted(&array, "faces", b"iu", "(N, 3)")?;
+    let wide = rows(&wide, "faces", |row| [row[0], row[1], row[2]])?;
+    let narrow = |(triangle, corners): (usize, &[i64; 3])| {
+        let mut narrow = [0; 3];
+        for (corner, &index) in corners.iter().enumerate() {
+            narrow[corner] = u32::try_from(index).map_err(|_| {
+                value_error(format_args!(
+                    "corner {corner} of triangle {triangle} is vertex {index}, but there are {vertices} vertices"
+                ))
+            })?;
+        }
+        Ok(narrow)
+    };
+    wide.iter().enumerate().map(narrow).collect()
+}
+
+/// The mesh of vertices and faces, checked.
+pub fn mesh(given: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Mesh> {
+    let vertices = vertices(given)?;
+    let triangles = triangles(faces, vertices.len())?;
+    Mesh::from_f64(vertices, triangles).map_err(value_error)
+}
+
+/// A `(4, 4)` matrix that brings coordinates of B into those of A.
+#[derive(Clone, Copy)]
+pub struct Transform(pub Pose);
+
+impl Default for Transform {
+    fn default() -> Self {
+        Self(Pose::IDENTITY)
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Transform {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let array = floats::<Ix2>(&given, "T", "(4, 4)")?;
+        if array.shape() != [4, 4] {
+            return Err(value_error(format_args!("T: shape {:?}, expected (4, 4)", array.shape())));
+        }
+        // Entry by entry: to borrow so small an array as a whole takes longer.
+        let at = |row, column| array.get_owned([row, column]).unwrap_or(f64::NAN);
+        pose(at).map(Self).map_err(|fault| value_error(format_args!("T: {fault}")))
+    }
+}
+
+/// The pose of a `(4, 4)` matrix.
+fn pose(at: impl Fn(usize, usize) -> f64) -> Result<Pose, String> {
+    let last: [f64; 4] = core::array::from_fn(|column| at(3, column));
+    if last != [0.0, 0.0, 0.0, 1.0] {
+        return Err(format!("row 3 is {last:?}, expected [0, 0, 0, 1]"));
+    }
+    Pose::from_row_major(core::array::from_fn(|entry| at(entry / 4, entry % 4))).map_err(|error| error.to_string())
+}
+
+/// Poses, `(N, 4, 4)`.
+pub struct Transforms(pub Vec<Pose>);
+
+impl<'py> FromPyObject<'_, 'py> for Transforms {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let array = floats::<Ix3>(&given, "poses", "(N, 4, 4)")?.try_readonly()?;
+        let view = array.as_array();
+        if view.shape()[1..] != [4, 4] {
+            return Err(value_error(format_args!("poses: shape {:?}, expected (N, 4, 4)", view.shape())));
+        }
+        let checked = view.outer_iter().enumerate().map(|(row, matrix)| {
+            let at = |row, column| matrix[[row, column]];
+            pose(at).map_err(|fault| value_error(format_args!("pose {row}: {fault}")))
+        });
+        checked.collect::<PyResult<_>>().map(Self)
+    }
+}
+
+/// A column of numbers.
+pub fn column<T: Element>(py: Python<'_>, numbers: Vec<T>) -> Bound<'_, PyArray1<T>> {
+    PyArray1::from_vec(py, numbers)
+}
+
+/// Rows of `N` numbers each.
+pub fn table<T: Element + Copy, const N: usize>(
+    py: Python<'_>,
+    rows: impl IntoIterator<Item = [T; N]>,
+) -> PyResult<Bound<'_, PyArray2<T>>> {
+    let flat: Vec<T> = rows.into_iter().flatten().collect();
+    let count = flat.len() / N;
+    column(py, flat).reshape([count, N])
+}
+
+/// Blocks of `M` rows of three coordinates.
+pub fn points<const M: usize>(
+    py: Python<'_>,
+    blocks: impl IntoIterator<Item = [[f64; 3]; M]>,
+) -> PyResult<Bound<'_, PyArray3<f64>>> {
+    let flat: Vec<f64> = blocks.into_iter().flatten().flatten().collect();
+    let count = flat.len() / (3 * M);
+    column(py, flat).reshape([count, M, 3])
+}

@@ -1,0 +1,84 @@
+//! Many poses in one call, on as many threads as asked for.
+
+use crate::errors::value_error;
+use punctual::{PairMemory, Workspace};
+use pyo3::prelude::*;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Poses that a thread takes at a time.
+const BLOCK: usize = 16;
+
+/// How often the calling thread looks whether the user wants to end the call.
+const SIGNALS: Duration = Duration::from_millis(100);
+
+/// What a thread of a batch needs.
+pub struct Worker<'m> {
+    pub workspace: Box<Workspace>,
+    pub memory: Option<&'m mut PairMemory>,
+}
+
+/// The workers for so many poses, the first for the calling thread. A memory goes along the poses in their order, so
+/// there is one worker then.
+pub fn workers(threads: usize, poses: usize, memory: Option<&mut PairMemory>) -> PyResult<Vec<Worker<'_>>> {
+    if threads == 0 {
+        return Err(value_error("threads is 0, expected at least 1"));
+    }
+    if threads > 1 && memory.is_some() {
+        return Err(value_error("memory goes along the poses one by one: it needs threads=1"));
+    }
+    let mut workers = vec![Worker { workspace: Box::new(Workspace::new()), memory }];
+    let more = threads.min(poses.div_ceil(BLOCK)).saturating_sub(1);
+    workers.extend((0..more).map(|_| Worker { workspace: Box::new(Workspace::new()), memory: None }));
+    Ok(workers)
+}
+
+/// Calls `answer` for each number below `count`, without the interpreter's lock: the answers in order. Ends early if
+/// the user asks for that (Ctrl-C) or there is no thread.
+pub fn each<'m, R: Send>(
+    py: Python<'_>,
+    count: usize,
+    mut workers: Vec<Worker<'m>>,
+    answer: impl Fn(&mut Worker<'m>, usize) -> R + Sync,
+) -> PyResult<Vec<R>> {
+    let (next, ended) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let work = |worker: &mut Worker<'m>, look: &mut dyn FnMut() -> PyResult<()>| {
+        let mut blocks = Vec::new();
+        while !ended.load(Ordering::Relaxed) {
+            let start = next.fetch_add(BLOCK, Ordering::Relaxed);
+            if start >= count {
+                break;
+            }
+            let block: Vec<R> = (start..count.min(start + BLOCK)).map(|at| answer(worker, at)).collect();
+            blocks.push((start, block));
+            look().inspect_err(|_| ended.store(true, Ordering::Relaxed))?;
+        }
+        Ok::<_, PyErr>(blocks)
+    };
+    let mut looked = Instant::now();
+    let mut look = || {
+        if looked.elapsed() < SIGNALS {
+            return Ok(());
+        }
+        looked = Instant::now();
+        Python::attach(|py| py.check_signals())
+    };
+    let mut blocks = py.detach(|| {
+        thread::scope(|scope| {
+            let (own, others) = workers.split_first_mut().ok_or_else(|| value_error("no worker"))?;
+            let others = others
+                .iter_mut()
+                .map(|worker| thread::Builder::new().spawn_scoped(scope, || work(worker, &mut || Ok(()))));
+            let others: Vec<_> =
+                others.collect::<Result<_, _>>().inspect_err(|_| ended.store(true, Ordering::Relaxed))?;
+            let mut blocks = work(own, &mut look)?;
+            for other in others {
+                blocks.extend(other.join().map_err(|_| value_error("a thread of the batch ended early"))??);
+            }
+            Ok::<_, PyErr>(blocks)
+        })
+    })?;
+    blocks.sort_unstable_by_key(|&(start, _)| start);
+    Ok(blocks.into_iter().flat_map(|(_, block)| block).collect())
+}

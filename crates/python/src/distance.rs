@@ -1,0 +1,289 @@
+//! How far apart two meshes are at a pose.
+
+use crate::arrays::{Transform, table};
+use crate::errors::{resume_error, undecided, value_error};
+use crate::estimate::{Certificate, DistanceEstimate, Quantiles};
+use crate::limit::Limit;
+use crate::memory::{Memory, lent};
+use crate::query::WORKSPACE;
+use crate::tree::Tree;
+use numpy::PyArray2;
+use punctual::{PairMemory, Pose, Workspace};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use std::sync::Arc;
+
+/// All that a distance query is asked, but the pose.
+pub struct DistanceQuestion {
+    a: Arc<punctual::Tree>,
+    b: Arc<punctual::Tree>,
+    absolute: Option<f64>,
+    relative: Option<f64>,
+    margins: [f64; 2],
+    limit: Option<f64>,
+}
+
+impl DistanceQuestion {
+    pub fn new(
+        a: &Tree,
+        b: &Tree,
+        [absolute, relative]: [Option<f64>; 2],
+        margins: Option<[f64; 2]>,
+        limit: Option<f64>,
+    ) -> PyResult<Self> {
+        let margins = margins.unwrap_or_default();
+        let numbers = [
+            ("absolute_tolerance", absolute),
+            ("relative_tolerance", relative),
+            ("margins[0]", Some(margins[0])),
+            ("margins[1]", Some(margins[1])),
+            ("closer_than", limit),
+        ];
+        for (what, number) in numbers {
+            // NaN is not in order with 0.
+            if let Some(number) =
+                number.filter(|number| !matches!(number.partial_cmp(&0.0), Some(order) if order.is_ge()))
+            {
+                return Err(value_error(format_args!("{what} is {number}, expected a number that is not negative")));
+            }
+        }
+        Ok(Self { a: Arc::clone(&a.0), b: Arc::clone(&b.0), absolute, relative, margins, limit })
+    }
+
+    pub fn at(&self, pose: Pose) -> punctual::DistanceQuery<'_> {
+        let mut query = punctual::DistanceQuery::new(&self.a, &self.b, pose).margins(self.margins);
+        if let Some(length) = self.absolute {
+            query = query.absolute_tolerance(length);
+        }
+        if let Some(share) = self.relative {
+            query = query.relative_tolerance(share);
+        }
+        if let Some(limit) = self.limit {
+            query = query.closer_than(limit);
+        }
+        query
+    }
+}
+
+/// Runs a distance query within a limit.
+pub fn spend(
+    query: &punctual::DistanceQuery<'_>,
+    workspace: &mut Workspace,
+    memory: Option<&mut PairMemory>,
+    limit: Limit,
+) -> punctual::Distance {
+    match memory {
+        Some(memory) => query.run_with_memory(workspace, memory, limit.budget()),
+        None => query.run(workspace, limit.budget()),
+    }
+}
+
+/// What a distance query says, wherever it stopped: low <= distance <= high, both proven.
+///
+/// Its truth value is the answer to `closer_than`; it raises UndecidedError while that is not known, and TypeError if
+/// it was not asked.
+#[pyclass(module = "punctual", frozen)]
+pub struct Distance {
+    answer: punctual::Distance,
+    limit: Option<f64>,
+}
+
+#[pymethods]
+impl Distance {
+    /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
+    #[getter]
+    fn low(&self) -> f64 {
+        self.answer.low
+    }
+
+    /// Proven: the distance of the two points, 0 only if the surfaces meet. Infinite if nothing was found yet.
+    #[getter]
+    fn high(&self) -> f64 {
+        self.answer.high
+    }
+
+    /// The closest points found, (2, 3): that of A and that of B, both in A's frame; None if nothing was found yet.
+    #[getter]
+    fn points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let nearest = self.answer.nearest;
+        nearest.map(|nearest| table(py, nearest.points.map(|point| point.to_array()))).transpose()
+    }
+
+    /// The closest triangles found, of A and of B; None if nothing was found yet.
+    #[getter]
+    fn triangles(&self) -> Option<(u32, u32)> {
+        self.answer.nearest.map(|nearest| nearest.triangles.into())
+    }
+
+    /// Whether the surfaces are no farther apart than the limit, proven; None if that is undecided, or was not asked.
+    #[getter]
+    fn closer(&self) -> Option<bool> {
+        self.answer.closer
+    }
+
+    /// Why the query returned: "finished", "deadline", "work-limit" or "flushed-to-zero".
+    #[getter]
+    fn stop(&self) -> String {
+        self.answer.stop.to_string()
+    }
+
+    /// Units of work done; the same for the same input on every machine.
+    #[getter]
+    fn work(&self) -> u64 {
+        self.answer.stats.work
+    }
+
+    /// Seconds; None without a budget of time.
+    #[getter]
+    fn elapsed(&self) -> Option<f64> {
+        self.answer.stats.elapsed.map(|elapsed| elapsed.as_secs_f64())
+    }
+
+    fn __bool__(&self) -> PyResult<bool> {
+        let Some(limit) = self.limit else {
+            return Err(PyTypeError::new_err("a distance has no truth value: compare its bounds low and high"));
+        };
+        let what = format!("the surfaces are closer than {limit}");
+        self.answer.closer.ok_or_else(|| undecided(&what, self.answer.stop))
+    }
+
+    fn __repr__(&self) -> String {
+        let punctual::Distance { low, high, stop, .. } = self.answer;
+        format!("<punctual.Distance: {low} to {high}, {stop}>")
+    }
+}
+
+fn ask(
+    py: Python<'_>,
+    question: &DistanceQuestion,
+    pose: Pose,
+    limit: Limit,
+    mut memory: Option<PyRefMut<'_, Memory>>,
+) -> Distance {
+    let query = question.at(pose);
+    let memory = lent(&mut memory);
+    let answer = limit.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| spend(&query, workspace, memory, limit)));
+    Distance { answer, limit: question.limit }
+}
+
+/// How far apart the surfaces of two trees are: 0 if they meet.
+///
+/// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. Done as soon as `high - low`
+/// is no more than absolute_tolerance (a millionth of the larger mesh by default, roughly), or `high <= (1 +
+/// relative_tolerance) low`. margins: by how much the surfaces are thickened, that of a and that of b. budget: seconds;
+/// work: units of work. memory: what it learned at the pose before.
+///
+/// Raises ValueError for a T that is not rigid and for negative numbers, and TypeError for wrong types.
+#[pyfunction]
+#[pyo3(signature = (a, b, T=None, *, absolute_tolerance=None, relative_tolerance=None, margins=None,
+    budget=None, work=None,
+    memory=None))]
+#[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+pub fn distance(
+    py: Python<'_>,
+    a: PyRef<'_, Tree>,
+    b: PyRef<'_, Tree>,
+    T: Option<Transform>,
+    absolute_tolerance: Option<f64>,
+    relative_tolerance: Option<f64>,
+    margins: Option<[f64; 2]>,
+    budget: Option<f64>,
+    work: Option<u64>,
+    memory: Option<PyRefMut<'_, Memory>>,
+) -> PyResult<Distance> {
+    let question = DistanceQuestion::new(&a, &b, [absolute_tolerance, relative_tolerance], margins, None)?;
+    Ok(ask(py, &question, T.unwrap_or_default().0, Limit::new(budget, work)?, memory))
+}
+
+/// Whether the surfaces of two trees are no farther apart than a length: the truth value of the result. Takes a
+/// fraction of the time of `distance`, whose other arguments it has.
+#[pyfunction]
+#[pyo3(signature = (a, b, length, T=None, *, margins=None, budget=None, work=None, memory=None))]
+#[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+pub fn closer_than(
+    py: Python<'_>,
+    a: PyRef<'_, Tree>,
+    b: PyRef<'_, Tree>,
+    length: f64,
+    T: Option<Transform>,
+    margins: Option<[f64; 2]>,
+    budget: Option<f64>,
+    work: Option<u64>,
+    memory: Option<PyRefMut<'_, Memory>>,
+) -> PyResult<Distance> {
+    let question = DistanceQuestion::new(&a, &b, [None; 2], margins, Some(length))?;
+    Ok(ask(py, &question, T.unwrap_or_default().0, Limit::new(budget, work)?, memory))
+}
+
+/// The same question as that of `distance`, or of `closer_than`, with buffers of its own (930 kB), so that it can be
+/// predicted, resumed and asked for its certificate.
+#[pyclass(module = "punctual")]
+pub struct DistanceQuery {
+    question: DistanceQuestion,
+    pose: Pose,
+    workspace: Box<Workspace>,
+}
+
+#[pymethods]
+impl DistanceQuery {
+    #[new]
+    #[pyo3(signature = (a, b, T=None, *, absolute_tolerance=None, relative_tolerance=None, margins=None,
+        closer_than=None))]
+    #[expect(non_snake_case, reason = "the name of the Python argument")]
+    fn new(
+        a: PyRef<'_, Tree>,
+        b: PyRef<'_, Tree>,
+        T: Option<Transform>,
+        absolute_tolerance: Option<f64>,
+        relative_tolerance: Option<f64>,
+        margins: Option<[f64; 2]>,
+        closer_than: Option<f64>,
+    ) -> PyResult<Self> {
+        let question = DistanceQuestion::new(&a, &b, [absolute_tolerance, relative_tolerance], margins, closer_than)?;
+        Ok(Self { question, pose: T.unwrap_or_default().0, workspace: Box::new(Workspace::new()) })
+    }
+
+    /// Runs from the start, within a budget of seconds or of units of work.
+    #[pyo3(signature = (*, budget=None, work=None, memory=None))]
+    fn run(
+        &mut self,
+        py: Python<'_>,
+        budget: Option<f64>,
+        work: Option<u64>,
+        mut memory: Option<PyRefMut<'_, Memory>>,
+    ) -> PyResult<Distance> {
+        let limit = Limit::new(budget, work)?;
+        let Self { question, pose, workspace } = self;
+        let memory = lent(&mut memory);
+        let answer = limit.unlocked(py, || spend(&question.at(*pose), workspace, memory, limit));
+        Ok(Distance { answer, limit: self.question.limit })
+    }
+
+    /// Goes on with the stopped run, with a fresh budget; its bounds are no worse than before. Raises ResumeError if
+    /// there is no stopped run.
+    #[pyo3(signature = (*, budget=None, work=None))]
+    fn resume(&mut self, py: Python<'_>, budget: Option<f64>, work: Option<u64>) -> PyResult<Distance> {
+        let limit = Limit::new(budget, work)?;
+        let Self { question, pose, workspace } = self;
+        let answer = limit.unlocked(py, || question.at(*pose).resume(workspace, limit.budget()));
+        Ok(Distance { answer: answer.map_err(resume_error)?, limit: self.question.limit })
+    }
+
+    /// Units of work that it will take if nothing stops it.
+    #[pyo3(signature = (*, memory=None))]
+    fn predict(&self, memory: Option<PyRef<'_, Memory>>) -> Quantiles {
+        self.question.at(self.pose).predict(memory.as_ref().map(|memory| &memory.0)).into()
+    }
+
+    /// What the last run left open, as far as can be guessed. Raises ResumeError before the first run.
+    #[pyo3(signature = (*, memory=None))]
+    fn estimate(&self, memory: Option<PyRef<'_, Memory>>) -> PyResult<DistanceEstimate> {
+        let memory = memory.as_ref().map(|memory| &memory.0);
+        Ok(self.question.at(self.pose).estimate(&self.workspace, memory).map_err(resume_error)?.into())
+    }
+
+    /// Where the last run may have missed what is closer than its upper bound. Raises ResumeError before the first run.
+    fn certificate(&self) -> PyResult<Certificate> {
+        Ok(self.question.at(self.pose).certificate(&self.workspace).map_err(resume_error)?.into())
+    }
+}

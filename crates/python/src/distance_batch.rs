@@ -1,0 +1,101 @@
+//! How far apart two meshes are at each of many poses.
+
+use crate::arrays::{Transforms, column, points, table};
+use crate::batch::{each, workers};
+use crate::distance::{DistanceQuestion, spend};
+use crate::limit::Limit;
+use crate::memory::{Memory, lent};
+use crate::tree::Tree;
+use numpy::{PyArray1, PyArray2, PyArray3};
+use punctual::{Distance, Nearest};
+use pyo3::prelude::*;
+
+/// What a batch says: a row for each pose, low <= distance <= high.
+#[pyclass(module = "punctual", frozen, get_all)]
+pub struct DistanceBatch {
+    /// (N,) float64, proven.
+    low: Py<PyArray1<f64>>,
+    /// (N,) float64, proven: the distance of the two points; infinite where nothing was found yet.
+    high: Py<PyArray1<f64>>,
+    /// (N,) int8: 1 no farther apart than closer_than, 0 farther, both proven; -1 undecided, or not asked.
+    closer: Py<PyArray1<i8>>,
+    /// (N, 2) uint32: the closest triangles found, of a and of b; zeros where high is infinite.
+    triangles: Py<PyArray2<u32>>,
+    /// (N, 2, 3) float64: their closest points, both in a's frame; NaN where high is infinite.
+    points: Py<PyArray3<f64>>,
+    /// (N,) uint64: units of work done.
+    work: Py<PyArray1<u64>>,
+}
+
+/// The answer for one pose, as small as it can be: there may be millions.
+struct Row {
+    low: f64,
+    high: f64,
+    nearest: Option<Nearest>,
+    closer: Option<bool>,
+    work: u64,
+}
+
+impl DistanceBatch {
+    fn new(py: Python<'_>, rows: &[Row]) -> PyResult<Self> {
+        let numbers = |number: fn(&Row) -> f64| column(py, rows.iter().map(number).collect()).unbind();
+        let triangles = |row: &Row| row.nearest.map_or([0; 2], |nearest| nearest.triangles);
+        let nearest =
+            |row: &Row| row.nearest.map_or([[f64::NAN; 3]; 2], |nearest| nearest.points.map(|point| point.to_array()));
+        Ok(Self {
+            low: numbers(|row| row.low),
+            high: numbers(|row| row.high),
+            closer: column(py, rows.iter().map(|row| row.closer.map_or(-1, i8::from)).collect()).unbind(),
+            triangles: table(py, rows.iter().map(triangles))?.unbind(),
+            points: points(py, rows.iter().map(nearest))?.unbind(),
+            work: column(py, rows.iter().map(|row| row.work).collect()).unbind(),
+        })
+    }
+}
+
+#[pymethods]
+impl DistanceBatch {
+    /// Number of poses.
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+        self.low.bind(py).len()
+    }
+}
+
+/// `distance` at each of many poses, or `closer_than` if that is given, in one call and without the interpreter's lock.
+///
+/// poses: (N, 4, 4) matrices that bring coordinates of b into those of a. budget and work are those of each pose.
+/// threads: how many share the poses; answers under a budget of work, or none, are the same on any number of them.
+/// memory: taken along the poses in their order, for poses that follow each other; it needs threads=1. The other
+/// arguments are those of `distance`.
+///
+/// Raises ValueError for a matrix that is not rigid, with its row.
+#[pyfunction]
+#[pyo3(signature = (a, b, poses, *, absolute_tolerance=None, relative_tolerance=None, margins=None, closer_than=None,
+    budget=None, work=None, memory=None, threads=1))]
+#[expect(clippy::too_many_arguments, reason = "the arguments of the Python function")]
+pub fn distance_batch(
+    py: Python<'_>,
+    a: PyRef<'_, Tree>,
+    b: PyRef<'_, Tree>,
+    poses: Transforms,
+    absolute_tolerance: Option<f64>,
+    relative_tolerance: Option<f64>,
+    margins: Option<[f64; 2]>,
+    closer_than: Option<f64>,
+    budget: Option<f64>,
+    work: Option<u64>,
+    mut memory: Option<PyRefMut<'_, Memory>>,
+    threads: usize,
+) -> PyResult<DistanceBatch> {
+    let limit = Limit::new(budget, work)?;
+    let question = DistanceQuestion::new(&a, &b, [absolute_tolerance, relative_tolerance], margins, closer_than)?;
+    let Transforms(poses) = poses;
+    let workers = workers(threads, poses.len(), lent(&mut memory))?;
+    let rows = each(py, poses.len(), workers, |worker, at| {
+        let query = question.at(poses[at]);
+        let answer = spend(&query, &mut worker.workspace, worker.memory.as_deref_mut(), limit);
+        let Distance { low, high, nearest, closer, stats, .. } = answer;
+        Row { low, high, nearest, closer, work: stats.work }
+    })?;
+    DistanceBatch::new(py, &rows)
+}

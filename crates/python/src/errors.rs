@@ -1,0 +1,31 @@
+//! Errors of the library as exceptions, with its texts.
+
+use core::fmt::Display;
+use pyo3::PyErr;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+
+pyo3::create_exception!(
+    punctual,
+    UndecidedError,
+    PyRuntimeError,
+    "A truth value was asked for that is not known: the budget ended first."
+);
+pyo3::create_exception!(
+    punctual,
+    ResumeError,
+    PyRuntimeError,
+    "There is no stopped run to go on with, or none at all."
+);
+
+/// An argument that cannot be used.
+pub fn value_error(error: impl Display) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+pub fn resume_error(_: punctual::ResumeError) -> PyErr {
+    ResumeError::new_err("the query has no run to go on with: it was not run, or its last run is complete")
+}
+
+pub fn undecided(what: &str, stop: punctual::StopReason) -> PyErr {
+    UndecidedError::new_err(format!("not known whether {what}: the query ended before ({stop})"))
+}

@@ -1,0 +1,125 @@
+//! What a query will take, what a stopped one leaves open: estimates, and what is proven.
+
+use crate::arrays::points;
+use numpy::PyArray3;
+use pyo3::prelude::*;
+
+/// An uncertain number: its median, and its 10 % and 90 % quantiles.
+#[pyclass(module = "punctual", frozen, get_all)]
+#[derive(Clone, Copy)]
+pub struct Quantiles {
+    /// Below this with probability 10 %.
+    p10: f64,
+    /// The median.
+    p50: f64,
+    /// Below this with probability 90 %.
+    p90: f64,
+}
+
+impl From<punctual::Quantiles> for Quantiles {
+    fn from(punctual::Quantiles { p10, p50, p90 }: punctual::Quantiles) -> Self {
+        Self { p10, p50, p90 }
+    }
+}
+
+#[pymethods]
+impl Quantiles {
+    fn __repr__(&self) -> String {
+        format!("Quantiles(p10={:.4}, p50={:.4}, p90={:.4})", self.p10, self.p50, self.p90)
+    }
+}
+
+/// What a query, or the rest of one, is expected to take.
+#[pyclass(module = "punctual", frozen, get_all)]
+#[derive(Clone, Copy)]
+pub struct Prediction {
+    /// BV tests.
+    bv_tests: Quantiles,
+    /// Triangle pairs tested.
+    triangle_tests: Quantiles,
+    /// Units of work.
+    work: Quantiles,
+    /// Seconds: of the rest of a query by what its steps took so far, before it by those of a common machine.
+    time: Quantiles,
+}
+
+impl Prediction {
+    pub fn new(prediction: &punctual::Prediction, costs: &punctual::CostModel) -> Self {
+        Self {
+            bv_tests: prediction.bv_tests.into(),
+            triangle_tests: prediction.triangle_tests.into(),
+            work: prediction.work.into(),
+            time: prediction.time(costs).map(|nanoseconds| nanoseconds * 1e-9).into(),
+        }
+    }
+}
+
+/// What can be said of a stopped query. Not proven: only the verdict and the certificate are.
+#[pyclass(module = "punctual", frozen, get_all)]
+#[derive(Clone, Copy)]
+pub struct Estimate {
+    /// Probability that the surfaces meet.
+    pub probability: f64,
+    /// Expected share of the intersecting pairs that has been found.
+    pub recall: f64,
+    /// What the query has still to do.
+    pub remaining: Prediction,
+}
+
+impl Estimate {
+    pub fn new(estimate: &punctual::Estimate, costs: &punctual::CostModel) -> Self {
+        let remaining = Prediction::new(&estimate.remaining, costs);
+        Self { probability: estimate.probability, recall: estimate.recall, remaining }
+    }
+}
+
+/// What can be said of a stopped distance query. Not proven: only its bounds and the certificate are.
+#[pyclass(module = "punctual", frozen, get_all)]
+pub struct DistanceEstimate {
+    /// The distance, in the length unit of the meshes.
+    distance: Quantiles,
+    /// Units of work that the query has still to do.
+    remaining: Quantiles,
+}
+
+impl From<punctual::DistanceEstimate> for DistanceEstimate {
+    fn from(estimate: punctual::DistanceEstimate) -> Self {
+        Self { distance: estimate.distance.into(), remaining: estimate.remaining.into() }
+    }
+}
+
+/// What is proven about that which a stopped query has not looked at.
+#[pyclass(module = "punctual", frozen)]
+pub struct Certificate {
+    /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed.
+    #[pyo3(get)]
+    open_pairs: usize,
+    /// No more triangle pairs than this intersect (or, of a distance query, are closer than its upper bound).
+    #[pyo3(get)]
+    upper_bound: u64,
+    /// The longest edge of the boxes, in the length unit of the meshes.
+    #[pyo3(get)]
+    largest_extent: f64,
+    boxes: Vec<[[f64; 3]; 2]>,
+}
+
+impl From<punctual::Certificate<'_>> for Certificate {
+    fn from(certificate: punctual::Certificate<'_>) -> Self {
+        Self {
+            open_pairs: certificate.open_pairs(),
+            upper_bound: certificate.upper_bound(),
+            largest_extent: certificate.largest_extent(),
+            boxes: certificate.boxes().map(|open| [open.min.to_array(), open.max.to_array()]).collect(),
+        }
+    }
+}
+
+#[pymethods]
+impl Certificate {
+    /// Boxes in A's frame, (K, 2, 3): least and greatest corner. Every intersection that was not reported lies in one
+    /// of them.
+    #[getter]
+    fn boxes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        points(py, self.boxes.iter().copied())
+    }
+}

@@ -1,0 +1,55 @@
+//! The Python package `punctual`: trees, queries, batches and scenes, with NumPy arrays in and out.
+//!
+//! A thin face. Here are the arrays, the interpreter's lock and the exceptions; `python/punctual` has the rest of the
+//! package: its names, its types, and a drop-in for trimesh's `CollisionManager`.
+//!
+//! **The interpreter's lock.** Builds, batches, and queries without a budget of time run without it. A query with such
+//! a budget keeps it: to get it back from another thread may take 5 ms, much longer than the budget.
+
+#![deny(missing_docs, unsafe_code)]
+
+mod arrays;
+mod batch;
+mod distance;
+mod distance_batch;
+mod errors;
+mod estimate;
+mod limit;
+mod memory;
+mod query;
+mod query_batch;
+mod scene;
+mod shapes;
+mod tree;
+
+/// The compiled part of the package.
+#[pyo3::pymodule]
+mod _punctual {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use super::distance::{Distance, DistanceQuery, closer_than, distance};
+    #[pymodule_export]
+    use super::distance_batch::{DistanceBatch, distance_batch};
+    #[pymodule_export]
+    use super::errors::{ResumeError, UndecidedError};
+    #[pymodule_export]
+    use super::estimate::{Certificate, DistanceEstimate, Estimate, Prediction, Quantiles};
+    #[pymodule_export]
+    use super::memory::Memory;
+    #[pymodule_export]
+    use super::query::{Collision, Query, collide};
+    #[pymodule_export]
+    use super::query_batch::{CollisionBatch, collide_batch};
+    #[pymodule_export]
+    use super::scene::{Report, Scene};
+    #[pymodule_export]
+    use super::shapes::{cuboid, icosphere, torus, torus_knot};
+    #[pymodule_export]
+    use super::tree::Tree;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,372 @@
+//! Whether, and where, two meshes meet at a pose.
+
+use crate::arrays::{Transform, table};
+use crate::errors::{resume_error, undecided, value_error};
+use crate::estimate::{Certificate, Estimate, Prediction};
+use crate::limit::Limit;
+use crate::memory::{Memory, lent};
+use crate::tree::Tree;
+use numpy::PyArray2;
+use punctual::{CostModel, Mode, Outcome, PairMemory, Pose, StopReason, Verdict, Workspace};
+use pyo3::intern;
+use pyo3::prelude::*;
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::sync::Arc;
+
+/// "any" or "all".
+#[derive(Clone, Copy)]
+pub struct ModeName(pub Mode);
+
+impl<'py> FromPyObject<'_, 'py> for ModeName {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        // The same object, as literals are, is compared in no time; its text costs an allocation.
+        if given.is(intern!(given.py(), "all")) {
+            return Ok(Self(Mode::All));
+        }
+        let name: Cow<'_, str> = given.extract()?;
+        name.parse().map(Self).map_err(|error| value_error(format_args!("mode: {error}")))
+    }
+}
+
+/// All that a query is asked, but the pose.
+#[derive(Clone)]
+pub struct Question {
+    a: Arc<punctual::Tree>,
+    b: Arc<punctual::Tree>,
+    mode: Mode,
+    early: bool,
+    prior: Option<f64>,
+}
+
+impl Question {
+    pub fn new(a: &Tree, b: &Tree, mode: Option<ModeName>, early: bool, prior: Option<f64>) -> PyResult<Self> {
+        if let Some(share) = prior.filter(|share| !(0.0..=1.0).contains(share)) {
+            return Err(value_error(format_args!("prior is {share}, expected a share, 0 to 1")));
+        }
+        let mode = mode.map_or(Mode::Any, |ModeName(mode)| mode);
+        Ok(Self { a: Arc::clone(&a.0), b: Arc::clone(&b.0), mode, early, prior })
+    }
+
+    pub fn at(&self, pose: Pose) -> punctual::Query<'_> {
+        let query = punctual::Query::new(&self.a, &self.b, pose).mode(self.mode).early(self.early);
+        match self.prior {
+            Some(share) => query.prior(share),
+            None => query,
+        }
+    }
+}
+
+/// Runs a query, or goes on with it. What it finds is added to `pairs`, more than the workspace has room for, too.
+pub fn spend(
+    query: &punctual::Query<'_>,
+    workspace: &mut Workspace,
+    mut memory: Option<&mut PairMemory>,
+    limit: Limit,
+    pairs: &mut Vec<[u32; 2]>,
+    stopped: Option<Outcome>,
+) -> Result<Outcome, punctual::ResumeError> {
+    let before = stopped.map(|outcome| outcome.stats).unwrap_or_default();
+    let mut go_on = |workspace: &mut Workspace, limit: Limit, resume: bool| match (&mut memory, resume) {
+        (None, false) => Ok(query.run(workspace, limit.budget())),
+        (None, true) => query.resume(workspace, limit.budget()),
+        (Some(memory), false) => Ok(query.run_with_memory(workspace, memory, limit.budget())),
+        (Some(memory), true) => query.resume_with_memory(workspace, memory, limit.budget()),
+    };
+    let mut outcome = go_on(workspace, limit, stopped.is_some())?;
+    pairs.extend(workspace.drain_pairs());
+    while outcome.stop == StopReason::PairsFull {
+        outcome = go_on(workspace, limit.left(&before, &outcome.stats), true)?;
+        pairs.extend(workspace.drain_pairs());
+    }
+    Ok(outcome)
+}
+
+/// Whether there is more to find.
+pub fn is_stopped(outcome: &Outcome) -> bool {
+    !matches!(outcome.stop, StopReason::Finished | StopReason::FirstHit)
+}
+
+/// What a query says. Its truth value tells whether the surfaces meet, and raises UndecidedError while that is not
+/// known.
+#[pyclass(module = "punctual", frozen)]
+pub struct Collision {
+    outcome: Outcome,
+    pairs: Vec<[u32; 2]>,
+    /// Of a stopped query.
+    estimate: Option<Estimate>,
+}
+
+impl Collision {
+    /// What the last run of a query in `workspace` says.
+    fn new(
+        query: &punctual::Query<'_>,
+        workspace: &Workspace,
+        memory: Option<&PairMemory>,
+        outcome: Outcome,
+        pairs: Vec<[u32; 2]>,
+    ) -> Result<Self, punctual::ResumeError> {
+        let estimate = is_stopped(&outcome).then(|| query.estimate(workspace, memory)).transpose()?;
+        let estimate = estimate.map(|estimate| Estimate::new(&estimate, &workspace.cost_model()));
+        Ok(Self { outcome, pairs, estimate })
+    }
+}
+
+/// The verdict as a number for arrays.
+pub fn code(verdict: Verdict) -> i8 {
+    match verdict {
+        Verdict::Intersecting { .. } => 1,
+        Verdict::Separated => 0,
+        Verdict::Undecided => -1,
+    }
+}
+
+/// Two triangles that meet.
+pub fn witness(verdict: Verdict) -> Option<[u32; 2]> {
+    match verdict {
+        Verdict::Intersecting { witness } => Some(witness),
+        _ => None,
+    }
+}
+
+/// The probability that surfaces meet for which the verdict is known.
+pub fn certainty(verdict: Verdict) -> f64 {
+    if matches!(verdict, Verdict::Intersecting { .. }) { 1.0 } else { 0.0 }
+}
+
+#[pymethods]
+impl Collision {
+    /// "intersecting" and "separated" are proven; "undecided": the budget ended first.
+    #[getter]
+    fn verdict(&self) -> &'static str {
+        match self.outcome.verdict {
+            Verdict::Intersecting { .. } => "intersecting",
+            Verdict::Separated => "separated",
+            Verdict::Undecided => "undecided",
+        }
+    }
+
+    /// Two triangles, of A and of B, that meet; None if none was found.
+    #[getter]
+    fn witness(&self) -> Option<(u32, u32)> {
+        witness(self.outcome.verdict).map(Into::into)
+    }
+
+    /// The intersecting pairs found, (N, 2): triangle of A, triangle of B. All of them if mode is "all" and the query
+    /// finished; at most one if mode is "any".
+    #[getter]
+    fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        table(py, self.pairs.iter().copied())
+    }
+
+    /// Number of intersecting pairs found.
+    #[getter]
+    fn found(&self) -> u64 {
+        self.outcome.found
+    }
+
+    /// Probability that the surfaces meet: 1 or 0 where that is proven, an estimate where it is undecided.
+    #[getter]
+    fn probability(&self) -> f64 {
+        self.estimate.map_or(certainty(self.outcome.verdict), |estimate| estimate.probability)
+    }
+
+    /// Expected share of the intersecting pairs that was found: 1 if the query finished, an estimate if it was stopped.
+    #[getter]
+    fn recall(&self) -> f64 {
+        self.estimate.map_or(1.0, |estimate| estimate.recall)
+    }
+
+    /// What a stopped query has still to do, expected; None if it finished.
+    #[getter]
+    fn remaining(&self) -> Option<Prediction> {
+        self.estimate.map(|estimate| estimate.remaining)
+    }
+
+    /// Why the query returned: "finished", "first-hit", "deadline", "work-limit" or "flushed-to-zero".
+    #[getter]
+    fn stop(&self) -> String {
+        self.outcome.stop.to_string()
+    }
+
+    /// Units of work done; the same for the same input on every machine.
+    #[getter]
+    fn work(&self) -> u64 {
+        self.outcome.stats.work
+    }
+
+    /// Box overlap tests.
+    #[getter]
+    fn bv_tests(&self) -> u64 {
+        self.outcome.stats.bv_tests
+    }
+
+    /// Triangle pairs tested.
+    #[getter]
+    fn primitive_tests(&self) -> u64 {
+        self.outcome.stats.primitive_tests
+    }
+
+    /// Seconds; None without a budget of time, since a look at the clock costs as much as a small query.
+    #[getter]
+    fn elapsed(&self) -> Option<f64> {
+        self.outcome.stats.elapsed.map(|elapsed| elapsed.as_secs_f64())
+    }
+
+    fn __bool__(&self) -> PyResult<bool> {
+        match self.outcome.verdict {
+            Verdict::Intersecting { .. } => Ok(true),
+            Verdict::Separated => Ok(false),
+            Verdict::Undecided => Err(undecided("the surfaces meet", self.outcome.stop)),
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        let Outcome { verdict, stop, found, .. } = self.outcome;
+        format!("<punctual.Collision: {verdict}, {found} found, {stop}, probability {:.3}>", self.probability())
+    }
+}
+
+thread_local! {
+    /// The buffers of queries that are asked by a function: those of a thread are used again and again.
+    pub static WORKSPACE: RefCell<Box<Workspace>> = RefCell::new(Box::new(Workspace::new()));
+}
+
+/// Whether, and where, the surfaces of two trees meet.
+///
+/// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. mode: "any" stops at the
+/// first intersection, "all" finds every intersecting pair of triangles. budget: seconds; work: units of work, for the
+/// same answer on every machine; without either the query finishes. memory: what it learned at the pose before. early:
+/// find much early, for mode "all" and trees that were built with neighbors. prior: share of poses with an intersection
+/// that is to be expected.
+///
+/// Raises ValueError for a T that is not rigid, and TypeError for wrong types. `Query` is the same, to be resumed.
+#[pyfunction]
+#[pyo3(signature = (a, b, T=None, *, mode=None, budget=None, work=None, memory=None, early=false, prior=None))]
+#[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+pub fn collide(
+    py: Python<'_>,
+    a: PyRef<'_, Tree>,
+    b: PyRef<'_, Tree>,
+    T: Option<Transform>,
+    mode: Option<ModeName>,
+    budget: Option<f64>,
+    work: Option<u64>,
+    mut memory: Option<PyRefMut<'_, Memory>>,
+    early: bool,
+    prior: Option<f64>,
+) -> PyResult<Collision> {
+    let limit = Limit::new(budget, work)?;
+    let question = Question::new(&a, &b, mode, early, prior)?;
+    let query = question.at(T.unwrap_or_default().0);
+    let mut memory = lent(&mut memory);
+    let run = |workspace: &mut Box<Workspace>| {
+        let mut pairs = Vec::new();
+        let outcome = spend(&query, workspace, memory.as_deref_mut(), limit, &mut pairs, None)?;
+        Collision::new(&query, workspace, memory.as_deref(), outcome, pairs)
+    };
+    limit.unlocked(py, || WORKSPACE.with_borrow_mut(run)).map_err(resume_error)
+}
+
+/// The same question as that of `collide`, with buffers of its own (930 kB), so that it can be predicted, resumed and
+/// asked for its certificate.
+#[pyclass(module = "punctual")]
+pub struct Query {
+    question: Question,
+    pose: Pose,
+    workspace: Box<Workspace>,
+    /// All that the last run found, and its outcome.
+    pairs: Vec<[u32; 2]>,
+    outcome: Option<Outcome>,
+}
+
+impl Query {
+    fn spend(
+        &mut self,
+        py: Python<'_>,
+        limit: Limit,
+        mut memory: Option<PyRefMut<'_, Memory>>,
+        stopped: Option<Outcome>,
+    ) -> PyResult<Collision> {
+        let Self { question, pose, workspace, pairs, outcome } = self;
+        let mut memory = lent(&mut memory);
+        limit
+            .unlocked(py, || {
+                let query = question.at(*pose);
+                let now = spend(&query, workspace, memory.as_deref_mut(), limit, pairs, stopped)?;
+                *outcome = Some(now);
+                Collision::new(&query, workspace, memory.as_deref(), now, pairs.clone())
+            })
+            .map_err(resume_error)
+    }
+}
+
+#[pymethods]
+impl Query {
+    #[new]
+    #[pyo3(signature = (a, b, T=None, *, mode=None, early=false, prior=None))]
+    #[expect(non_snake_case, reason = "the name of the Python argument")]
+    fn new(
+        a: PyRef<'_, Tree>,
+        b: PyRef<'_, Tree>,
+        T: Option<Transform>,
+        mode: Option<ModeName>,
+        early: bool,
+        prior: Option<f64>,
+    ) -> PyResult<Self> {
+        let question = Question::new(&a, &b, mode, early, prior)?;
+        let workspace = Box::new(Workspace::new());
+        Ok(Self { question, pose: T.unwrap_or_default().0, workspace, pairs: Vec::new(), outcome: None })
+    }
+
+    /// Runs from the start, within a budget of seconds or of units of work.
+    #[pyo3(signature = (*, budget=None, work=None, memory=None))]
+    fn run(
+        &mut self,
+        py: Python<'_>,
+        budget: Option<f64>,
+        work: Option<u64>,
+        memory: Option<PyRefMut<'_, Memory>>,
+    ) -> PyResult<Collision> {
+        let limit = Limit::new(budget, work)?;
+        self.pairs.clear();
+        self.spend(py, limit, memory, None)
+    }
+
+    /// Goes on with the stopped run, with a fresh budget. Cut anyhow by budgets of work, the end is that of one run.
+    /// Raises ResumeError if there is no stopped run.
+    #[pyo3(signature = (*, budget=None, work=None, memory=None))]
+    fn resume(
+        &mut self,
+        py: Python<'_>,
+        budget: Option<f64>,
+        work: Option<u64>,
+        memory: Option<PyRefMut<'_, Memory>>,
+    ) -> PyResult<Collision> {
+        let limit = Limit::new(budget, work)?;
+        let stopped = self.outcome.filter(is_stopped).ok_or_else(|| resume_error(punctual::ResumeError))?;
+        self.spend(py, limit, memory, Some(stopped))
+    }
+
+    /// What it will take if nothing stops it; about 1 us.
+    #[pyo3(signature = (*, memory=None))]
+    fn predict(&self, memory: Option<PyRef<'_, Memory>>) -> Prediction {
+        let memory = memory.as_ref().map(|memory| &memory.0);
+        Prediction::new(&self.question.at(self.pose).predict(memory), &CostModel::default())
+    }
+
+    /// What the last run left open, as far as can be guessed; about 3 us. Raises ResumeError before the first run.
+    #[pyo3(signature = (*, memory=None))]
+    fn estimate(&self, memory: Option<PyRef<'_, Memory>>) -> PyResult<Estimate> {
+        let memory = memory.as_ref().map(|memory| &memory.0);
+        let estimate = self.question.at(self.pose).estimate(&self.workspace, memory).map_err(resume_error)?;
+        Ok(Estimate::new(&estimate, &self.workspace.cost_model()))
+    }
+
+    /// What the last run left open, as far as it is proven. Raises ResumeError before the first run.
+    fn certificate(&self) -> PyResult<Certificate> {
+        Ok(self.question.at(self.pose).certificate(&self.workspace).map_err(resume_error)?.into())
+    }
+}

@@ -1,0 +1,117 @@
+//! Whether, and where, two meshes meet at each of many poses.
+
+use crate::arrays::{Transforms, column, table};
+use crate::batch::{each, workers};
+use crate::errors::resume_error;
+use crate::limit::Limit;
+use crate::memory::{Memory, lent};
+use crate::query::{ModeName, Question, certainty, code, is_stopped, spend, witness};
+use crate::tree::Tree;
+use numpy::{PyArray1, PyArray2};
+use punctual::{Outcome, Verdict};
+use pyo3::prelude::*;
+
+/// What a batch says: a row for each pose.
+#[pyclass(module = "punctual", frozen, get_all)]
+pub struct CollisionBatch {
+    /// (N,) int8: 1 the surfaces meet, 0 they do not, both proven; -1 the budget ended first.
+    verdict: Py<PyArray1<i8>>,
+    /// (N, 2) uint32: triangles of a and of b that meet; zeros where verdict is not 1.
+    witness: Py<PyArray2<u32>>,
+    /// (N,) uint64: intersecting pairs found.
+    found: Py<PyArray1<u64>>,
+    /// (M, 2) uint32: the intersecting pairs of all poses; those of pose i are pairs[offsets[i]:offsets[i + 1]].
+    pairs: Py<PyArray2<u32>>,
+    /// (N + 1,) int64.
+    offsets: Py<PyArray1<i64>>,
+    /// (N,) float64: probability that the surfaces meet, an estimate where verdict is -1.
+    probability: Py<PyArray1<f64>>,
+    /// (N,) float64: expected share of the intersecting pairs that was found.
+    recall: Py<PyArray1<f64>>,
+    /// (N,) uint64: units of work done.
+    work: Py<PyArray1<u64>>,
+}
+
+/// The answer for one pose, as small as it can be: there may be millions.
+struct Row {
+    verdict: Verdict,
+    pairs: Vec<[u32; 2]>,
+    found: u64,
+    work: u64,
+    probability: f64,
+    recall: f64,
+}
+
+impl CollisionBatch {
+    fn new(py: Python<'_>, rows: &[Row]) -> PyResult<Self> {
+        let numbers = |number: fn(&Row) -> f64| column(py, rows.iter().map(number).collect()).unbind();
+        let counts = |count: fn(&Row) -> u64| column(py, rows.iter().map(count).collect()).unbind();
+        let mut offsets = vec![0];
+        offsets.extend(rows.iter().scan(0, |sum, row| {
+            *sum += row.pairs.len() as i64;
+            Some(*sum)
+        }));
+        Ok(Self {
+            verdict: column(py, rows.iter().map(|row| code(row.verdict)).collect()).unbind(),
+            witness: table(py, rows.iter().map(|row| witness(row.verdict).unwrap_or_default()))?.unbind(),
+            found: counts(|row| row.found),
+            pairs: table(py, rows.iter().flat_map(|row| row.pairs.iter().copied()))?.unbind(),
+            offsets: column(py, offsets).unbind(),
+            probability: numbers(|row| row.probability),
+            recall: numbers(|row| row.recall),
+            work: counts(|row| row.work),
+        })
+    }
+}
+
+#[pymethods]
+impl CollisionBatch {
+    /// Number of poses.
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+        self.verdict.bind(py).len()
+    }
+}
+
+/// `collide` at each of many poses, in one call and without the interpreter's lock.
+///
+/// poses: (N, 4, 4) matrices that bring coordinates of b into those of a. budget and work are those of each pose.
+/// threads: how many share the poses; answers under a budget of work, or none, are the same on any number of them.
+/// memory: taken along the poses in their order, for poses that follow each other; it needs threads=1. The other
+/// arguments are those of `collide`.
+///
+/// Raises ValueError for a matrix that is not rigid, with its row.
+#[pyfunction]
+#[pyo3(signature = (a, b, poses, *, mode=None, budget=None, work=None, memory=None, early=false, prior=None,
+    threads=1))]
+#[expect(clippy::too_many_arguments, reason = "the arguments of the Python function")]
+pub fn collide_batch(
+    py: Python<'_>,
+    a: PyRef<'_, Tree>,
+    b: PyRef<'_, Tree>,
+    poses: Transforms,
+    mode: Option<ModeName>,
+    budget: Option<f64>,
+    work: Option<u64>,
+    mut memory: Option<PyRefMut<'_, Memory>>,
+    early: bool,
+    prior: Option<f64>,
+    threads: usize,
+) -> PyResult<CollisionBatch> {
+    let limit = Limit::new(budget, work)?;
+    let question = Question::new(&a, &b, mode, early, prior)?;
+    let Transforms(poses) = poses;
+    let workers = workers(threads, poses.len(), lent(&mut memory))?;
+    let rows = each(py, poses.len(), workers, |worker, at| {
+        let (query, mut pairs) = (question.at(poses[at]), Vec::new());
+        let outcome = spend(&query, &mut worker.workspace, worker.memory.as_deref_mut(), limit, &mut pairs, None)?;
+        let (mut probability, mut recall) = (certainty(outcome.verdict), 1.0);
+        if is_stopped(&outcome) {
+            let estimate = query.estimate(&worker.workspace, worker.memory.as_deref())?;
+            (probability, recall) = (estimate.probability, estimate.recall);
+        }
+        let Outcome { verdict, found, stats, .. } = outcome;
+        Ok(Row { verdict, pairs, found, work: stats.work, probability, recall })
+    })?;
+    let rows: Result<Vec<Row>, punctual::ResumeError> = rows.into_iter().collect();
+    CollisionBatch::new(py, &rows.map_err(resume_error)?)
+}

@@ -1,0 +1,142 @@
+//! Meshes with their trees.
+
+use crate::arrays::{mesh, table, vertices};
+use crate::errors::value_error;
+use numpy::PyArray2;
+use punctual::{BuildOptions, Mesh};
+use pyo3::exceptions::PyOSError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyType};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A triangle mesh with its bounding volume tree. Built once, used in any number of queries, from any thread.
+///
+/// vertices: (V, 3) numbers, in one unit of length, kept as f32 where that is exact and as f64 otherwise. faces: (F, 3)
+/// integers of any type. effort: "fast", "normal" or "best", how much time the build may take. neighbors: whether to
+/// keep what lies next to each triangle, for `collide(..., mode="all", early=True)`.
+///
+/// A mesh is a surface: no inside, degenerate triangles are what they are. Takes O(F log F), about 1 us a triangle.
+/// Raises ValueError for an index out of range and for coordinates that are not finite, with the place.
+#[pyclass(module = "punctual")]
+#[derive(Clone)]
+pub struct Tree(pub Arc<punctual::Tree>);
+
+impl Tree {
+    pub fn new(mesh: Mesh) -> Self {
+        Self(Arc::new(punctual::Tree::new(mesh)))
+    }
+}
+
+fn options(effort: &str, neighbors: bool) -> PyResult<BuildOptions> {
+    let options = match effort {
+        "fast" => BuildOptions::fast_build(),
+        "normal" => BuildOptions::default(),
+        "best" => BuildOptions::best(),
+        _ => return Err(value_error(format_args!("effort: {effort:?} is none of fast, normal, best"))),
+    };
+    Ok(options.neighbors(neighbors))
+}
+
+#[pymethods]
+impl Tree {
+    #[new]
+    #[pyo3(signature = (vertices, faces, *, effort="normal", neighbors=false))]
+    fn build(
+        py: Python<'_>,
+        vertices: &Bound<'_, PyAny>,
+        faces: &Bound<'_, PyAny>,
+        effort: &str,
+        neighbors: bool,
+    ) -> PyResult<Self> {
+        let options = options(effort, neighbors)?;
+        let mesh = mesh(vertices, faces)?;
+        Ok(py.detach(|| Self(Arc::new(punctual::Tree::with_options(mesh, &options)))))
+    }
+
+    /// The tree of a trimesh.Trimesh, or of anything else with `vertices` and `faces`.
+    #[classmethod]
+    #[pyo3(signature = (mesh, *, effort="normal", neighbors=false))]
+    fn from_trimesh(_: &Bound<'_, PyType>, mesh: &Bound<'_, PyAny>, effort: &str, neighbors: bool) -> PyResult<Self> {
+        let (vertices, faces) = (mesh.getattr("vertices")?, mesh.getattr("faces")?);
+        Self::build(mesh.py(), &vertices, &faces, effort, neighbors)
+    }
+
+    /// The tree of a mesh file: .obj, .stl, .ply or .glb. Raises OSError if it cannot be read or is damaged, with the
+    /// place.
+    #[classmethod]
+    #[pyo3(signature = (path, *, effort="normal", neighbors=false))]
+    fn load(_: &Bound<'_, PyType>, py: Python<'_>, path: PathBuf, effort: &str, neighbors: bool) -> PyResult<Self> {
+        let options = options(effort, neighbors)?;
+        let loaded = py.detach(|| {
+            punctual_io::load(&path).map(|mesh| Self(Arc::new(punctual::Tree::with_options(mesh, &options))))
+        });
+        loaded.map_err(|error| PyOSError::new_err(error.to_string()))
+    }
+
+    /// The tree that `to_bytes` wrote. Raises ValueError if the bytes are not one, or damaged.
+    #[classmethod]
+    fn from_bytes(_: &Bound<'_, PyType>, py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
+        let tree = py.detach(|| punctual::Tree::from_bytes(bytes));
+        tree.map(|tree| Self(Arc::new(tree))).map_err(value_error)
+    }
+
+    /// The tree as bytes, the same on every machine. Pickles hold them.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &py.detach(|| self.0.to_bytes()))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        Ok((py.get_type::<Self>().getattr("from_bytes")?, (self.to_bytes(py),)))
+    }
+
+    /// Moves the vertices: (V, 3), as many as before. Takes a fraction of the time of a build. Copies of this tree in
+    /// scenes keep the old ones.
+    fn refit(&mut self, py: Python<'_>, vertices: &Bound<'_, PyAny>) -> PyResult<()> {
+        let vertices = self::vertices(vertices)?;
+        let tree = &mut self.0;
+        py.detach(|| Arc::make_mut(tree).refit_f64(&vertices)).map_err(value_error)
+    }
+
+    /// The vertices, (V, 3), exact where triangles use them.
+    #[getter]
+    fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let mesh = self.0.mesh();
+        table(py, (0..mesh.vertex_count()).map(|vertex| mesh.vertex(vertex).to_array()))
+    }
+
+    /// The triangles, (F, 3), in the order given.
+    #[getter]
+    fn faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        table(py, self.0.mesh().triangles().iter().copied())
+    }
+
+    /// Least and greatest corner of the box around all triangles, (2, 3); None without triangles.
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let mesh = self.0.mesh();
+        let corners = [mesh.aabb().min.to_array(), mesh.aabb().max.to_array()];
+        (!mesh.is_empty()).then(|| table(py, corners)).transpose()
+    }
+
+    /// Bytes of memory that the tree takes, its mesh included.
+    #[getter]
+    fn nbytes(&self) -> usize {
+        self.0.stats().bytes()
+    }
+
+    /// Levels of nodes.
+    #[getter]
+    fn depth(&self) -> usize {
+        self.0.root().map_or(0, |root| root.height())
+    }
+
+    /// Number of triangles.
+    fn __len__(&self) -> usize {
+        self.0.mesh().len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<punctual.Tree of {} triangles>", self.0.mesh().len())
+    }
+}

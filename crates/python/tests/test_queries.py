@@ -1,0 +1,160 @@
+"""Answers of single queries: proven, stopped, resumed, remembered."""
+
+import numpy as np
+import punctual
+import pytest
+
+
+def test_verdicts_and_their_truth(ball, ring, touching):
+    apart, meet = punctual.collide(ball, ring), punctual.collide(ball, ring, touching)
+    assert (apart.verdict, bool(apart), apart.witness, apart.probability) == ("separated", False, None, 0.0)
+    assert (meet.verdict, bool(meet), meet.stop, meet.found) == ("intersecting", True, "first-hit", 1)
+    assert meet.pairs.tolist() == [list(meet.witness)]
+    assert apart.pairs.shape == (0, 2) and apart.pairs.dtype == np.uint32
+
+
+def test_undecided_has_no_truth_value(ball, ring, touching):
+    stopped = punctual.collide(ball, ring, touching, work=0)
+    assert stopped.verdict == "undecided" and stopped.stop == "work-limit"
+    assert 0 < stopped.probability < 1 and stopped.remaining.work.p50 > 0
+    with pytest.raises(punctual.UndecidedError, match="not known whether the surfaces meet: .*work-limit"):
+        bool(stopped)
+
+
+def test_budget_of_time(ball, ring, touching):
+    stopped = punctual.collide(ball, ring, touching, mode="all", budget=0.0)
+    assert stopped.stop == "deadline" and stopped.elapsed is not None and stopped.recall < 1
+    whole = punctual.collide(ball, ring, touching, mode="all", budget=60.0)
+    assert whole.stop == "finished" and whole.recall == 1.0
+    endless = punctual.collide(ball, ring, touching, mode="all", budget=float("inf"))
+    assert endless.elapsed is None and endless.found == whole.found
+
+
+def test_pairs_are_those_of_all_triangles(touching):
+    a, b = punctual.shapes.icosphere(1), punctual.shapes.torus(1.0, 0.4, 12)
+    found = punctual.collide(a, b, touching, mode="all")
+    single = [punctual.Tree(b.vertices[face] + [1.0, 0.0, 0.0], [[0, 1, 2]]) for face in b.faces]
+    each = {(i, j) for j, tree in enumerate(single) for i, _ in punctual.collide(a, tree, mode="all").pairs.tolist()}
+    assert {tuple(pair) for pair in found.pairs.tolist()} == each and len(each) > 20
+
+
+def test_more_pairs_than_a_workspace_holds():
+    # All 300 x 300 triangles share the middle.
+    turn = np.linspace(0, 2 * np.pi, 300, endpoint=False)
+    rim = np.stack([np.cos(turn), np.sin(turn), np.cos(3 * turn)], axis=1)
+    vertices = np.concatenate([[[0.0, 0.0, 0.0]], rim])
+    fan = punctual.Tree(vertices, [[0, i + 1, (i + 1) % 300 + 1] for i in range(300)])
+    found = punctual.collide(fan, fan, mode="all")
+    assert found.stop == "finished" and found.found == 90_000
+    assert len(np.unique(found.pairs, axis=0)) == 90_000
+    stopped = punctual.collide(fan, fan, mode="all", work=found.work - 1000)
+    assert stopped.stop == "work-limit" and 65_536 < len(stopped.pairs) < 90_000
+    timed = punctual.collide(fan, fan, mode="all", budget=60.0)
+    assert timed.found == 90_000
+
+
+def test_a_resumed_query_ends_as_one_that_was_not_stopped(ball, ring, touching):
+    query = punctual.Query(ball, ring, touching, mode="all")
+    for error in (query.certificate, query.estimate, query.resume):
+        with pytest.raises(punctual.ResumeError):
+            error()
+    predicted = query.predict().work
+    assert 0 < predicted.p10 <= predicted.p50 <= predicted.p90
+    result = query.run(work=300)
+    assert result.stop == "work-limit"
+    open_before = query.certificate()
+    assert open_before.open_pairs > 0 and open_before.upper_bound > 0 and open_before.largest_extent > 0
+    assert open_before.boxes.shape[1:] == (2, 3) and (open_before.boxes[:, 0] <= open_before.boxes[:, 1]).all()
+    assert query.estimate().probability == result.probability
+    while result.stop == "work-limit":
+        result = query.resume(work=300)
+    whole = punctual.collide(ball, ring, touching, mode="all", work=10**9)
+    assert result.pairs.tolist() == whole.pairs.tolist() and result.work == whole.work
+    assert query.certificate().upper_bound == whole.found and query.certificate().open_pairs == 0
+    with pytest.raises(punctual.ResumeError, match="no run to go on with"):
+        query.resume()
+
+
+def test_unseen_intersections_lie_in_the_boxes(ball, ring, touching):
+    query = punctual.Query(ball, ring, touching, mode="all")
+    query.run(work=2000)
+    found = {tuple(pair) for pair in query.run(work=2000).pairs.tolist()}
+    boxes = query.certificate().boxes
+    corners = ball.vertices[ball.faces]
+    missed = [
+        pair for pair in punctual.collide(ball, ring, touching, mode="all").pairs.tolist() if tuple(pair) not in found
+    ]
+    assert missed
+    for triangle, _ in missed:
+        low, high = corners[triangle].min(axis=0), corners[triangle].max(axis=0)
+        assert ((boxes[:, 0] <= high) & (low <= boxes[:, 1])).all(axis=1).any()
+
+
+def test_distance_and_its_bounds(ball, ring, touching):
+    apart = punctual.distance(ball, ring)
+    assert apart.low <= apart.high and apart.stop == "finished" and apart.high - apart.low < 1e-5
+    a, b = apart.points
+    assert np.linalg.norm(a - b) == pytest.approx(apart.high, rel=1e-12)
+    assert len(apart.triangles) == 2 and apart.closer is None
+    early = punctual.distance(ball, ring, work=600)
+    assert early.stop == "work-limit" and early.low <= apart.high and apart.low <= early.high
+    meet = punctual.distance(ball, ring, touching)
+    assert meet.low == meet.high == 0.0
+    thick = punctual.distance(ball, ring, margins=[0.1, 0.2])
+    assert thick.high == pytest.approx(apart.high - 0.3, abs=1e-5)
+    rough = punctual.distance(ball, ring, relative_tolerance=0.5)
+    assert rough.work < apart.work and rough.low <= apart.high <= rough.high
+    with pytest.raises(TypeError, match="compare its bounds"):
+        bool(apart)
+
+
+def test_closer_than(ball, ring):
+    length = punctual.distance(ball, ring).high
+    assert punctual.closer_than(ball, ring, 1.1 * length)
+    assert not punctual.closer_than(ball, ring, 0.9 * length)
+    undecided = punctual.closer_than(ball, ring, 0.9 * length, work=0)
+    assert undecided.closer is None
+    with pytest.raises(punctual.UndecidedError, match="closer than 0.44"):
+        bool(undecided)
+
+
+def test_a_distance_query_is_resumed(ball, ring):
+    query = punctual.DistanceQuery(ball, ring, absolute_tolerance=0.0)
+    assert query.predict().p50 > 0
+    result = query.run(work=600)
+    low, high = result.low, result.high
+    between = query.estimate().distance
+    assert low <= between.p10 <= between.p90 <= high
+    assert query.certificate().open_pairs > 0
+    while result.stop == "work-limit":
+        result = query.resume(work=600)
+        assert low <= result.low and result.high <= high
+        low, high = result.low, result.high
+    whole = punctual.distance(ball, ring, absolute_tolerance=0.0)
+    assert (low, high) == (whole.low, whole.high)
+    with pytest.raises(punctual.ResumeError):
+        query.resume()
+
+
+def test_memory(ball, ring, touching):
+    memory = punctual.Memory()
+    assert memory.last_verdict is None
+    first = punctual.collide(ball, ring, touching, memory=memory)
+    again = punctual.collide(ball, ring, touching, memory=memory)
+    assert memory.last_verdict is True and memory.frames_undecided == 0 and 0 <= memory.change_rate <= 1
+    assert again.work < first.work and again
+    lone = punctual.distance(ball, ring)
+    punctual.distance(ball, ring, memory=memory)
+    assert punctual.distance(ball, ring, memory=memory).high == lone.high
+
+
+def test_early_answers_and_priors(touching):
+    a, b = (
+        punctual.Tree(t.vertices, t.faces, neighbors=True)
+        for t in (punctual.shapes.icosphere(5), punctual.shapes.torus(2, 0.5, 128))
+    )
+    plain = punctual.collide(a, b, touching, mode="all", work=10_000)
+    early = punctual.collide(a, b, touching, mode="all", work=10_000, early=True)
+    assert early.found > plain.found
+    likely, unlikely = (punctual.collide(a, b, touching, work=0, prior=prior).probability for prior in (0.9, 0.01))
+    assert unlikely < likely

@@ -1,0 +1,118 @@
+"""Meshes in, trees out: every kind of array, files, bytes, pickles."""
+
+import copy
+import pickle
+
+import numpy as np
+import punctual
+import pytest
+from conftest import FIXTURES
+
+CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.1]]
+
+
+@pytest.mark.parametrize("vertices", ["f2", "f4", "f8", ">f8", "i4", "u1"])
+@pytest.mark.parametrize("faces", ["i8", "u8", "i4", "u4", "u1", ">i8"])
+def test_any_type_of_numbers(vertices, faces):
+    given = np.array(CORNERS).astype(vertices)
+    tree = punctual.Tree(given, np.array([[0, 1, 2]], dtype=faces))
+    assert (tree.vertices == given).all() and tree.faces.tolist() == [[0, 1, 2]]
+    assert len(tree) == 1 and tree.faces.dtype == np.uint32
+
+
+def test_any_layout_of_arrays():
+    vertices, faces = np.array(CORNERS), np.array([[0, 1, 2], [2, 1, 0]])
+    padded = np.zeros((6, 5))
+    padded[::2, 1:4] = vertices
+    for v, f in [
+        (CORNERS, [[0, 1, 2], [2, 1, 0]]),
+        (padded[::2, 1:4], np.asfortranarray(faces)),
+        (np.ascontiguousarray(vertices[::-1])[::-1], faces[:, ::-1][:, ::-1]),
+        (vertices.T.copy().T, tuple(map(tuple, faces))),
+    ]:
+        tree = punctual.Tree(v, f)
+        assert tree.vertices.tolist() == CORNERS and tree.faces.tolist() == faces.tolist()
+
+
+@pytest.mark.parametrize("vertices, faces", [([], []), (CORNERS, []), (CORNERS, np.zeros((0, 3), int))])
+def test_no_triangles(vertices, faces):
+    tree = punctual.Tree(vertices, faces)
+    assert len(tree) == 0 and tree.bounds is None and tree.vertices.shape == (len(vertices), 3)
+    assert not punctual.collide(tree, tree)
+    nothing = punctual.distance(tree, tree)
+    assert nothing.low == np.inf and nothing.points is None and nothing.triangles is None
+
+
+@pytest.mark.parametrize(
+    "vertices, faces, error, text",
+    [
+        (CORNERS, [[0, 1, 2], [0, 3, 1]], ValueError, "corner 1 of triangle 1 is vertex 3, but there are 3 vertices"),
+        (CORNERS, [[0, 1, -1]], ValueError, "corner 2 of triangle 0 is vertex -1, but there are 3 vertices"),
+        (CORNERS, [[0, 1, 2**40]], ValueError, f"corner 2 of triangle 0 is vertex {2**40}, but"),
+        (CORNERS, [[0, 1, 2, 0]], ValueError, r"faces: shape \[1, 4\], expected \(N, 3\)"),
+        (CORNERS, [0, 1, 2], ValueError, r"faces: shape \[3\], expected \(N, 3\)"),
+        (CORNERS, [[0.0, 1.0, 2.0]], TypeError, "faces: dtype float64, expected integers"),
+        ([[0, 0], [1, 1]], [[0, 1, 0]], ValueError, r"vertices: shape \[2, 2\], expected \(N, 3\)"),
+        ([[0, 0, 0], [1, np.nan, 0]], [[0, 1, 0]], ValueError, "vertex 1 is not finite along axis 1"),
+        ([[0, 0, 0], [1, 0, np.inf]], [[0, 1, 0]], ValueError, "vertex 1 is not finite along axis 2"),
+        ([[0, 0, 0], [1, 0, 1e302]], [[0, 1, 0]], ValueError, r"vertex 1 exceeds 2\^1000 along axis 2"),
+        (np.array(CORNERS) * 1j, [[0, 1, 2]], TypeError, "vertices: dtype complex128, expected real numbers"),
+        ("mesh", [[0, 1, 2]], TypeError, "vertices: dtype <U4, expected real numbers"),
+    ],
+)
+def test_faults_name_the_place(vertices, faces, error, text):
+    with pytest.raises(error, match=text):
+        punctual.Tree(vertices, faces)
+
+
+def test_effort_changes_the_tree_and_no_answer(ball, ring, touching):
+    for effort in ("fast", "normal", "best"):
+        tree = punctual.Tree(ring.vertices, ring.faces, effort=effort)
+        assert punctual.collide(ball, tree, touching, mode="all").found == 166
+    with pytest.raises(ValueError, match='effort: "most" is none of fast, normal, best'):
+        punctual.Tree(CORNERS, [[0, 1, 2]], effort="most")
+
+
+def test_files(tmp_path):
+    case = FIXTURES / "single_vs_mesh"
+    tree = punctual.Tree.load(case / "b.obj")
+    assert len(tree) > 100 and len(punctual.Tree.load(str(case / "b.obj"))) == len(tree)
+    with pytest.raises(OSError, match="missing.obj: No such file"):
+        punctual.Tree.load(tmp_path / "missing.obj")
+    broken = tmp_path / "broken.obj"
+    broken.write_text("v 0 0 0\nv 1 0 x\n")
+    with pytest.raises(OSError, match="broken.obj:2: "):
+        punctual.Tree.load(broken)
+
+
+def test_bytes_and_pickles(ball, ring, touching):
+    whole = punctual.collide(ball, ring, touching, mode="all")
+    for other in (punctual.Tree.from_bytes(ring.to_bytes()), pickle.loads(pickle.dumps(ring)), copy.deepcopy(ring)):
+        assert other.to_bytes() == ring.to_bytes()
+        again = punctual.collide(ball, other, touching, mode="all")
+        assert again.pairs.tolist() == whole.pairs.tolist() and again.work == whole.work
+    with pytest.raises(ValueError, match="do not begin with PUNCTREE"):
+        punctual.Tree.from_bytes(b"no tree")
+    damaged = bytearray(ring.to_bytes())
+    damaged[1000] ^= 1
+    with pytest.raises(ValueError, match="checksum"):
+        punctual.Tree.from_bytes(bytes(damaged))
+
+
+def test_refit(ball, ring):
+    tree = punctual.Tree(ball.vertices, ball.faces)
+    scene = punctual.Scene()
+    scene.insert(tree)
+    scene.insert(ring)
+    assert scene.step().verdict.tolist() == [0]
+    tree.refit(ball.vertices * 1.6)
+    assert punctual.collide(tree, ring) and not punctual.collide(ball, ring)
+    assert scene.step().verdict.tolist() == [0]
+    with pytest.raises(ValueError, match="1 new vertices for a mesh with 642"):
+        tree.refit([[0, 0, 0]])
+
+
+def test_facts(ball):
+    assert repr(ball) == "<punctual.Tree of 1280 triangles>"
+    assert ball.depth >= 3 and ball.nbytes > 1280 * 12
+    assert np.allclose(ball.bounds, [[-1] * 3, [1] * 3], atol=0.05)

@@ -1,0 +1,132 @@
+"""Beside trimesh and FCL: the drop-in for the CollisionManager, and plain answers where both are right."""
+
+import numpy as np
+import punctual
+import pytest
+from conftest import random_poses
+from punctual import CollisionManager
+
+trimesh = pytest.importorskip("trimesh")
+
+
+def at(x):
+    pose = np.eye(4)
+    pose[0, 3] = x
+    return pose
+
+
+@pytest.fixture
+def cube():
+    return trimesh.creation.box()
+
+
+def test_one_to_many(cube):
+    manager = CollisionManager()
+    manager.add_object("here", cube)
+    manager.add_object("right", cube, at(5))
+    assert manager.in_collision_single(cube) is True
+    hit, names, data = manager.in_collision_single(cube, at(5), return_names=True, return_data=True)
+    assert hit is True and names == {"right"} and data
+    assert all(contact.names == {"right", "__external"} for contact in data)
+    assert all(0 <= contact.index("right") < 12 for contact in data)
+    assert manager.in_collision_single(cube, at(-5), return_names=True, return_data=True) == (False, set(), [])
+    assert manager.in_collision_single(punctual.Tree.from_trimesh(cube), at(4.5), return_names=True) == (
+        True,
+        {"right"},
+    )
+
+
+def test_inside_one_manager(cube):
+    manager = CollisionManager()
+    manager.add_object("here", cube)
+    manager.add_object("right", cube, at(5))
+    assert manager.in_collision_internal() is False
+    manager.add_object("also right", cube, at(5))
+    hit, names, data = manager.in_collision_internal(return_names=True, return_data=True)
+    assert hit is True and names == {("also right", "right")} and len(data) > 12
+    manager.set_transform("also right", at(-5))
+    assert manager.in_collision_internal() is False
+    manager.add_object("also right", cube, at(0.5))
+    assert manager.in_collision_internal(return_names=True) == (True, {("also right", "here")})
+    manager.remove_object("also right")
+    assert manager.in_collision_internal() is False
+    for call in (
+        manager.remove_object,
+        lambda name: manager.set_transform(name, at(1)),
+        lambda name: manager.min_distance_internal(name=name),
+    ):
+        with pytest.raises(ValueError, match="also right not in collision manager!"):
+            call("also right")
+    with pytest.raises(ValueError, match=r"transform must be \(4,4\)!"):
+        manager.add_object("flat", cube, np.eye(3))
+    for transform in (np.diag([2.0, 2, 2, 1]), np.zeros((4, 4)), np.full((4, 4), np.nan)):
+        with pytest.raises(ValueError, match="T: "):
+            manager.set_transform("here", transform)
+    assert manager.in_collision_single(cube, return_names=True) == (True, {"here"})
+
+
+def test_two_managers(cube):
+    left, right = CollisionManager(), CollisionManager()
+    left.add_object("a", cube)
+    left.add_object("b", cube, at(5))
+    right.add_object("a", cube, at(-5))
+    assert left.in_collision_other(right) is False
+    right.add_object("c", cube, at(5))
+    hit, names, data = left.in_collision_other(right, return_names=True, return_data=True)
+    assert hit is True and names == {("b", "c")} and all(contact.names == {"b", "c"} for contact in data)
+
+
+def test_distances(cube):
+    manager = CollisionManager()
+    assert manager.min_distance_internal() == np.inf
+    manager.add_object("right", cube, at(5))
+    assert manager.min_distance_single(cube) == pytest.approx(4.0)
+    assert manager.min_distance_single(cube, at(5.75)) == 0.0
+    manager.add_object("left", cube, at(-5))
+    distance, name, data = manager.min_distance_single(cube, at(2), return_name=True, return_data=True)
+    assert distance == pytest.approx(2.0) and name == "right" and data.distance == distance
+    points = [data.point(one) for one in ("right", "__external")]
+    assert points[0][0] == pytest.approx(4.5) and points[1][0] == pytest.approx(2.5)
+    assert manager.min_distance_single(cube, at(-2), return_name=True) == (pytest.approx(2.0), "left")
+    assert manager.min_distance_internal(return_names=True) == (pytest.approx(9.0), ("left", "right"))
+    manager.add_object("near", cube, at(3))
+    assert manager.min_distance_internal(return_names=True) == (pytest.approx(1.0), ("near", "right"))
+    assert manager.min_distance_internal(name="left", return_names=True) == (pytest.approx(7.0), ("left", "near"))
+    other = CollisionManager()
+    other.add_object("turned", cube, trimesh.transformations.rotation_matrix(np.pi / 4, [0, 0, 1]) @ at(0))
+    distance, names, data = manager.min_distance_other(other, return_names=True, return_data=True)
+    assert names == ("near", "turned") and distance == pytest.approx(2.5 - np.sqrt(0.5))
+    assert np.linalg.norm(data.point("near") - data.point("turned")) == pytest.approx(distance)
+
+
+def test_a_scene_of_trimesh(cube, monkeypatch):
+    monkeypatch.setattr(trimesh.collision, "CollisionManager", CollisionManager)
+    scene = trimesh.Scene()
+    for name, x in [("a", 0), ("b", 0.9), ("c", 3)]:
+        scene.add_geometry(cube, node_name=name, transform=at(x))
+    manager, nodes = trimesh.collision.scene_to_collision(scene)
+    assert set(nodes) == {"a", "b", "c"}
+    assert manager.in_collision_internal(return_names=True) == (True, {("a", "b")})
+
+
+def test_the_same_as_with_fcl():
+    pytest.importorskip("fcl")
+    meshes = [trimesh.creation.icosphere(3), trimesh.creation.torus(2.0, 0.5)]
+    ours, theirs = CollisionManager(), trimesh.collision.CollisionManager()
+    poses = random_poses(40, 6.0, seed=3)
+    for i, pose in enumerate(poses):
+        for manager in (ours, theirs):
+            manager.add_object(f"{i}", meshes[i % 2], pose)
+    (hit, names), (their_hit, their_names) = (m.in_collision_internal(return_names=True) for m in (ours, theirs))
+    assert hit is their_hit is True and names == {tuple(map(str, pair)) for pair in their_names} and len(names) > 20
+    for pose in random_poses(20, 12.0, seed=4):
+        said = [m.in_collision_single(meshes[0], pose, return_names=True) for m in (ours, theirs)]
+        assert said[0] == said[1]
+        distances = [m.min_distance_single(meshes[0], pose) for m in (ours, theirs)]
+        assert distances[0] == pytest.approx(max(distances[1], 0.0), abs=1e-5)
+
+
+def test_trees_of_trimesh(cube):
+    tree = punctual.Tree.from_trimesh(cube)
+    assert (tree.faces == cube.faces).all() and (tree.vertices == cube.vertices).all()
+    assert np.allclose(tree.bounds, cube.bounds)
