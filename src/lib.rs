@@ -53,6 +53,7 @@
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/games.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/controllers.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/benchmarking.md"))]
+#![cfg_attr(doctest, doc = include_str!("../docs/guide/motion.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/contacts.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/push_out.md"))]
 

@@ -14,8 +14,8 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
 use punctual::{
-    Budget, ContactQuery, DistanceQuery, ManualClock, Mode, PairMemory, Patches, Pose, PushOutQuery, Query, StopReason,
-    Tree, Workspace, shapes,
+    Budget, ContactQuery, DistanceQuery, ManualClock, Mode, Motion, MotionQuery, PairMemory, Patches, Pose,
+    PushOutQuery, Query, StopReason, Tree, Workspace, shapes,
 };
 
 #[test]
@@ -69,6 +69,18 @@ fn use_distance(query: &DistanceQuery, workspace: &mut Workspace, mut memory: Op
     }
 }
 
+/// The same of a motion query.
+fn use_motion(query: &MotionQuery, workspace: &mut Workspace, memory: &mut PairMemory) {
+    let clock = ManualClock::ticking(Duration::from_micros(1));
+    for budget in [Budget::work(0), Budget::work(2_000), Budget::time(Duration::from_micros(3)), Budget::unlimited()] {
+        let mut said = query.run_with(workspace, Some(memory), budget, &clock);
+        while said.stop != StopReason::Finished {
+            said = query.resume_with(workspace, Some(memory), Budget::work(9_000), &clock).unwrap();
+        }
+        let _ = black_box(said);
+    }
+}
+
 /// The same of a contact query, in a workspace that has room.
 fn use_contacts(query: &ContactQuery, workspace: &mut Workspace) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
@@ -113,6 +125,12 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
                 use_distance(&query, &mut workspace, Some(&mut memory));
             });
             assert_eq!(calls, 0, "{query:?}");
+        }
+        let far = Motion::turning(pose, [3.0, 0.1, 0.2], [0.1, 0.2, 0.3], [0.0; 3]).unwrap();
+        for motion in [far, Motion::straight(far.pose(1.0), [-3.0, 0.0, 0.0]).unwrap()] {
+            let mut memory = PairMemory::new();
+            let query = MotionQuery::new(a, b, motion);
+            assert_eq!(allocator_calls(|| use_motion(&query, &mut workspace, &mut memory)), 0, "{motion:?}");
         }
         workspace.reserve_contacts(64);
         let query = ContactQuery::new(a, b, pose);

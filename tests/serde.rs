@@ -14,7 +14,8 @@ use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
     Body, Budget, BuildOptions, Calibration, ContactQuery, CostModel, Counts, DistanceQuery, Effort, Filter,
-    ManualClock, Mode, PairMemory, Patches, Pose, Query, Reach, Scene, Tree, TreeStats, Verdict, Workspace, shapes,
+    ManualClock, Mode, Motion, MotionQuery, PairMemory, Patches, Pose, Query, Reach, Scene, Tree, TreeStats, Verdict,
+    Workspace, shapes,
 };
 use serde_json::{Value, from_str, json, to_string, to_value};
 
@@ -91,6 +92,9 @@ fn outcomes_certificates_and_the_model() {
             again(&query.run_with(&mut workspace, None, budget, &clock));
             again(&query.estimate(&workspace, None).unwrap());
         }
+        let motion = Motion::turning(pose, [-3.0, 0.0, 0.0], [0.1, 0.2, 1e-9], [0.3; 3]).unwrap();
+        assert_eq!(from_str::<Motion>(&to_string(&motion).unwrap()).unwrap(), motion);
+        again(&MotionQuery::new(&a, &b, motion).run_with(&mut workspace, None, budget, &clock));
         again(&ContactQuery::new(&a, &b, pose).margin(3.0).run_with(&mut workspace, budget, &clock));
         workspace.contacts().for_each(again);
         let mut patches = Patches::new();
