@@ -28,6 +28,9 @@ pub const WORK_PER_EXACT_TEST: u64 = 200;
 pub(crate) const WORK_PER_DISTANCE_TEST: u64 = 130;
 pub(crate) const WORK_PER_CLOSEST_POINTS: u64 = 700;
 
+/// Work of the segment in which two triangles meet, on average; the most is some times that.
+pub(crate) const WORK_PER_SEGMENT: u64 = 700;
+
 /// Work of adding a contact to the list.
 pub(crate) const WORK_PER_CONTACT: u64 = 100;
 
@@ -41,6 +44,8 @@ pub const MAX_STEP_WORK: u64 = 8 * WORK_PER_TRIANGLE_TEST;
 pub const MAX_DISTANCE_STEP_WORK: u64 = 8 * WORK_PER_DISTANCE_TEST;
 
 const _: () = assert!(MAX_DISTANCE_STEP_WORK >= WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST + WORK_PER_CONTACT);
+
+const _: () = assert!(WORK_PER_SEGMENT <= WORK_PER_CLOSEST_POINTS);
 
 const _: () =
     assert!(MAX_STEP_WORK >= WORK_PER_EXPANSION + WORK_PER_EDGE_TEST + 65 && MAX_STEP_WORK >= WORK_PER_EXACT_TEST);

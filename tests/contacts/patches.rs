@@ -100,7 +100,7 @@ fn patches_are_what_hangs_together() {
         }
     }
     println!("{counts:?}");
-    assert!(counts.iter().max().unwrap() > &2 && counts.contains(&1));
+    assert!(counts.iter().filter(|count| **count > 1).count() >= 5 && counts.contains(&1));
     for family in [Family::Grid, Family::Duplicate, Family::Degenerate, Family::Denormal, Family::Enormous] {
         let [a, b] = [(); 2].map(|()| Tree::new(soup(family, 25, &mut random)));
         let given = contacts(&a, &b, Pose::IDENTITY, 0.1 * family.scale(), ENOUGH);
@@ -159,7 +159,7 @@ fn curves_close_up() {
 fn ids_last_while_triangles_are_shared() {
     let (floor, table) = (floor(), table());
     let mut patches = Patches::new();
-    let mut at = |x: f64, z: f64, tilt: f64, patches: &mut Patches| -> BTreeMap<[i64; 2], u64> {
+    let at = |x: f64, z: f64, tilt: f64, patches: &mut Patches| -> BTreeMap<[i64; 2], u64> {
         let turn = DMat3::from_rotation_y(tilt);
         let given = contacts(&floor, &table, Pose::new(turn, DVec3::new(x, 0.0, z)).unwrap(), 0.02, ENOUGH);
         patches.update(&floor, &table, &given);

@@ -9,7 +9,7 @@ use arrayvec::ArrayVec;
 use glam::DVec3;
 
 /// How far an end may be off where `f64` is good enough, over the largest coordinate.
-const TOLERANCE: f64 = 1e-13;
+const TOLERANCE: f64 = 8e-13;
 
 /// The segment in which the closed triangles meet; see [`crate::triangle_segment`].
 pub(crate) fn segment(a: &Triangle, b: &Triangle) -> Option<[DVec3; 2]> {
