@@ -40,6 +40,7 @@
 //! # Further
 //!
 //! - Where and which way surfaces touch: [`ContactQuery`], [`Patches`]. How far apart they are: [`DistanceQuery`].
+//! - Which way, and how far, to move a body until it is free: [`PushOutQuery`].
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
 //! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Clock`].
@@ -53,6 +54,7 @@
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/controllers.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/benchmarking.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/contacts.md"))]
+#![cfg_attr(doctest, doc = include_str!("../docs/guide/push_out.md"))]
 
 extern crate alloc;
 
@@ -64,6 +66,7 @@ mod math;
 mod mesh;
 mod model;
 mod names;
+mod push_out;
 mod query;
 mod scene;
 mod tree;
@@ -85,6 +88,7 @@ pub use model::cost::{
 };
 pub use model::prediction::Quantiles;
 pub use names::UnknownName;
+pub use push_out::{Push, PushOut, PushOutQuery};
 #[cfg(feature = "std")]
 pub use query::SystemClock;
 pub use query::{

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each module and what it may import.
-const ARROWS: [(&str, &[&str]); 10] = [
+const ARROWS: [(&str, &[&str]); 11] = [
     ("math", &[]),
     ("names", &[]),
     ("mesh", &["math"]),
@@ -15,6 +15,7 @@ const ARROWS: [(&str, &[&str]); 10] = [
     ("contact", &["math", "mesh", "tree", "triangle"]),
     ("model", &["math"]),
     ("query", &["math", "names", "mesh", "tree", "triangle", "contact", "model"]),
+    ("push_out", &["math", "tree", "triangle", "model", "query"]),
     ("scene", &["math", "names", "mesh", "tree", "triangle", "model", "query"]),
     ("internals", &["math", "model", "query"]),
 ];

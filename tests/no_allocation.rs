@@ -1,6 +1,6 @@
 //! A query touches no allocator: in any mode and order, with and without memory, finished, stopped, resumed, with
-//! full buffers, through the exact stage, and while its certificate is read; of distances and contacts as of intersections.
-//! Nor does a refit.
+//! full buffers, through the exact stage, and while its certificate is read; of distances, contacts and pushes as of
+//! intersections. Nor does a refit.
 
 #[path = "common/allocations.rs"]
 mod allocations;
@@ -14,8 +14,8 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
 use punctual::{
-    Budget, ContactQuery, DistanceQuery, ManualClock, Mode, PairMemory, Patches, Pose, Query, StopReason, Tree,
-    Workspace, shapes,
+    Budget, ContactQuery, DistanceQuery, ManualClock, Mode, PairMemory, Patches, Pose, PushOutQuery, Query, StopReason,
+    Tree, Workspace, shapes,
 };
 
 #[test]
@@ -151,6 +151,19 @@ fn pairs_that_need_the_exact_stage() {
     let query = Query::new(&cube, &cube, Pose::IDENTITY).mode(Mode::All);
     let outcome = common::check::run(&query, &mut Workspace::new(), Budget::unlimited());
     assert!(outcome.stats.exact_tests > 0, "the exact stage was not reached");
+}
+
+#[test]
+fn pushes() {
+    let (knot, gear) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 24)), Tree::new(shapes::gear(11, 3)));
+    let (mut workspace, clock) = (Workspace::with_capacity(3, 5), ManualClock::ticking(Duration::from_micros(1)));
+    for [a, b] in [[&knot, &gear], [&knot, &knot]] {
+        let query = PushOutQuery::new(a, b, Pose::IDENTITY);
+        for budget in [Budget::work(20_000), Budget::time(Duration::from_micros(90)), Budget::unlimited()] {
+            let calls = allocator_calls(|| _ = black_box(query.run_with(&mut workspace, budget, &clock)));
+            assert_eq!(calls, 0, "{query:?}");
+        }
+    }
 }
 
 #[test]

@@ -73,7 +73,7 @@ impl Clock for SystemClock {
 /// Runs by the clock of the system if the budget has a limit of time. Otherwise no clock is asked, and to make that of the
 /// system, which looks at it, would cost up to a twentieth of a small query.
 #[cfg(feature = "std")]
-pub(super) fn by_system_clock<R>(budget: Budget, run: impl FnOnce(&dyn Clock) -> R) -> R {
+pub(crate) fn by_system_clock<R>(budget: Budget, run: impl FnOnce(&dyn Clock) -> R) -> R {
     if budget.time.is_some() { run(&SystemClock::default()) } else { run(&ManualClock::new()) }
 }
 

@@ -43,7 +43,7 @@ mod workspace;
 #[cfg(feature = "std")]
 pub use budget::SystemClock;
 #[cfg(feature = "std")]
-use budget::by_system_clock;
+pub(crate) use budget::by_system_clock;
 pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
 pub use contacts::{ContactQuery, Contacts};
