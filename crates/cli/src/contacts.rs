@@ -12,6 +12,7 @@ use punctual_lab::report::Failure;
 
 use crate::Completion;
 use crate::input::{Input, Limits, Loaded};
+use crate::push;
 
 /// Where two meshes meet or come close, at each pose of a list.
 ///
@@ -27,6 +28,9 @@ use crate::input::{Input, Limits, Loaded};
 /// low is proven: every contact that is missing is at least that far apart; inf where none is. ns is the least time of all
 /// sweeps, that of the query on lines of contacts, and of making the patches on lines of patches; stop tells why the query
 /// ended. All but ns is of the first sweep.
+///
+/// With --push a last line of each pose says which way (n) and how far (distance) B has to be moved until it is free, as proven
+/// by an exact query; 0 if it is, empty if the budget ended before a push was found.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -49,6 +53,9 @@ pub struct Args {
     /// frame before. Otherwise numbers begin anew with each pose.
     #[arg(long)]
     memory: bool,
+    /// Look for the shortest push that parts the surfaces too, within a budget of the same size.
+    #[arg(long)]
+    push: bool,
 }
 
 /// A length.
@@ -66,6 +73,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         for (answer, again) in answers.iter_mut().zip(sweeper.sweep(&poses)?) {
             if let (Some(answer), Some(again)) = (answer, again) {
                 answer.times = [0, 1].map(|i| answer.times[i].min(again.times[i]));
+                if let (Some(push), Some(again)) = (&mut answer.push, again.push) {
+                    push.time = push.time.min(again.time);
+                }
             }
         }
     }
@@ -88,6 +98,7 @@ struct Answer {
     patches: Vec<(u64, [DVec3; 2], f64)>,
     /// Of the query, and of making the patches.
     times: [Duration; 2],
+    push: Option<push::Answer>,
 }
 
 struct Sweeper<'t> {
@@ -130,7 +141,9 @@ impl<'t> Sweeper<'t> {
             .collect();
         contacts.sort_by(|(_, x), (_, y)| x.distance.total_cmp(&y.distance).then(x.triangles.cmp(&y.triangles)));
         let patches = patches.map(|patch| (patch.id, [patch.centroid, patch.normal], patch.distance)).collect();
-        Ok(Answer { said, contacts, patches, times })
+        let Self { args, workspace, clock, .. } = self;
+        let push = args.push.then(|| push::Answer::of([a, b], pose, workspace, args.limits.budget(), clock));
+        Ok(Answer { said, contacts, patches, times, push })
     }
 
     /// The contacts of a pose; without a limit there is always room for more.
@@ -154,7 +167,7 @@ impl<'t> Sweeper<'t> {
 
 impl Answer {
     fn print(&self, out: &mut impl Write, pose: usize) -> io::Result<()> {
-        let Self { said: Contacts { low, stop, .. }, contacts, patches, times: [asked, made] } = self;
+        let Self { said: Contacts { low, stop, .. }, contacts, patches, times: [asked, made], push } = self;
         let vector = |DVec3 { x, y, z }| format!("{x},{y},{z}");
         for (patch, Contact { triangles: [a, b], points, normal, distance, segment, .. }) in contacts {
             let [p, q] = segment.unwrap_or(*points).map(vector);
@@ -168,6 +181,6 @@ impl Answer {
         if contacts.is_empty() {
             writeln!(out, "{pose},none,,,,,,,,,,,,,,{low},{},{stop}", asked.as_nanos())?;
         }
-        Ok(())
+        push.as_ref().map_or(Ok(()), |push| push.print(out, pose))
     }
 }

@@ -13,6 +13,7 @@ mod info;
 mod input;
 mod pair;
 mod paper;
+mod push;
 mod scene;
 mod sweep;
 mod triangles;

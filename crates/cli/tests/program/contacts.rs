@@ -134,3 +134,27 @@ fn what_makes_no_sense_is_refused() {
     }
     folder.run("contacts a.obj none.obj poses.txt").assert_refused(&["none.obj: "]);
 }
+
+#[test]
+fn pushes_of_cubes() {
+    let folder = Folder::new();
+    folder.write("a.obj", write::obj(&cuboid(Vec3::ONE, 2)));
+    folder.write("b.obj", write::obj(&cuboid(Vec3::ONE, 2)));
+    folder.write("poses.txt", "1 0 0 1.9 0 1 0 .25 0 0 1 0\n1 0 0 9 0 1 0 0 0 0 1 0\n");
+    let push = |options: &str| {
+        let answer = folder.run(&format!("contacts a.obj b.obj poses.txt --push {options}"));
+        assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+        let rows = rows(&answer);
+        [0, 1].map(|pose| of(&rows, pose, "push").try_into().unwrap()).map(|[row]: [Row; 1]| row)
+    };
+    for options in ["", "--reps 2", "--portable --memory", "--budget-work 100000000"] {
+        let [meets, apart] = push(options);
+        assert!((0.1..0.102).contains(&meets.distance) && meets.normal.distance(DVec3::X) < 1e-3, "{meets:?}");
+        assert_eq!((apart.distance, apart.normal), (0.0, DVec3::X));
+        for row in [meets, apart] {
+            assert!(row.stop == "finished" && row.patch.is_none() && row.triangles.is_none() && row.low.is_nan());
+        }
+    }
+    let [cut, _] = push("--budget-work 0");
+    assert!(cut.stop == "work-limit" && cut.distance.is_nan() && cut.normal.is_nan(), "{cut:?}");
+}
