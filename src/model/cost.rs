@@ -31,6 +31,9 @@ pub(crate) const WORK_PER_CLOSEST_POINTS: u64 = 700;
 /// Work of a step in which a pair of moving triangles is followed in `f64`, besides exact tests.
 pub(crate) const WORK_PER_WINDOW: u64 = 600;
 
+/// Work of the segment in which two triangles meet, on average; the most is some times that.
+pub(crate) const WORK_PER_SEGMENT: u64 = 700;
+
 /// Work of adding a contact to the list.
 pub(crate) const WORK_PER_CONTACT: u64 = 100;
 
@@ -47,6 +50,8 @@ const _: () = assert!(
     MAX_DISTANCE_STEP_WORK >= WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST + WORK_PER_CONTACT
         && MAX_DISTANCE_STEP_WORK >= WORK_PER_WINDOW + 2 * WORK_PER_EXACT_TEST
 );
+
+const _: () = assert!(WORK_PER_SEGMENT <= WORK_PER_CLOSEST_POINTS);
 
 const _: () =
     assert!(MAX_STEP_WORK >= WORK_PER_EXPANSION + WORK_PER_EDGE_TEST + 65 && MAX_STEP_WORK >= WORK_PER_EXACT_TEST);

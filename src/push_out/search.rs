@@ -56,6 +56,8 @@ pub(super) struct Search<'q, 'c> {
     blocked: Pool,
     /// Around A and B, A's frame.
     boxes: [Aabb; 2],
+    /// The longest extent of the larger one.
+    size: f64,
     /// The least length of a push that is tried.
     least: f64,
     pub best: Option<Push>,
@@ -66,12 +68,12 @@ pub(super) struct Search<'q, 'c> {
 impl<'q, 'c> Search<'q, 'c> {
     pub fn new(asked: &'q PushOutQuery<'q>, workspace: &'q mut Workspace, deadline: &'q mut Deadline<'c>) -> Self {
         let boxes = [asked.a.mesh().aabb(), box_in_a(asked.b, &asked.b_in_a)];
-        let extents = boxes.map(|aabb| aabb.extents().max_element());
-        let smaller = if extents.contains(&0.0) { extents[0].max(extents[1]) } else { extents[0].min(extents[1]) };
+        let [x, y] = boxes.map(|aabb| aabb.extents().max_element());
+        let (size, smaller) = (x.max(y).max(f64::MIN_POSITIVE), if x == 0.0 || y == 0.0 { x.max(y) } else { x.min(y) });
         let largest = boxes.iter().map(|aabb| aabb.min.abs().max(aabb.max.abs()).max_element()).fold(0.0, f64::max);
         let least = (LEAST_PUSH * smaller).max(LEAST_STEP * largest).max(f64::MIN_POSITIVE);
         let (memory, blocked) = (PairMemory::new(), Pool::default());
-        Self { asked, workspace, deadline, memory, blocked, boxes, least, best: None, queries: 0, work: 0 }
+        Self { asked, workspace, deadline, memory, blocked, boxes, size, least, best: None, queries: 0, work: 0 }
     }
 
     pub fn run(&mut self) -> StopReason {
@@ -91,7 +93,8 @@ impl<'q, 'c> Search<'q, 'c> {
         for (blocked, direction) in &mut others {
             *blocked = self.free_from(*direction, self.least, enough)?;
         }
-        others.sort_unstable_by(|(p, d), (q, e)| p.total_cmp(q).then(d.x.total_cmp(&e.x)).then(d.y.total_cmp(&e.y)));
+        let order = |d: &DVec3, e: &DVec3| d.x.total_cmp(&e.x).then(d.y.total_cmp(&e.y)).then(d.z.total_cmp(&e.z));
+        others.sort_unstable_by(|(p, d), (q, e)| p.total_cmp(q).then(order(d, e)));
         for (_, direction) in others {
             self.explore(direction, self.least, SHORTER)?;
         }
@@ -109,15 +112,13 @@ impl<'q, 'c> Search<'q, 'c> {
             self.best = Some(Push { direction: DVec3::X, distance: 0.0, b_in_a });
             return Ok(None);
         };
-        let size = self.boxes.map(|aabb| aabb.extents().max_element()).into_iter().fold(f64::MIN_POSITIVE, f64::max);
-        let mut segments = Segments::new(a.mesh().triangle(x as usize)[0], size);
+        let mut segments = Segments::new(a.mesh().triangle(x as usize)[0], self.size);
         let found = self.workspace.pairs().len();
         let [step, blocked_step] = [SEGMENTS, BLOCKED].map(|most| found.div_ceil(most).max(1));
         for i in 0..found {
             let pair = self.workspace.pairs()[i];
             if i % step == 0 {
-                self.need_room(WORK_PER_SEGMENT)?;
-                self.spend(WORK_PER_SEGMENT);
+                self.pay(WORK_PER_SEGMENT)?;
                 let [of_a, of_b] = self.corners(pair);
                 segments.add(&of_a, &of_b);
             }
@@ -239,8 +240,7 @@ impl<'q, 'c> Search<'q, 'c> {
     }
 
     fn block(&mut self, pair: [u32; 2]) -> Step<()> {
-        self.need_room(WORK_PER_ADDED)?;
-        self.spend(WORK_PER_ADDED);
+        self.pay(WORK_PER_ADDED)?;
         let [of_a, of_b] = self.corners(pair);
         self.blocked.add(&of_a, &of_b);
         Ok(())
@@ -261,6 +261,12 @@ impl<'q, 'c> Search<'q, 'c> {
         }
         let is_work = self.deadline.work_left() < work;
         Err(if is_work { StopReason::WorkLimit } else { StopReason::Deadline })
+    }
+
+    fn pay(&mut self, work: u64) -> Step<()> {
+        self.need_room(work)?;
+        self.spend(work);
+        Ok(())
     }
 
     fn spend(&mut self, work: u64) {

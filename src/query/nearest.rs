@@ -25,7 +25,7 @@ use crate::contact::Contact;
 use crate::math::lanes::{F8, Lanes};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
-    WORK_PER_LOOKUP,
+    WORK_PER_LOOKUP, WORK_PER_SEGMENT,
 };
 use crate::tree::WIDTH;
 use crate::triangle::distance::{closest, distances};
@@ -255,8 +255,8 @@ fn contact(
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST;
         let touching = Contact::touching(triangles, corners);
+        stats.work += if touching.is_some() { WORK_PER_SEGMENT + WORK_PER_CONTACT } else { 0 };
         if touching.is_some() || margin == 0.0 {
-            stats.work += WORK_PER_CONTACT;
             return touching;
         }
     }

@@ -100,7 +100,7 @@ fn patches_are_what_hangs_together() {
         }
     }
     println!("{counts:?}");
-    assert!(counts.iter().max().unwrap() > &2 && counts.contains(&1));
+    assert!(counts.iter().filter(|count| **count > 1).count() >= 5 && counts.contains(&1));
     for family in [Family::Grid, Family::Duplicate, Family::Degenerate, Family::Denormal, Family::Enormous] {
         let [a, b] = [(); 2].map(|()| Tree::new(soup(family, 25, &mut random)));
         let given = contacts(&a, &b, Pose::IDENTITY, 0.1 * family.scale(), ENOUGH);

@@ -8,8 +8,8 @@ use super::{Pair, Position, Triangle, crossing_edge, intersects, lone_corner, tu
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
-/// How far an end may be off where `f64` is good enough, over the largest coordinate.
-const TOLERANCE: f64 = 1e-13;
+/// How far an end may be off along an axis where `f64` is good enough, over the largest coordinate: less than 1e-12 / sqrt 3.
+const TOLERANCE: f64 = 5e-13;
 
 /// The segment in which the closed triangles meet; see [`crate::triangle_segment`].
 pub(crate) fn segment(a: &Triangle, b: &Triangle) -> Option<[DVec3; 2]> {

@@ -87,10 +87,10 @@ impl Signs {
 }
 
 /// Where a value that goes from one number to another, of different signs and each off by `bound` at most, is zero: if that is
-/// certain to less than the tolerance. It is if `tolerance (|from| + |to|) > 2 bound`, as both together are off by no more.
+/// certain to less than the tolerance. With errors `d` and `e`, the share is off by `((1 - share) d + share e) / span`.
 fn fast_share(from: f64, to: f64, bound: f64, tolerance: f64) -> Option<f64> {
     let span = from - to;
-    (4.0 * bound < tolerance * span.abs()).then(|| (from / span).clamp(0.0, 1.0))
+    (bound < tolerance * span.abs()).then(|| (from / span).clamp(0.0, 1.0))
 }
 
 /// `det(t1 - t0, t2 - t0, p - t0)` of each point.
