@@ -28,6 +28,9 @@ pub const WORK_PER_EXACT_TEST: u64 = 200;
 pub(crate) const WORK_PER_DISTANCE_TEST: u64 = 130;
 pub(crate) const WORK_PER_CLOSEST_POINTS: u64 = 700;
 
+/// Work of passing over a piece of a motion in which the meshes are too far apart.
+pub(crate) const WORK_PER_PIECE: u64 = 300;
+
 /// Work of a step in which a pair of moving triangles is followed in `f64`, besides exact tests.
 pub(crate) const WORK_PER_WINDOW: u64 = 600;
 

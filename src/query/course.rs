@@ -40,7 +40,7 @@ pub(super) struct Course {
 }
 
 /// What a piece turns at most (radians), and how far it goes over the sizes of both meshes together.
-const TURN: f64 = 0.1;
+const TURN: f64 = 0.012;
 const WAY: f64 = 16.0;
 const MOST_PIECES: f64 = 4_096.0;
 

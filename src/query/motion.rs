@@ -18,7 +18,7 @@ use super::windows::glide;
 use super::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::math::{Motion, Pose};
-use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP};
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_PIECE};
 use crate::tree::Tree;
 
 /// The question until when a motion is free, and when the surfaces meet: continuous collision detection. Cheap to make; one
@@ -250,7 +250,16 @@ impl<'t> MotionQuery<'t> {
         if course.is_clear(&piece, trees, self.options.margin) {
             workspace.front.clear();
             workspace.search.clear();
-            workspace.run.stats.work += WORK_PER_LOOKUP;
+            workspace.journey.followed = None;
+            deadline.begin(workspace.work());
+            let stop = deadline.stop(workspace.work());
+            if stop.is_none() {
+                workspace.run.stats.work += WORK_PER_PIECE;
+                workspace.journey.bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
+            }
+            deadline.end(workspace.work());
+            workspace.run.stopped = stop.is_some();
+            return stop.unwrap_or(StopReason::Finished);
         }
         let relation = Relation::new(self.a, self.b, &piece.pose);
         let glide = glide(course, &piece, &relation, self.a.unit().origin, self.options.margin);

@@ -24,7 +24,8 @@ fn cases() -> Vec<([Tree; 2], Motion)> {
     ];
     for family in [Family::Double, Family::Degenerate, Family::Unequal, Family::FarOffset, Family::Grid] {
         let trees = [18, 25].map(|count| Tree::new(soup(family, count, &mut random)));
-        cases.push((trees, motions(family, 1, &mut random)[0]));
+        let short = motions(family, 40, &mut random).into_iter().find(|motion| motion.turn().length() < 1.0);
+        cases.push((trees, short.unwrap()));
     }
     cases
 }
