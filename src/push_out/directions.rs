@@ -36,9 +36,14 @@ impl Segments {
     /// Adds where a triangle of A meets one of B.
     pub fn add(&mut self, a: &[DVec3; 3], b: &[DVec3; 3]) {
         let Some(ends) = triangle_segment(a, b) else { return };
-        let [p, q] = ends.map(|end| (end - self.origin) / self.size);
-        let length = (q - p).length();
         let (of_a, of_b) = (normal(a), normal(b));
+        let mut ends = ends.map(|end| (end - self.origin) / self.size);
+        // So that those of closed surfaces follow one another.
+        if (ends[1] - ends[0]).dot(of_a.cross(of_b)) < 0.0 {
+            ends.reverse();
+        }
+        let [p, q] = ends;
+        let length = (q - p).length();
         self.difference += (of_a - of_b) * length;
         self.of_b += of_b * length;
         self.area += p.cross(q);

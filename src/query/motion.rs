@@ -27,13 +27,14 @@ use crate::tree::Tree;
 /// **Guarantee.** Whenever it stops, the surfaces meet at no time before `free_until`, and at `touching_at` they do: two named
 /// triangles intersect exactly at the pose of that time ([`MotionQuery::pose`]). `free_until` only ever grows, and
 /// `touching_at` only ever falls. A query that is finished has found a contact no later than the tolerance after `free_until`,
-/// or none, and then the motion is free to its end, time 1. Between these is only what `f64` cannot tell: surfaces that come
-/// closer than the rounding of their coordinates without meeting leave `free_until` where they do.
+/// or none, and then the motion is free to its end, time 1. There is one exception: surfaces that pass each other within a small
+/// part of the tolerance, or of the rounding of their coordinates, without meeting may leave `free_until` where they do, while
+/// the search goes on for a contact that can be proven.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
 /// use punctual::{Budget, Motion, MotionQuery, Pose, Tree, Workspace, shapes};
-/// let (wall, ball) = (Tree::new(shapes::cuboid([5.0, 5.0, 0.01])), Tree::new(shapes::icosphere(3)));
+/// let (wall, ball) = (Tree::new(shapes::cuboid([5.0, 5.0, 0.01], 4)), Tree::new(shapes::icosphere(3)));
 /// let start = Pose::new(DMat3::IDENTITY, DVec3::new(0.0, 0.0, 50.0))?;
 /// let motion = Motion::straight(start, [0.0, 0.0, -100.0])?;
 /// let found = MotionQuery::new(&wall, &ball, motion).run(&mut Workspace::new(), Budget::unlimited());

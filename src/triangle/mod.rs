@@ -28,8 +28,7 @@ pub fn triangles_intersect(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
 ///
 /// Both ends are within 1e-12 times the largest coordinate of *both* triangles (or within 2^-1073, where all coordinates are
 /// denormal), whatever their shape: which corner or edge an end lies on is decided exactly. Triangles that touch in a point
-/// have a segment of length 0. Triangles in different planes have it directed along `n_a x n_b`, the cross product of their
-/// normals `(t1 - t0) x (t2 - t0)`. Of triangles in one plane it is the longest in both.
+/// have a segment of length 0. Of triangles in one plane it is the longest in both. The order of the ends means nothing.
 ///
 /// Coordinates must be finite and at most 2^1003 in magnitude.
 ///

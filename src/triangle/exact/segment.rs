@@ -1,8 +1,8 @@
 //! Where two triangles meet.
 //!
-//! Each end is a corner, or the point of an edge in the other triangle's plane. Which one it is follows from exact signs, how far along the edge
-//! it is from volumes that are exact where `f64` is in doubt. So nothing is amplified: the ends are off by the rounding of
-//! their coordinates, however thin, flat or nearly parallel the triangles are.
+//! Each end is a corner, or the point of an edge in the other triangle's plane. Which one it is follows from exact signs, how
+//! far along the edge it is from volumes that are exact where `f64` is in doubt. So nothing is amplified: the ends are off by
+//! the rounding of their coordinates, however thin, flat or nearly parallel the triangles are.
 
 use super::{Pair, Position, Triangle, crossing_edge, intersects, lone_corner, turned};
 use arrayvec::ArrayVec;
