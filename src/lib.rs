@@ -39,8 +39,8 @@
 //!
 //! # Further
 //!
-//! - Where and which way surfaces touch: [`ContactQuery`], [`Patches`]. How far apart they are: [`DistanceQuery`].
-//! - Which way, and how far, to move a body until it is free: [`PushOutQuery`].
+//! - How far apart: [`DistanceQuery`]. Where, and which way out: [`ContactQuery`], [`Patches`], [`PushOutQuery`]. Free until
+//!   when: [`MotionQuery`].
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
 //! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Clock`].

@@ -46,7 +46,7 @@ pub(crate) const WORK_PER_LOOKUP: u64 = 10;
 /// The most work that is done between two looks at the budget: a batch of eight triangle tests.
 pub const MAX_STEP_WORK: u64 = 8 * WORK_PER_TRIANGLE_TEST;
 
-/// The same for distance queries: a batch of eight lower bounds.
+/// The same for queries of distance, contacts and motion: a batch of eight lower bounds.
 pub const MAX_DISTANCE_STEP_WORK: u64 = 8 * WORK_PER_DISTANCE_TEST;
 
 const _: () = assert!(

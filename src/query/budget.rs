@@ -30,8 +30,8 @@ impl Budget {
     /// [`WORK_PER_EXACT_TEST`](crate::WORK_PER_EXACT_TEST).
     /// Where it stops depends on the input alone: the same bits on every machine, in every run.
     ///
-    /// The step at hand is finished, so up to [`MAX_STEP_WORK`](crate::MAX_STEP_WORK) units more are spent (by a distance
-    /// query, [`MAX_DISTANCE_STEP_WORK`](crate::MAX_DISTANCE_STEP_WORK)); a budget of 0 does nothing.
+    /// The step at hand is finished, so up to [`MAX_STEP_WORK`](crate::MAX_STEP_WORK) units more are spent (by a query of
+    /// distance, contacts or motion, [`MAX_DISTANCE_STEP_WORK`](crate::MAX_DISTANCE_STEP_WORK)); a budget of 0 does nothing.
     pub const fn work(limit: u64) -> Self {
         Self { time: None, work: Some(limit) }
     }

@@ -1,7 +1,8 @@
 //! The one loop over node pairs, its stop rule, and what it guarantees.
 //!
 //! Every query runs through [`Traversal::run`], whatever it asks ([`Question`]): do the surfaces meet, or where
-//! ([`intersection`]), or how far apart are they ([`nearest`]); with and without a budget, in every order. Each turn does one
+//! ([`intersection`]), how far apart are they, or where are they close ([`nearest`]), or when do they meet on the way
+//! ([`sweep`]); with and without a budget, in every order. Each turn does one
 //! step of bounded work: it tests triangle pairs, or opens a node pair of the front ([`expand`]). Before each step the
 //! deadline may end the call. Whatever is not done by then is still in the buffers:
 //!
@@ -12,6 +13,7 @@
 //! [`expand`]: super::expand
 //! [`intersection`]: super::intersection
 //! [`nearest`]: super::nearest
+//! [`sweep`]: super::sweep
 
 use super::boxes::Keys;
 use super::corners::Corners;
