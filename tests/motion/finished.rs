@@ -48,7 +48,7 @@ fn assert_soups_true(family: Family) {
     for (a_triangles, b_triangles) in [(1, 1), (2, 7), (24, 16)] {
         let a = Tree::new(soup(family, a_triangles, &mut random));
         let b = Tree::new(soup(family, b_triangles, &mut random));
-        for motion in motions(family, 24, &mut random) {
+        for motion in motions(family, 12, &mut random) {
             let mut truth = Truth::new(&a, &b, motion);
             let said = run(&truth.query, &mut workspace, ENOUGH);
             match truth.assert_complete(&said, &mut random) {
@@ -59,7 +59,7 @@ fn assert_soups_true(family: Family) {
     }
     println!("{touching} touch, {free} do not");
     let rare = matches!(family, Family::Enormous | Family::Nested);
-    assert!(rare || touching > 5 && free > 0, "{touching} and {free}");
+    assert!(rare || touching > 3 && free > 0, "{touching} and {free}");
 }
 
 soups!(assert_soups_true);
@@ -69,7 +69,7 @@ fn both_bodies_may_move() {
     let mut random = Random::new(31);
     let mut workspace = Workspace::new();
     let mut touching = 0;
-    for i in 0..60 {
+    for i in 0..30 {
         let [a, b] = [12, 20].map(|count| Tree::new(soup(Family::Double, count, &mut random)));
         let [of_a, of_b] = [0, 1].map(|_| motions(Family::Double, 1, &mut random)[0]);
         let mut truth = Truth::of(MotionQuery::of_both([&a, &b], [of_a, of_b]), &a, &b);
@@ -82,7 +82,7 @@ fn both_bodies_may_move() {
         let close = |x: f64, y: f64| (x - y).abs() < 1e-5;
         assert!(close(of_one.free_until, of_two.free_until), "{i}: {of_one:?} {of_two:?}");
     }
-    assert!(touching > 10);
+    assert!(touching > 5);
 }
 
 /// Two boxes face to face: the time is the gap over the speed.
