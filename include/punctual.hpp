@@ -108,6 +108,21 @@ inline Result<punctual_pose> inverse(const punctual_pose &of) noexcept {
   return detail::filled<punctual_pose>([&](punctual_pose *pose) { return punctual_pose_inverse(of, pose); });
 }
 
+inline punctual_motion straight(const punctual_pose &start, const punctual_point &velocity) noexcept {
+  return punctual_motion_straight(start, velocity);
+}
+
+inline Result<punctual_motion> screw(const punctual_pose &start, const punctual_pose &end) noexcept {
+  return detail::filled<punctual_motion>(
+      [&](punctual_motion *motion) { return punctual_motion_screw(start, end, motion); });
+}
+
+/** Where the body is at a time, 0 to 1. */
+inline Result<punctual_pose> pose_at(const punctual_motion &motion, double time) noexcept {
+  return detail::filled<punctual_pose>(
+      [&](punctual_pose *pose) { return punctual_motion_pose(&motion, time, pose); });
+}
+
 inline Result<bool> triangles_intersect(const punctual_triangle &a, const punctual_triangle &b) noexcept {
   return detail::filled<bool>([&](bool *intersect) { return punctual_triangles_intersect(a, b, intersect); });
 }

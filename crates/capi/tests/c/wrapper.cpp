@@ -24,6 +24,12 @@ static_assert(std::is_constructible_v<punctual::DistanceQuery, const Tree &, Tre
 static_assert(!std::is_constructible_v<punctual::DistanceQuery, Tree, Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::DistanceQuery, Tree &, Tree, Pose>);
 static_assert(!std::is_constructible_v<punctual::DistanceQuery, Tree, Tree, Pose>);
+static_assert(std::is_constructible_v<punctual::MotionQuery, const Tree &, Tree &, punctual_motion>);
+static_assert(!std::is_constructible_v<punctual::MotionQuery, Tree, Tree &, punctual_motion>);
+static_assert(!std::is_constructible_v<punctual::MotionQuery, Tree &, Tree, punctual_motion>);
+static_assert(!std::is_constructible_v<punctual::MotionQuery, Tree, Tree, punctual_motion>);
+static_assert(std::is_trivially_copyable_v<punctual::MotionQuery> &&
+              sizeof(punctual::MotionQuery) == sizeof(punctual_motion_query));
 static_assert(std::is_constructible_v<punctual::ContactQuery, const Tree &, Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree, Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree &, Tree, Pose>);
