@@ -191,6 +191,16 @@ pub(crate) use per_axis;
 pub(crate) type V8<L> = [F8<L>; 3];
 
 #[inline(always)]
+pub(crate) fn add<L: Lanes>(a: V8<L>, b: V8<L>) -> V8<L> {
+    per_axis!(k => a[k] + b[k])
+}
+
+#[inline(always)]
+pub(crate) fn sub<L: Lanes>(a: V8<L>, b: V8<L>) -> V8<L> {
+    per_axis!(k => a[k] - b[k])
+}
+
+#[inline(always)]
 pub(crate) fn dot<L: Lanes>(a: V8<L>, b: V8<L>) -> F8<L> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -4,7 +4,7 @@
 //! `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and
 //! a box kept in vain only costs time. The other nine axes: [`edge_axes`](super::edge_axes). All is in A's units.
 
-use super::views::{View, Views, yzx, zxy};
+use super::views::{self, View, Views};
 use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis};
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW};
@@ -112,6 +112,12 @@ pub(super) struct Stored {
 #[inline(always)]
 pub(super) fn ends(center: f32x4, half: f32x4) -> ([f32; 3], [f32; 3]) {
     (xyz(center - half), xyz(center + half))
+}
+
+/// The same vector eight times.
+#[inline(always)]
+pub(super) fn splat<L: Lanes>(lanes: L, v: f32x4) -> V8<L> {
+    per_axis!(k => F8::splat(lanes, v.as_array()[k]))
 }
 
 /// Two nodes, the first of which is opened, each with its view from the other and the length of its unit in A's.
@@ -366,7 +372,7 @@ impl Plane {
         let p = view.point(f32x4::new([first[0], first[1], first[2], 0.0]));
         let e = view.vector(f32x4::new([first[3], second[0], second[1], 0.0]));
         let f = view.vector(f32x4::new([second[2], second[3], third[0], 0.0]));
-        let normal = yzx(e) * zxy(f) - zxy(e) * yzx(f);
+        let normal = views::cross(e, f);
         let blur = (longest_one(e) + LEAST_EDGE_SLOP) * (longest_one(f) + LEAST_EDGE_SLOP) * skew;
         let size = normal.abs();
         let [x, y, z] = xyz(size);

@@ -79,9 +79,8 @@ impl Course {
             let spin_a = of_a.turn().length();
             let arm = of_a.arm().length();
             let way = (of_b.velocity() - of_a.velocity()).length();
-            let between = (of_b.start().translation() - of_a.start().translation()).length()
-                + of_a.arm().length()
-                + of_b.arm().length();
+            let between =
+                (of_b.start().translation() - of_a.start().translation()).length() + arm + of_b.arm().length();
             let apart = from_axis + arm + between + way;
             let own = way + spin_b * from_axis + spin_a * arm;
             course.spin += spin_a;
@@ -124,7 +123,7 @@ impl Course {
     }
 
     /// When piece `i` begins; all pieces are equally long.
-    pub fn begin(&self, i: u32) -> f64 {
+    fn begin(&self, i: u32) -> f64 {
         f64::from(i) / f64::from(self.pieces)
     }
 

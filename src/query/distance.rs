@@ -8,7 +8,7 @@ use super::certificate::Certificate;
 use super::interval::{Interval, Tolerance};
 use super::memory::PairMemory;
 use super::nearest;
-use super::options::DistanceOptions;
+use super::options::{DistanceOptions, thickness};
 use super::outcome::{Stats, StopReason};
 use super::queue::Pair;
 use super::strategy::Strategy;
@@ -16,7 +16,6 @@ use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::math::Pose;
-use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::Tree;
 use glam::DVec3;
@@ -84,7 +83,7 @@ impl<'t> DistanceQuery<'t> {
     /// a point becomes a ball, a segment a capsule. The distance is that of the thickened surfaces.
     #[must_use]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
-        self.options.margins = margins.map(|margin| if margin > 0.0 { margin.min(COORDINATE_LIMIT) } else { 0.0 });
+        self.options.margins = margins.map(thickness);
         self
     }
 

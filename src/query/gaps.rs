@@ -5,7 +5,7 @@
 //! which the closest triangles found so far lie from one another. All is in A's units, with the views and margins of the
 //! overlap test; the proof is in `docs/numerics.md`, "Distances of boxes".
 
-use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, ends};
+use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, ends, splat};
 use super::views::{Relation, View, Views};
 use crate::math::lanes::{F8, Kernel, Lanes, V8, dot, per_axis};
 use crate::tree::{Node, WIDTH, xyz};
@@ -60,11 +60,6 @@ fn start<L: Lanes>(lanes: L, [a, b, c, d, e, f, g, h]: [&Rows; WIDTH], direction
 fn dot_one(a: f32x4, b: f32x4) -> f32 {
     let [x, y, z] = xyz(a * b);
     x + y + z
-}
-
-#[inline(always)]
-fn splat<L: Lanes>(lanes: L, v: f32x4) -> V8<L> {
-    per_axis!(k => F8::splat(lanes, v.as_array()[k]))
 }
 
 /// A direction from A to B.

@@ -6,7 +6,7 @@ use super::budget::by_system_clock;
 use super::budget::{Budget, Clock};
 use super::course::Course;
 use super::memory::PairMemory;
-use super::options::MotionOptions;
+use super::options::{MotionOptions, thickness};
 use super::outcome::{Stats, StopReason};
 use super::queue::Pair;
 use super::search::Bounded;
@@ -16,7 +16,6 @@ use super::traversal::Traversal;
 use super::views::Relation;
 use super::windows::glide;
 use super::workspace::{Asked, Key, ResumeError, Workspace};
-use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::math::{Motion, Pose};
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_PIECE};
 use crate::tree::Tree;
@@ -91,7 +90,7 @@ impl<'t> MotionQuery<'t> {
     /// a point becomes a ball, a segment a capsule.
     #[must_use]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
-        let [a, b] = margins.map(|margin| if margin > 0.0 { margin.min(COORDINATE_LIMIT) } else { 0.0 });
+        let [a, b] = margins.map(thickness);
         self.options.margin = a + b;
         self
     }

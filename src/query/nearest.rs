@@ -18,7 +18,7 @@ use super::interval::Interval;
 use super::leaf::rows;
 use super::outcome::{LEVELS, Stats, StopReason};
 use super::queue::{Origin, Pair};
-use super::search::{Bounded, DIVE, root};
+use super::search::{Bounded, DIVE, least_key, root};
 use super::traversal::{Question, Traversal};
 use super::views::Relation;
 use crate::contact::Contact;
@@ -141,23 +141,11 @@ impl Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let search = &mut self.workspace.search;
-        let (mut pairs, mut keys) = ([[0; 2]; WIDTH], [0.0; WIDTH]);
-        let mut count = 0;
-        while count < WIDTH
-            && let Some(left) = search.waiting.pop()
-        {
-            if left.low < self.question.cut {
-                (pairs[count], keys[count]) = (left.pair, left.low);
-                count += 1;
-            } else {
-                search.dropped = search.dropped.min(left.low);
-            }
-        }
+        let mut dropped = search.dropped;
+        let (pairs, keys, count) = search.pop_batch(self.question.cut, |low| dropped = dropped.min(low));
+        search.dropped = dropped;
         if count == 0 {
             return;
-        }
-        for i in count..WIDTH {
-            pairs[i] = pairs[0];
         }
         let found = distances(lanes, rows(self.a, pairs, 0), rows(self.b, pairs, 1), &self.relation.triangles);
         let stats = &mut self.workspace.run.stats;
@@ -300,21 +288,14 @@ impl Sink for Traversal<'_, '_, Distance> {
 
     #[inline(always)]
     fn cluster(&mut self, pair: Pair, column: usize) {
-        let alive = pair.alive[0] & pair.alive[1];
-        let least = (0..WIDTH).filter(|row| alive >> row & 1 != 0).map(|row| self.keys[row][column]);
-        let key = least.fold(f32::INFINITY, f32::min);
+        let key = least_key(&self.keys, &pair, column);
         self.place(pair, key, &mut (0.0, None));
     }
 
     #[inline(always)]
-    fn triangles(&mut self, mut hits: u64, first: [u32; 2]) {
+    fn triangles(&mut self, hits: u64, first: [u32; 2]) {
         let search = &mut self.workspace.search;
-        while hits != 0 {
-            let bit = hits.trailing_zeros();
-            hits &= hits - 1;
-            let low = self.keys.as_flattened()[bit as usize % 64];
-            search.waiting.push(Bounded { pair: [first[0] + bit / 8, first[1] + bit % 8], low });
-        }
+        search.wait(hits, first, &self.keys);
         if search.is_diving {
             // A guess is no bound.
             search.waiting.sort_unstable_by(|x, y| x.low.total_cmp(&y.low));

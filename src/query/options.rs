@@ -2,6 +2,7 @@
 
 use super::order::Order;
 use crate::math::Motion;
+use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::names::named;
 
 /// What a query looks for.
@@ -63,4 +64,9 @@ pub(super) struct MotionOptions {
     /// Of both surfaces together.
     pub margin: f64,
     pub poll_interval: u64,
+}
+
+/// By how much a surface is thickened, of what was asked for.
+pub(super) fn thickness(margin: f64) -> f64 {
+    if margin > 0.0 { margin.min(COORDINATE_LIMIT) } else { 0.0 }
 }

@@ -1,5 +1,6 @@
 //! The state of a distance query: triangle pairs that wait, and what is proven of all that is left.
 
+use super::boxes::Keys;
 use super::interval::Interval;
 use super::queue::{BUCKETS, Front, Pair};
 use crate::tree::WIDTH;
@@ -86,6 +87,39 @@ impl Search {
         self.proposed.extend(known);
     }
 
+    /// Triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits` wait for the `f32` test.
+    #[inline(always)]
+    pub fn wait(&mut self, mut hits: u64, first: [u32; 2], keys: &Keys) {
+        while hits != 0 {
+            let bit = hits.trailing_zeros();
+            hits &= hits - 1;
+            let low = keys.as_flattened()[bit as usize % 64];
+            self.waiting.push(Bounded { pair: [first[0] + bit / 8, first[1] + bit % 8], low });
+        }
+    }
+
+    /// Up to eight of them with their keys, and how many, the first again in the places left; those that are not below `cut`
+    /// are only told of.
+    #[inline(always)]
+    pub fn pop_batch(&mut self, cut: f32, mut dropped: impl FnMut(f32)) -> ([[u32; 2]; WIDTH], [f32; WIDTH], usize) {
+        let (mut pairs, mut keys) = ([[0; 2]; WIDTH], [0.0; WIDTH]);
+        let mut count = 0;
+        while count < WIDTH
+            && let Some(left) = self.waiting.pop()
+        {
+            if left.low < cut {
+                (pairs[count], keys[count]) = (left.pair, left.low);
+                count += 1;
+            } else {
+                dropped(left.low);
+            }
+        }
+        for i in count..WIDTH {
+            pairs[i] = pairs[0];
+        }
+        (pairs, keys, count)
+    }
+
     /// Whether no dive and no triangle pair is left.
     pub fn is_done(&self) -> bool {
         !self.is_diving && self.pairs().next().is_none()
@@ -127,6 +161,14 @@ impl Search {
 
 /// Bits of a key that do not matter for its bucket.
 const BUCKET_BITS: u32 = 20;
+
+/// The least key of a column, the triangles of a cluster that are of interest with one child.
+#[inline(always)]
+pub(super) fn least_key(keys: &Keys, pair: &Pair, column: usize) -> f32 {
+    let alive = pair.alive[0] & pair.alive[1];
+    let least = (0..WIDTH).filter(|row| alive >> row & 1 != 0).map(|row| keys[row][column]);
+    least.fold(f32::INFINITY, f32::min)
+}
 
 /// The distance that a key stands for, rounded down.
 pub(super) fn root(key: f32) -> f32 {

@@ -12,7 +12,7 @@ use super::journey::{Contact, Followed, Journey, Phase, bucket};
 use super::leaf::rows;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
-use super::search::Bounded;
+use super::search::{Bounded, least_key};
 use super::traversal::{Question, Traversal};
 use super::windows::{BEGIN, Windows};
 use crate::math::lanes::Lanes;
@@ -115,24 +115,11 @@ impl Traversal<'_, '_, Sweep<'_>> {
     /// When up to eight waiting pairs may meet; the earliest is followed first.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
-        let search = &mut self.workspace.search;
-        let (mut pairs, mut keys) = ([[0; 2]; WIDTH], [0.0; WIDTH]);
-        let mut count = 0;
-        while count < WIDTH
-            && let Some(left) = search.waiting.pop()
-        {
-            if left.low < self.question.cut {
-                (pairs[count], keys[count]) = (left.pair, left.low);
-                count += 1;
-            } else {
-                self.workspace.journey.pass(self.question.piece.time(left.low));
-            }
-        }
+        let (search, journey) = (&mut self.workspace.search, &mut self.workspace.journey);
+        let piece = &self.question.piece;
+        let (pairs, keys, count) = search.pop_batch(self.question.cut, |low| journey.pass(piece.time(low)));
         if count == 0 {
             return;
-        }
-        for i in count..WIDTH {
-            pairs[i] = pairs[0];
         }
         let (a, b) = (rows(self.a, pairs, 0), rows(self.b, pairs, 1));
         let (enter, alive) = windows(lanes, a, b, &self.relation.triangles, &self.question.glide, self.question.cut);
@@ -275,20 +262,13 @@ impl Sink for Traversal<'_, '_, Sweep<'_>> {
 
     #[inline(always)]
     fn cluster(&mut self, pair: Pair, column: usize) {
-        let alive = pair.alive[0] & pair.alive[1];
-        let least = (0..WIDTH).filter(|row| alive >> row & 1 != 0).map(|row| self.keys[row][column]);
-        self.place(pair, least.fold(f32::INFINITY, f32::min));
+        let key = least_key(&self.keys, &pair, column);
+        self.place(pair, key);
     }
 
     #[inline(always)]
-    fn triangles(&mut self, mut hits: u64, first: [u32; 2]) {
-        while hits != 0 {
-            let bit = hits.trailing_zeros();
-            hits &= hits - 1;
-            let low = self.keys.as_flattened()[bit as usize % 64];
-            let pair = [first[0] + bit / 8, first[1] + bit % 8];
-            self.workspace.search.waiting.push(Bounded { pair, low });
-        }
+    fn triangles(&mut self, hits: u64, first: [u32; 2]) {
+        self.workspace.search.wait(hits, first, &self.keys);
     }
 }
 

@@ -161,6 +161,11 @@ pub(super) fn zxy(v: f32x4) -> f32x4 {
     f32x4::new([z, x, y, w])
 }
 
+#[inline(always)]
+pub(super) fn cross(a: f32x4, b: f32x4) -> f32x4 {
+    yzx(a) * zxy(b) - zxy(a) * yzx(b)
+}
+
 /// The map between the orientations of a node of A and one of B, in both directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Views {

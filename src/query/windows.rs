@@ -4,10 +4,10 @@
 //! latest such beginning to the earliest end. All is in A's units, with the views and margins of the overlap test, and with
 //! the length of the piece of motion as unit of time, from -1/2 to 1/2; the proof is in `docs/numerics.md`, "Motion".
 
-use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles};
+use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, splat};
 use super::course::{Course, Piece};
-use super::views::{Relation, Views};
-use crate::math::lanes::{F8, Kernel, Lanes, V8, per_axis};
+use super::views::{Relation, Views, cross};
+use crate::math::lanes::{F8, Kernel, Lanes, V8, add, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::swept::Glide;
@@ -90,9 +90,9 @@ impl Drift {
 
     /// The same for a single pair.
     #[inline(always)]
-    fn window_one(&self, apart: f32x4, reach: f32x4, sign: f32) -> [f32; 2] {
+    fn window_one(&self, apart: f32x4, reach: f32x4) -> [f32; 2] {
         let [x, y, z] = self.inverse;
-        let inverse = f32x4::new([x, y, z, 0.0]) * f32x4::splat(sign);
+        let inverse = f32x4::new([x, y, z, 0.0]);
         let (middle, half) = (apart * inverse, (reach + f32x4::splat(self.margin)) * inverse.abs());
         let ([a, b, c], [d, e, f]) = (xyz(middle - half), xyz(middle + half));
         [a.max(b).max(c), d.min(e).min(f)]
@@ -134,26 +134,6 @@ impl Windows {
     }
 }
 
-#[inline(always)]
-fn splat<L: Lanes>(lanes: L, v: f32x4) -> V8<L> {
-    per_axis!(k => F8::splat(lanes, v.as_array()[k]))
-}
-
-#[inline(always)]
-fn minus<L: Lanes>(a: V8<L>, b: V8<L>) -> V8<L> {
-    per_axis!(k => a[k] - b[k])
-}
-
-#[inline(always)]
-fn plus<L: Lanes>(a: V8<L>, b: V8<L>) -> V8<L> {
-    per_axis!(k => a[k] + b[k])
-}
-
-fn cross_one(a: f32x4, b: f32x4) -> f32x4 {
-    use super::views::{yzx, zxy};
-    yzx(a) * zxy(b) - zxy(a) * yzx(b)
-}
-
 /// The length of a vector that is not negative, or more: `sqrt(m^2 + r) <= m + r / 2 m`.
 fn longer(v: f32x4) -> f32 {
     let [x, y, z] = xyz(v);
@@ -178,14 +158,14 @@ impl BoxTest for Windows {
         let seen = views.of_b.point(b_center);
         let (shift, _) = views.direction(a, self.shift);
         let (turn, _) = views.direction(a, self.turn);
-        let velocity = shift + cross_one(turn, seen);
+        let velocity = shift + cross(turn, seen);
         let radius = longer(b_half);
         let speed = sum(shift) + sum(turn) * sum(seen);
         let margin = self.spin * radius + self.bulge + (self.skew + 32.0 * ROUNDING) * speed;
         self.in_a = Drift::new(velocity, margin + views.of_b.margin.as_array()[0]);
         self.in_b = Drift::new(views.of_a.vector(velocity), margin + views.of_a.margin.as_array()[0]);
-        let of_a = self.in_a.window_one(seen - a_center, views.of_b.half(b_half) + a_half, 1.0);
-        let of_b = self.in_b.window_one(b_center - views.of_a.point(a_center), views.of_a.half(a_half) + b_half, 1.0);
+        let of_a = self.in_a.window_one(seen - a_center, views.of_b.half(b_half) + a_half);
+        let of_b = self.in_b.window_one(b_center - views.of_a.point(a_center), views.of_a.half(a_half) + b_half);
         let (enter, leave) = (of_a[0].max(of_b[0]) - SLOP, of_a[1].min(of_b[1]) + SLOP);
         if leave < enter.max(BEGIN) {
             return false;
@@ -205,12 +185,12 @@ impl BoxTest for Windows {
         let (in_opened, in_other, sign) = self.drifts(is_a);
         let children = Boxes::children(lanes, opened, scales[0]);
         let (center, half) = facing.other();
-        let apart = minus(splat(lanes, of_other.point(center)), children.center);
+        let apart = sub(splat(lanes, of_other.point(center)), children.center);
         let of_opened_axes =
-            in_opened.window(lanes, apart, plus(children.half, splat(lanes, of_other.half(half))), sign);
+            in_opened.window(lanes, apart, add(children.half, splat(lanes, of_other.half(half))), sign);
         let seen = children.seen(lanes, of_opened);
-        let apart = minus(splat(lanes, center), seen.center);
-        let of_other_axes = in_other.window(lanes, apart, plus(seen.half, splat(lanes, half)), sign);
+        let apart = sub(splat(lanes, center), seen.center);
+        let of_other_axes = in_other.window(lanes, apart, add(seen.half, splat(lanes, half)), sign);
         let key = self.key_of_both(lanes, [of_opened_axes, of_other_axes]);
         keys[0] = key.store();
         self.soon(lanes, key) & opened.valid()
@@ -250,7 +230,7 @@ impl Kernel for Both<'_> {
         let y_in_x = y_rows.seen(lanes, of_y);
         let scale = f32x4::splat(scales[0]);
         let (center, half) = (splat(lanes, x.own_center * scale), splat(lanes, x.own_half * scale));
-        let window = in_x.window(lanes, minus(y_in_x.center, center), plus(y_in_x.half, half), sign);
+        let window = in_x.window(lanes, sub(y_in_x.center, center), add(y_in_x.half, half), sign);
         let alive_y = alive_y & windows.soon(lanes, windows.key(lanes, window));
         if alive_y == 0 {
             return 0;
@@ -259,7 +239,7 @@ impl Kernel for Both<'_> {
         let x_in_y = x_rows.seen(lanes, of_x);
         let (center, half) = facing.other();
         let (center, half) = (splat(lanes, center), splat(lanes, half));
-        let window = in_y.window(lanes, minus(center, x_in_y.center), plus(x_in_y.half, half), sign);
+        let window = in_y.window(lanes, sub(center, x_in_y.center), add(x_in_y.half, half), sign);
         let mut alive_x = alive_x & windows.soon(lanes, windows.key(lanes, window));
         let (x_rows, x_in_y) = (x_rows.store(), x_in_y.store());
         let mut pairs = 0;
@@ -267,9 +247,9 @@ impl Kernel for Both<'_> {
             let i = alive_x.trailing_zeros() as usize;
             alive_x &= alive_x - 1;
             let [center, half] = x_rows.at(lanes, i);
-            let of_x_axes = in_x.window(lanes, minus(y_in_x.center, center), plus(y_in_x.half, half), sign);
+            let of_x_axes = in_x.window(lanes, sub(y_in_x.center, center), add(y_in_x.half, half), sign);
             let [center, half] = x_in_y.at(lanes, i);
-            let of_y_axes = in_y.window(lanes, minus(y_rows.center, center), plus(y_rows.half, half), sign);
+            let of_y_axes = in_y.window(lanes, sub(y_rows.center, center), add(y_rows.half, half), sign);
             let key = windows.key_of_both(lanes, [of_x_axes, of_y_axes]);
             keys[i] = key.store();
             pairs |= u64::from(windows.soon(lanes, key) & alive_y) << (WIDTH * i);

@@ -10,7 +10,7 @@
 
 use super::batch::{Placement, Rows, Transposed, UNDERFLOW};
 use super::distance::Pair;
-use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis};
+use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use glam::DVec3;
 
@@ -49,7 +49,7 @@ pub(crate) fn windows<L: Lanes>(
     if alive(window) == 0 {
         return ([f32::INFINITY; 8], 0);
     }
-    let (p, f) = ([p[0], p[1], minus(p[1], p[0])], [f[0], f[1], minus(f[1], f[0])]);
+    let (p, f) = ([p[0], p[1], sub(p[1], p[0])], [f[0], f[1], sub(f[1], f[0])]);
     let mut window = window;
     let mut i = 0;
     while i < 9 {
@@ -57,11 +57,6 @@ pub(crate) fn windows<L: Lanes>(
         i += 1;
     }
     (window[0].store(), alive(window))
-}
-
-#[inline(always)]
-fn minus<L: Lanes>(a: V8<L>, b: V8<L>) -> V8<L> {
-    per_axis!(k => a[k] - b[k])
 }
 
 /// Eight pairs, of which those of B move.

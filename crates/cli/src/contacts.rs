@@ -11,7 +11,7 @@ use punctual_lab::files::ListedPose;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, Limits, Loaded};
+use crate::input::{Input, Limits, Loaded, parse_size};
 use crate::push;
 
 /// Where two meshes meet or come close, at each pose of a list.
@@ -56,12 +56,6 @@ pub struct Args {
     /// Look for the shortest push that parts the surfaces too, within a budget of the same size.
     #[arg(long)]
     push: bool,
-}
-
-/// A length.
-fn parse_size(text: &str) -> Result<f64, String> {
-    let size: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
-    if size >= 0.0 && size.is_finite() { Ok(size) } else { Err("must be finite and not negative".into()) }
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {

@@ -9,7 +9,7 @@ use punctual_lab::files::ListedPose;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, Limits, Loaded, parse_size};
+use crate::input::{Input, Limits, Loaded, least_times, parse_size};
 
 /// How far apart two meshes are at each pose of a list.
 ///
@@ -76,14 +76,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if args.portable {
         workspace.use_portable_kernels();
     }
-    let mut rows = args.sweep(&a, &b, &poses, &mut workspace);
-    for _ in 1..args.reps {
-        for (row, again) in rows.iter_mut().zip(args.sweep(&a, &b, &poses, &mut workspace)) {
-            if let (Some((_, least)), Some((_, time))) = (row, again) {
-                *least = time.min(*least);
-            }
-        }
-    }
+    let rows = least_times(args.reps, || args.sweep(&a, &b, &poses, &mut workspace));
     writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
     args.print(out, &rows)?;
     Ok(completion)

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use punctual::{Motion, MotionQuery, PairMemory, Passage, SystemClock, Tree, Workspace};
-use punctual_io::{FileError, load};
+use punctual_io::load;
 use punctual_lab::files::{self, ListedMotion};
 use punctual_lab::report::Failure;
 
-use crate::input::{Limits, parse_size};
-use crate::{Completion, complain};
+use crate::Completion;
+use crate::input::{Limits, complain_of_bad_lines, least_times, parse_size};
 
 /// Until when the motions of a list are free, and when the meshes meet.
 ///
@@ -58,19 +58,16 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let start = Instant::now();
     let (a, b) = (Tree::new(a), Tree::new(b));
     let build = start.elapsed();
-    let completion = args.complain_of_bad_lines(&motions);
+    let completion = complain_of_bad_lines(
+        &args.sweeps,
+        "sweep",
+        motions.iter().map(|listed| (listed.line, listed.motion.as_ref().err())),
+    );
     let mut workspace = Workspace::new();
     if args.portable {
         workspace.use_portable_kernels();
     }
-    let mut rows = args.sweep(&a, &b, &motions, &mut workspace);
-    for _ in 1..args.reps {
-        for (row, again) in rows.iter_mut().zip(args.sweep(&a, &b, &motions, &mut workspace)) {
-            if let (Some((_, least)), Some((_, time))) = (row, again) {
-                *least = time.min(*least);
-            }
-        }
-    }
+    let rows = least_times(args.reps, || args.sweep(&a, &b, &motions, &mut workspace));
     writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
     print(out, &rows)?;
     Ok(completion)
@@ -80,17 +77,6 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 type Row = Option<(Passage, Duration)>;
 
 impl Args {
-    fn complain_of_bad_lines(&self, motions: &[ListedMotion]) -> Completion {
-        let mut completion = Completion::Full;
-        for (i, listed) in motions.iter().enumerate() {
-            if let Err(what) = &listed.motion {
-                complain(&FileError::at_line(&self.sweeps, listed.line, format!("sweep {i}: {what}")));
-                completion = Completion::Partial;
-            }
-        }
-        completion
-    }
-
     /// All motions once.
     fn sweep(&self, a: &Tree, b: &Tree, motions: &[ListedMotion], workspace: &mut Workspace) -> Vec<Row> {
         let clock = SystemClock::default();
