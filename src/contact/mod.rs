@@ -65,21 +65,22 @@ fn parting(a: Option<DVec3>, b: Option<DVec3>) -> DVec3 {
 
 /// The unit normal of a triangle, if it has an area that `f64` can tell.
 fn face_normal([p, q, r]: &[DVec3; 3]) -> Option<DVec3> {
-    let edges = [*q - *p, *r - *p].map(unit);
-    let [Some(x), Some(y)] = edges else { return None };
-    unit(x.cross(y))
+    let (x, y) = (*q - *p, *r - *p);
+    common_unit(x.cross(y)).or_else(|| unit(unit(x)?.cross(unit(y)?)))
 }
 
 /// A vector of any finite length brought to length 1; `None` if it is zero.
 fn unit(v: DVec3) -> Option<DVec3> {
-    let largest = v.abs().max_element();
-    if largest == 0.0 { None } else { Some((v / largest).normalize()) }
+    common_unit(v).or_else(|| {
+        let largest = v.abs().max_element();
+        (largest > 0.0).then(|| (v / largest).normalize())
+    })
 }
 
-/// The length of a vector, whose square need not be a number.
-fn length(v: DVec3) -> f64 {
-    let largest = v.abs().max_element();
-    if largest == 0.0 { 0.0 } else { largest * (v / largest).length() }
+/// The same of common lengths, where the square neither overflows nor loses digits.
+fn common_unit(v: DVec3) -> Option<DVec3> {
+    let square = v.length_squared();
+    (1e-200..=1e200).contains(&square).then(|| v.normalize())
 }
 
 #[cfg(test)]
@@ -90,7 +91,7 @@ mod tests {
     fn vectors_of_every_length_have_a_direction() {
         for length in [5e-324, 1e-300, 1.0, 1e300] {
             assert_eq!(unit(DVec3::new(0.0, -length, 0.0)), Some(DVec3::NEG_Y));
-            assert_eq!(super::length(DVec3::new(0.0, -length, 0.0)), length);
+            assert_eq!(crate::math::length(DVec3::new(0.0, -length, 0.0)), length);
             let two = unit(DVec3::new(length, 0.0, length)).unwrap();
             assert!((two - DVec3::new(0.5, 0.0, 0.5) * 2.0_f64.sqrt()).length() < 1e-15, "{two}");
         }

@@ -14,3 +14,9 @@ pub use aabb::Aabb;
 pub use motion::{Motion, MotionError};
 pub(crate) use pose::rotation_deviation;
 pub use pose::{Pose, PoseError};
+
+/// The length of a vector, whose square need not be a number.
+pub(crate) fn length(v: glam::DVec3) -> f64 {
+    let largest = v.abs().max_element();
+    if largest == 0.0 { 0.0 } else { largest * (v / largest).length() }
+}

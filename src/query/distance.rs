@@ -232,7 +232,12 @@ impl<'t> DistanceQuery<'t> {
             return;
         }
         let guess = memory.and_then(|memory| memory.nearest(self.a, self.b));
-        workspace.search.begin(Interval::new(self.tolerance(), self.margin(), self.options.limit), guess);
+        let known = memory.map_or(0.0, |memory| memory.clearance(self.a, self.b, &self.b_in_a));
+        let mut interval = Interval::new(self.tolerance(), self.margin(), self.options.limit);
+        if interval.know(known) {
+            return workspace.search.begin(interval, None);
+        }
+        workspace.search.begin(interval, guess);
         workspace.testing = guess.is_some();
         workspace.front.push(Pair::new(0, 0));
     }
@@ -247,7 +252,7 @@ impl<'t> DistanceQuery<'t> {
             // With a limit it takes less.
             let is_whole = stop.is_final() && !workspace.search.interval.has_limit();
             let work = is_whole.then(|| workspace.work());
-            memory.remember_nearest(self.a, self.b, &workspace.search.interval, work);
+            memory.remember_distance([self.a, self.b], &self.b_in_a, &workspace.search.interval, work);
         }
         workspace.run.took(deadline.elapsed());
         self.outcome(workspace, stop)

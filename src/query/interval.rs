@@ -40,6 +40,16 @@ impl Interval {
         Self::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY)
     }
 
+    /// Begins with what is known of the distance; whether that is all that is asked.
+    pub fn know(&mut self, low: f64) -> bool {
+        self.low = low;
+        let is_enough = low >= self.cut;
+        if is_enough {
+            self.pass(low);
+        }
+        is_enough
+    }
+
     /// No surface is closer than this, nor is the distance more than `high`; both without margins.
     pub fn low(&self) -> f64 {
         self.low

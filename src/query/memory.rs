@@ -1,5 +1,6 @@
 //! What one frame tells the next about a pair of meshes.
 
+use super::clearance::Clearance;
 use super::flushing;
 use super::interval::Interval;
 use super::options::Mode;
@@ -51,6 +52,9 @@ pub struct PairMemory {
     witnesses: ArrayVec<[u32; 2], PATHS>,
     /// The triangle pair (tree order) that was closest.
     nearest: Option<[u32; 2]>,
+    /// What distance queries have proven, as of one pose.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    clearance: Option<Clearance>,
     last_verdict: Option<bool>,
     last_bv_tests: Option<(Mode, u64)>,
     /// Work of the last finished query of the distance.
@@ -154,10 +158,30 @@ impl PairMemory {
         if self.is_of(a, b) { self.nearest } else { None }
     }
 
-    /// After a call of a distance query; with the work of it all, if it is one to go by.
-    pub(super) fn remember_nearest(&mut self, a: &Tree, b: &Tree, interval: &Interval, work: Option<u64>) {
+    /// Proven: how far apart the surfaces are at least at this pose, in the length unit of the meshes, as far as distance
+    /// queries with this memory have shown it of these trees ([`DistanceQuery::run_with_memory`], finished or stopped): what
+    /// they proved, less the longest way of a point of B since then. 0 if nothing is known. Costs some 50 operations.
+    ///
+    /// While it is more than 0, [`Query`](crate::Query) with this memory answers `Separated` at once.
+    ///
+    /// [`DistanceQuery::run_with_memory`]: crate::DistanceQuery::run_with_memory
+    pub fn clearance(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
+        self.clearance.map_or(0.0, |known| known.at(a, b, b_in_a).max(0.0))
+    }
+
+    /// After a call of a distance query at a pose; with the work of it all, if it is one to go by.
+    pub(super) fn remember_distance(
+        &mut self,
+        [a, b]: [&Tree; 2],
+        b_in_a: &Pose,
+        interval: &Interval,
+        work: Option<u64>,
+    ) {
         // That of a call that resumes a run may be another one than at its start.
         self.bind(a, b);
+        if interval.low() > self.clearance(a, b, b_in_a) {
+            self.clearance = Some(Clearance::new(a, b, b_in_a, interval.low()));
+        }
         self.nearest = interval.nearest().map(|(pair, _)| pair).or(self.nearest);
         self.last_distance_work = work.or(self.last_distance_work);
     }
@@ -181,7 +205,8 @@ impl PairMemory {
             let known = self.witnesses.iter().filter(|known| !found.contains(known));
             self.witnesses = found.iter().chain(known.take(kept)).copied().collect();
         }
-        if stop.is_final() {
+        // None, if the clearance was enough: that says nothing of a search.
+        if stop.is_final() && run.bv_tests() > 0 {
             self.last_bv_tests = Some((mode, run.bv_tests()));
         }
         self.frames_undecided = self.frames_undecided.saturating_add(u32::from(!before.resumed));

@@ -7,6 +7,7 @@
 mod boxes;
 mod budget;
 mod certificate;
+mod clearance;
 mod contacts;
 mod corners;
 mod course;
@@ -190,7 +191,8 @@ impl<'t> Query<'t> {
         by_system_clock(budget, |clock| self.run_by(workspace, None, budget, clock))
     }
 
-    /// [`Query::run`] with what is remembered of the pair from the frame before, and will be for the next.
+    /// [`Query::run`] with what is remembered of the pair from the frame before, and will be for the next. As long as B stays
+    /// within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known without a search.
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Outcome {
         by_system_clock(budget, |clock| self.run_by(workspace, Some(memory), budget, clock))
@@ -326,7 +328,8 @@ impl<'t> Query<'t> {
                 workspace.testing = !witnesses.is_empty();
             }
         }
-        if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
+        let are_apart = memory.is_some_and(|memory| memory.clearance(self.a, self.b, &self.b_in_a) > 0.0);
+        if are_apart || self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
         let roots = Pair::new(0, 0);

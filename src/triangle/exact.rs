@@ -24,12 +24,7 @@ pub(crate) fn intersects(a: &Triangle, b: &Triangle) -> bool {
     if a.iter().any(|p| b.contains(p)) {
         return true;
     }
-    match pair.position() {
-        Position::Apart => false,
-        Position::Crossing { a_sides, b_sides } => pair.crossing_meet(a_sides, b_sides),
-        Position::Piercing { segment, sides, face } => pair.segment_meets(segment, sides, face),
-        Position::Coplanar => pair.coplanar_meet(),
-    }
+    pair.meet(&pair.position())
 }
 
 /// All three points strictly on one side.
@@ -65,6 +60,15 @@ impl<'a> Pair<'a> {
         let meet = (a_min.cmple(b_max) & b_min.cmple(a_max)).all();
         let extent = a_max.max(b_max) - a_min.min(b_min);
         meet.then(|| Self { a, b, extent, signs: Signs::within(extent) })
+    }
+
+    fn meet(&self, position: &Position) -> bool {
+        match *position {
+            Position::Apart => false,
+            Position::Crossing { a_sides, b_sides } => self.crossing_meet(a_sides, b_sides),
+            Position::Piercing { segment, sides, face } => self.segment_meets(segment, sides, face),
+            Position::Coplanar => self.coplanar_meet(),
+        }
     }
 
     fn position(&self) -> Position<'a> {

@@ -11,6 +11,7 @@ mod distance;
 mod exact_distance;
 use common::reference;
 
+mod clearance;
 mod estimates;
 mod files;
 mod finished;

@@ -8,8 +8,8 @@ mod identity;
 mod join;
 mod reduce;
 
-use super::{Contact, length};
-use crate::math::Aabb;
+use super::Contact;
+use crate::math::{Aabb, length};
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use core::ops::Range;

@@ -13,13 +13,14 @@ const TOLERANCE: f64 = 5e-13;
 
 /// The segment in which the closed triangles meet; see [`crate::triangle_segment`].
 pub(crate) fn segment(a: &Triangle, b: &Triangle) -> Option<[DVec3; 2]> {
-    if !intersects(a, b) {
+    let pair = Pair::with_boxes_that_meet(a, b)?;
+    let position = pair.position();
+    if !pair.meet(&position) {
         return None;
     }
-    let pair = Pair::with_boxes_that_meet(a, b)?;
     let largest = a.iter().chain(b).fold(0.0, |largest: f64, p| largest.max(p.abs().max_element()));
     let ends = Ends { pair: &pair, tolerance: TOLERANCE * largest };
-    match pair.position() {
+    match position {
         Position::Apart => None,
         Position::Crossing { a_sides, b_sides } => Some(ends.of_crossing(a_sides, b_sides)),
         Position::Piercing { segment, sides, face } => Some([ends.in_plane(face, crossing_edge(segment, sides)); 2]),

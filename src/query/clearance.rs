@@ -1,0 +1,48 @@
+//! A distance that was proven once, and what is left of it after B has moved.
+
+use crate::math::{Pose, length};
+use crate::tree::Tree;
+use glam::DVec3;
+
+/// Two surfaces that were at least so far apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Clearance {
+    /// Identities: a tree that was refitted is another surface.
+    trees: [usize; 2],
+    b_in_a: Pose,
+    distance: f64,
+}
+
+/// What rounding adds to the way of a point, relative to the magnitudes of its coordinates and of both translations: a point
+/// takes less than 8 roundings to each of its places, and the bound on the way between them less than 16.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// More than underflow takes away, flushed to zero or not.
+const UNDERFLOW: f64 = 1024.0 * f64::MIN_POSITIVE;
+
+impl Clearance {
+    pub fn new(a: &Tree, b: &Tree, b_in_a: &Pose, distance: f64) -> Self {
+        Self { trees: [a.identity(), b.identity()], b_in_a: *b_in_a, distance }
+    }
+
+    /// How far apart the same surfaces are at least at another pose: less by the longest way of a point of B. Not more than 0:
+    /// nothing is known.
+    pub fn at(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
+        if self.trees == [a.identity(), b.identity()] { self.distance - way(b, &self.b_in_a, b_in_a) } else { 0.0 }
+    }
+}
+
+/// A bound on the way of a mesh's points from one pose to another. With `D` the difference of the rotations and `d` that of the
+/// translations a point `c + h` goes by `D c + d + D h`, where `c` is the middle of the mesh's box and `h` within its half
+/// extents.
+fn way(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
+    let bounds = mesh.mesh().aabb();
+    let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
+    let (middle, half) = (min + max, max - min);
+    let turn = *to.rotation() - *from.rotation();
+    let shift = turn * middle + (to.translation() - from.translation());
+    let spread = turn.x_axis.abs() * half.x + turn.y_axis.abs() * half.y + turn.z_axis.abs() * half.z;
+    let largest = |v: DVec3| v.abs().max_element();
+    let magnitude = largest(min) + largest(max) + largest(from.translation()) + largest(to.translation());
+    length(shift.abs() + spread) + ROUNDING * magnitude + UNDERFLOW
+}
