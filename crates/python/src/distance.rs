@@ -1,7 +1,7 @@
 //! How far apart two meshes are at a pose.
 
 use crate::arrays::{Transform, table};
-use crate::errors::{resume_error, undecided, value_error};
+use crate::errors::{not_negative, resume_error, undecided};
 use crate::estimate::{Certificate, DistanceEstimate, Quantiles};
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
@@ -39,14 +39,7 @@ impl DistanceQuestion {
             ("margins[1]", Some(margins[1])),
             ("closer_than", limit),
         ];
-        for (what, number) in numbers {
-            // NaN is not in order with 0.
-            if let Some(number) =
-                number.filter(|number| !matches!(number.partial_cmp(&0.0), Some(order) if order.is_ge()))
-            {
-                return Err(value_error(format_args!("{what} is {number}, expected a number that is not negative")));
-            }
-        }
+        not_negative(numbers)?;
         Ok(Self { a: Arc::clone(&a.0), b: Arc::clone(&b.0), absolute, relative, margins, limit })
     }
 

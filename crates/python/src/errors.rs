@@ -1,8 +1,8 @@
 //! Errors of the library as exceptions, with its texts.
 
 use core::fmt::Display;
-use pyo3::PyErr;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::{PyErr, PyResult};
 
 pyo3::create_exception!(
     punctual,
@@ -20,6 +20,18 @@ pyo3::create_exception!(
 /// An argument that cannot be used.
 pub fn value_error(error: impl Display) -> PyErr {
     PyValueError::new_err(error.to_string())
+}
+
+/// Refuses numbers that are negative or no numbers, by name.
+pub fn not_negative(numbers: impl IntoIterator<Item = (&'static str, Option<f64>)>) -> PyResult<()> {
+    for (what, number) in numbers {
+        // NaN is not in order with 0.
+        if let Some(number) = number.filter(|number| !matches!(number.partial_cmp(&0.0), Some(order) if order.is_ge()))
+        {
+            return Err(value_error(format_args!("{what} is {number}, expected a number that is not negative")));
+        }
+    }
+    Ok(())
 }
 
 pub fn resume_error(_: punctual::ResumeError) -> PyErr {

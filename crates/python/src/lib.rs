@@ -10,12 +10,14 @@
 
 mod arrays;
 mod batch;
+mod contacts;
 mod distance;
 mod distance_batch;
 mod errors;
 mod estimate;
 mod limit;
 mod memory;
+mod motion;
 mod query;
 mod query_batch;
 mod scene;
@@ -28,6 +30,8 @@ mod _punctual {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use super::contacts::{Contacts, contacts};
+    #[pymodule_export]
     use super::distance::{Distance, DistanceQuery, closer_than, distance};
     #[pymodule_export]
     use super::distance_batch::{DistanceBatch, distance_batch};
@@ -37,6 +41,8 @@ mod _punctual {
     use super::estimate::{Certificate, DistanceEstimate, Estimate, Prediction, Quantiles};
     #[pymodule_export]
     use super::memory::Memory;
+    #[pymodule_export]
+    use super::motion::{Passage, motion};
     #[pymodule_export]
     use super::query::{Collision, Query, collide};
     #[pymodule_export]

@@ -1,0 +1,137 @@
+//! Where two meshes meet or come close.
+
+use crate::arrays::{Transform, column, points, table};
+use crate::errors::{not_negative, value_error};
+use crate::limit::Limit;
+use crate::query::WORKSPACE;
+use crate::tree::Tree;
+use numpy::{PyArray1, PyArray2, PyArray3};
+use punctual::{Contact, ContactQuery, StopReason, Workspace};
+use pyo3::prelude::*;
+
+/// The pairs of triangles within a margin of each other, the nearest first: a row for each in all arrays, in A's frame.
+///
+/// All of them if `stop` is "finished"; of a stopped query the part found so far, and every other contact is at least
+/// `low` apart.
+#[pyclass(module = "punctual", frozen)]
+pub struct Contacts {
+    answer: punctual::Contacts,
+    found: Vec<Contact>,
+}
+
+#[pymethods]
+impl Contacts {
+    /// (N, 2): triangle of A, triangle of B.
+    #[getter]
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        table(py, self.found.iter().map(|contact| contact.triangles))
+    }
+
+    /// (N, 2, 3): the closest points, of A and of B. Of triangles that meet both are the middle of the segment.
+    #[getter]
+    fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        points(py, self.found.iter().map(|contact| contact.points.map(|point| point.to_array())))
+    }
+
+    /// (N, 3): unit vectors from B to A.
+    #[getter]
+    fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        table(py, self.found.iter().map(|contact| contact.normal.to_array()))
+    }
+
+    /// (N,): how far apart they are, ascending; 0 only if they meet.
+    #[getter]
+    fn distances<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        column(py, self.found.iter().map(|contact| contact.distance).collect())
+    }
+
+    /// (N, 2, 3): the ends of the segments in which triangles meet; NaN where they are apart.
+    #[getter]
+    fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let ends =
+            |contact: &Contact| contact.segment.map_or([[f64::NAN; 3]; 2], |ends| ends.map(|end| end.to_array()));
+        points(py, self.found.iter().map(ends))
+    }
+
+    /// Proven: every contact that is missing is at least this far apart; infinite if none is missing.
+    #[getter]
+    fn low(&self) -> f64 {
+        self.answer.low
+    }
+
+    /// Why the query returned: "finished", "deadline", "work-limit", "pairs-full" (there are more than `limit`) or
+    /// "flushed-to-zero".
+    #[getter]
+    fn stop(&self) -> String {
+        self.answer.stop.to_string()
+    }
+
+    /// Units of work done; the same for the same input on every machine.
+    #[getter]
+    fn work(&self) -> u64 {
+        self.answer.stats.work
+    }
+
+    /// Seconds; None without a budget of time.
+    #[getter]
+    fn elapsed(&self) -> Option<f64> {
+        self.answer.stats.elapsed.map(|elapsed| elapsed.as_secs_f64())
+    }
+
+    fn __len__(&self) -> usize {
+        self.found.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<punctual.Contacts: {}, {}>", self.found.len(), self.answer.stop)
+    }
+}
+
+/// Runs a query and goes on when the workspace is full, until `most` contacts are found.
+fn spend(query: &ContactQuery<'_>, workspace: &mut Workspace, limit: Limit, most: usize) -> Contacts {
+    let mut answer = query.run(workspace, limit.budget());
+    let mut found: Vec<Contact> = workspace.drain_contacts().collect();
+    while answer.stop == StopReason::PairsFull && found.len() < most {
+        let left = limit.left(&punctual::Stats::default(), &answer.stats);
+        let Ok(next) = query.resume(workspace, left.budget()) else { break };
+        answer = next;
+        found.extend(workspace.drain_contacts());
+    }
+    found.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.triangles.cmp(&y.triangles)));
+    if let Some(left_out) = found.get(most) {
+        (answer.low, answer.stop) = (answer.low.min(left_out.distance), StopReason::PairsFull);
+        found.truncate(most);
+    }
+    Contacts { answer, found }
+}
+
+/// All pairs of triangles of two trees that meet or are no farther apart than a margin, the nearest first.
+///
+/// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. margin: 0 for those that
+/// meet. limit: stop at so many. budget: seconds; work: units of work.
+///
+/// Raises ValueError for a T that is not rigid and a margin that is not a number or negative, and TypeError for wrong
+/// types.
+#[pyfunction]
+#[pyo3(signature = (a, b, T=None, *, margin=0.0, limit=None, budget=None, work=None))]
+#[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+pub fn contacts(
+    py: Python<'_>,
+    a: PyRef<'_, Tree>,
+    b: PyRef<'_, Tree>,
+    T: Option<Transform>,
+    margin: f64,
+    limit: Option<usize>,
+    budget: Option<f64>,
+    work: Option<u64>,
+) -> PyResult<Contacts> {
+    not_negative([("margin", Some(margin))])?;
+    let most = match limit {
+        Some(0) => return Err(value_error("limit is 0, expected at least 1")),
+        most => most.unwrap_or(usize::MAX),
+    };
+    let spent = Limit::new(budget, work)?;
+    let (a, b) = (&*a.0, &*b.0);
+    let query = ContactQuery::new(a, b, T.unwrap_or_default().0).margin(margin).contact_limit(most);
+    Ok(spent.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| spend(&query, workspace, spent, most))))
+}

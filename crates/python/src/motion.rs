@@ -1,0 +1,127 @@
+//! Until when a motion is free.
+
+use crate::arrays::Transform;
+use crate::errors::{not_negative, value_error};
+use crate::limit::Limit;
+use crate::memory::{Memory, lent};
+use crate::query::WORKSPACE;
+use crate::tree::Tree;
+use punctual::{Motion, MotionQuery};
+use pyo3::prelude::*;
+
+/// What a motion query says; times from 0 to 1.
+#[pyclass(module = "punctual", frozen)]
+pub struct Passage(punctual::Passage);
+
+#[pymethods]
+impl Passage {
+    /// Proven: the surfaces meet at no time before. 1 where `touching_at` is None: the motion is free to its end.
+    #[getter]
+    fn free_until(&self) -> f64 {
+        self.0.free_until
+    }
+
+    /// Proven: the surfaces meet at this time; 0 if they do at the start. None: no contact was found (yet).
+    #[getter]
+    fn touching_at(&self) -> Option<f64> {
+        self.0.touching_at
+    }
+
+    /// The triangles that meet then, of A and of B; None if no contact was found.
+    #[getter]
+    fn triangles(&self) -> Option<(u32, u32)> {
+        self.0.triangles.map(Into::into)
+    }
+
+    /// Why the query returned: "finished", "deadline", "work-limit" or "flushed-to-zero".
+    #[getter]
+    fn stop(&self) -> String {
+        self.0.stop.to_string()
+    }
+
+    /// Units of work done; the same for the same input on every machine.
+    #[getter]
+    fn work(&self) -> u64 {
+        self.0.stats.work
+    }
+
+    /// Seconds; None without a budget of time.
+    #[getter]
+    fn elapsed(&self) -> Option<f64> {
+        self.0.stats.elapsed.map(|elapsed| elapsed.as_secs_f64())
+    }
+
+    fn __repr__(&self) -> String {
+        let punctual::Passage { free_until, touching_at, stop, .. } = self.0;
+        let touching = touching_at.map_or("no contact found".to_owned(), |time| format!("touching at {time}"));
+        format!("<punctual.Passage: free until {free_until}, {touching}, {stop}>")
+    }
+}
+
+/// How b goes from T: to another pose, or with a velocity and a turn.
+fn path(start: Transform, to: Option<Transform>, [velocity, turn, point]: [Option<[f64; 3]>; 3]) -> PyResult<Motion> {
+    let motion = match (to, velocity, turn) {
+        (Some(end), None, None) if point.is_none() => Motion::screw(start.0, end.0),
+        (Some(_), ..) => return Err(value_error("to: not together with velocity, turn or point")),
+        (None, None, None) => return Err(value_error("no motion: one of to, velocity and turn is needed")),
+        (None, _, None) if point.is_some() => return Err(value_error("point: only together with turn")),
+        (None, velocity, turn) => {
+            let point = point.unwrap_or_else(|| start.0.translation().to_array());
+            Motion::turning(start.0, velocity.unwrap_or_default(), turn.unwrap_or_default(), point)
+        }
+    };
+    motion.map_err(value_error)
+}
+
+/// Until when b can move without meeting a, and when they meet.
+///
+/// T: (4, 4) matrix that brings coordinates of b into those of a, at time 0. to: the same at time 1, with a screw from the
+/// one to the other. Or velocity: (3,), the way until time 1; turn: (3,), axis times angle in radians; point: (3,), a
+/// point of the axis at time 0, which moves with the velocity; the origin of b by default. tolerance: done as soon as
+/// the surfaces are this close at the time that is found; time_tolerance: as soon as it is known this closely. margins:
+/// by how much the surfaces are thickened, that of a and that of b. budget: seconds; work: units of work. memory: what
+/// it learned from the motion before.
+///
+/// Raises ValueError for a T that is not rigid, numbers that are negative or not finite and for contradictions, and
+/// TypeError for wrong types.
+#[pyfunction]
+#[pyo3(signature = (a, b, T=None, *, to=None, velocity=None, turn=None, point=None, tolerance=None,
+    time_tolerance=None, margins=None, budget=None, work=None, memory=None))]
+#[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+pub fn motion(
+    py: Python<'_>,
+    a: PyRef<'_, Tree>,
+    b: PyRef<'_, Tree>,
+    T: Option<Transform>,
+    to: Option<Transform>,
+    velocity: Option<[f64; 3]>,
+    turn: Option<[f64; 3]>,
+    point: Option<[f64; 3]>,
+    tolerance: Option<f64>,
+    time_tolerance: Option<f64>,
+    margins: Option<[f64; 2]>,
+    budget: Option<f64>,
+    work: Option<u64>,
+    mut memory: Option<PyRefMut<'_, Memory>>,
+) -> PyResult<Passage> {
+    let margins = margins.unwrap_or_default();
+    let [of_a, of_b] = margins.map(Some);
+    let lengths = [("tolerance", tolerance), ("margins[0]", of_a), ("margins[1]", of_b)];
+    not_negative(lengths.into_iter().chain([("time_tolerance", time_tolerance)]))?;
+    let motion = path(T.unwrap_or_default(), to, [velocity, turn, point])?;
+    let limit = Limit::new(budget, work)?;
+    let mut query = MotionQuery::new(&a.0, &b.0, motion).margins(margins);
+    if let Some(length) = tolerance {
+        query = query.tolerance(length);
+    }
+    if let Some(time) = time_tolerance {
+        query = query.time_tolerance(time);
+    }
+    let memory = lent(&mut memory);
+    Ok(Passage(limit.unlocked(py, || {
+        WORKSPACE.with_borrow_mut(|workspace| match memory {
+            Some(memory) => query.run_with_memory(workspace, memory, limit.budget()),
+            None => query.run(workspace, limit.budget()),
+        })
+    })))
+}

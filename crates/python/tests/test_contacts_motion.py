@@ -1,0 +1,113 @@
+"""Contacts and motions: the same as other questions say, and as geometry says."""
+
+import numpy as np
+import punctual
+import pytest
+
+
+def moved(x, y=0.0, z=0.0):
+    pose = np.eye(4)
+    pose[:3, 3] = [x, y, z]
+    return pose
+
+
+def test_contacts_without_a_margin_are_the_pairs_that_meet(ball, ring, touching):
+    found = punctual.contacts(ball, ring, touching)
+    pairs = punctual.collide(ball, ring, touching, mode="all").pairs
+    assert found.stop == "finished" and found.low == np.inf and len(found) == len(pairs) > 50
+    assert np.array_equal(np.unique(found.triangles, axis=0), np.unique(pairs, axis=0))
+    assert (found.distances == 0).all() and np.isfinite(found.segments).all()
+    assert np.allclose(found.points, found.segments.mean(axis=1, keepdims=True))
+    assert np.allclose(np.linalg.norm(found.normals, axis=1), 1)
+
+
+def test_contacts_within_a_margin(ball, ring):
+    pose = moved(0.45)
+    near = punctual.distance(ball, ring, pose)
+    found = punctual.contacts(ball, ring, pose, margin=near.high + 0.02)
+    assert near.low > 0 and len(found) > 4 and found.points.shape == (len(found), 2, 3)
+    assert (np.diff(found.distances) >= 0).all() and found.distances[0] == pytest.approx(near.high, abs=1e-6)
+    assert found.distances[-1] <= near.high + 0.02 and np.isnan(found.segments).all()
+    between = found.points[:, 0] - found.points[:, 1]
+    assert np.allclose(between, found.normals * found.distances[:, None], atol=1e-12)
+    empty = punctual.contacts(ball, ring, pose)
+    assert len(empty) == 0 and empty.triangles.shape == (0, 2) and empty.points.shape == (0, 2, 3)
+
+
+def test_stopped_contacts_are_a_part_and_say_what_is_missing(ball, ring, touching):
+    whole = punctual.contacts(ball, ring, touching, margin=0.05)
+    every = {tuple(pair): distance for pair, distance in zip(whole.triangles.tolist(), whole.distances)}
+    for options in ({"work": 20_000}, {"limit": 7}, {"budget": 0.0}):
+        part = punctual.contacts(ball, ring, touching, margin=0.05, **options)
+        known = {tuple(pair) for pair in part.triangles.tolist()}
+        assert part.stop in ("work-limit", "pairs-full", "deadline") and known < set(every)
+        assert all(every[pair] >= part.low for pair in set(every) - known)
+    assert len(punctual.contacts(ball, ring, touching, limit=7)) == 7
+
+
+def test_more_contacts_than_a_workspace_holds(ball):
+    found = punctual.contacts(ball, ball, margin=0.2)
+    assert found.stop == "finished" and len(found) > 10_000
+    assert len(np.unique(found.triangles, axis=0)) == len(found) and (np.diff(found.distances) >= 0).all()
+
+
+def test_a_straight_motion_ends_at_the_wall():
+    ball = punctual.shapes.icosphere(4)
+    wall = punctual.shapes.cuboid([0.5, 10.0, 10.0], 1)
+    passage = punctual.motion(ball, wall, moved(6.5), velocity=[-10.0, 0.0, 0.0])
+    # 5 lie between the ball of radius 1 and the face of the wall.
+    assert passage.free_until <= passage.touching_at and passage.free_until == pytest.approx(0.5, abs=1e-3)
+    assert passage.stop == "finished" and len(passage.triangles) == 2
+    pose = moved(6.5 - 10.0 * passage.touching_at)
+    assert bool(punctual.collide(ball, wall, pose))
+    free = punctual.motion(ball, wall, moved(6.5), velocity=np.array([-4.0, 0.0, 0.0]))
+    assert (free.free_until, free.touching_at, free.triangles) == (1.0, None, None)
+    bullet = punctual.motion(ball, wall, moved(6.5), to=moved(-6.5e3))
+    assert bullet.touching_at == pytest.approx(5 / 6506.5, rel=1e-3)
+
+
+def test_a_turn_about_a_point():
+    post = punctual.shapes.cuboid([0.1, 0.1, 1.0], 1)
+    ball = punctual.shapes.icosphere(3)
+    # A ball at the end of an arm of length 10 goes a quarter round, and meets the post on its way.
+    angle = np.pi / 4
+    at = [10 * np.cos(angle), 10 * np.sin(angle), 0.0]
+    start = moved(10.0 - at[0], -at[1])
+    turn = [0.0, 0.0, np.pi / 2]
+    centre = [-at[0], -at[1], 0.0]
+    passage = punctual.motion(post, ball, start, turn=turn, point=centre)
+    assert 0.3 < passage.free_until < 0.5 and passage.touching_at - passage.free_until < 1e-3
+    still = punctual.motion(post, ball, moved(0.5), velocity=[1.0, 0.0, 0.0])
+    assert (still.free_until, still.touching_at) == (0.0, 0.0)
+
+
+def test_memory_and_budgets_of_motions(ball, ring):
+    memory = punctual.Memory()
+    whole = punctual.motion(ball, ring, velocity=[2.0, 0.1, 0.0], memory=memory)
+    warm = punctual.motion(ball, ring, velocity=[2.0, 0.1, 0.0], memory=memory)
+    assert abs(warm.free_until - whole.free_until) < 1e-5 and warm.work < whole.work
+    stopped = punctual.motion(ball, ring, velocity=[2.0, 0.1, 0.0], work=100)
+    assert stopped.stop == "work-limit" and stopped.free_until <= whole.touching_at
+
+
+@pytest.mark.parametrize(
+    "options, text",
+    [
+        ({}, "one of to, velocity and turn"),
+        ({"to": np.eye(4), "velocity": [1, 0, 0]}, "not together"),
+        ({"velocity": [1, 0, 0], "point": [0, 0, 0]}, "only together with turn"),
+        ({"velocity": [1, 0, np.nan]}, "not finite"),
+        ({"velocity": [1, 0, 0], "tolerance": -1.0}, "tolerance is -1"),
+        ({"velocity": [1, 0, 0], "margins": [0.0, np.nan]}, r"margins\[1\] is NaN"),
+        ({"to": np.zeros((4, 4))}, "T: "),
+    ],
+)
+def test_errors_of_motions(ball, ring, options, text):
+    with pytest.raises(ValueError, match=text):
+        punctual.motion(ball, ring, **options)
+
+
+def test_errors_of_contacts(ball, ring):
+    for options, text in [({"margin": -1.0}, "margin is -1"), ({"margin": np.nan}, "margin is NaN"), ({"limit": 0}, "limit")]:
+        with pytest.raises(ValueError, match=text):
+            punctual.contacts(ball, ring, **options)
