@@ -13,6 +13,7 @@ use punctual_lab::report::Failure;
 use crate::Completion;
 use crate::input::{Input, Limits, Loaded, parse_size};
 use crate::push;
+use crate::view::{self, ViewArgs};
 
 /// Where two meshes meet or come close, at each pose of a list.
 ///
@@ -56,6 +57,8 @@ pub struct Args {
     /// Look for the shortest push that parts the surfaces too, within a budget of the same size.
     #[arg(long)]
     push: bool,
+    #[command(flatten)]
+    view: ViewArgs,
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
@@ -81,7 +84,17 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
             None => writeln!(out, "{i},,,,,,,,,,,,,,,,0,error")?,
         }
     }
+    args.view.write(view::answered(&poses, &answers), |(pose, answer)| {
+        view::contacts(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, args.max, &answer.said)
+    })?;
     Ok(completion)
+}
+
+impl Args {
+    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> ContactQuery<'t> {
+        let query = ContactQuery::new(a, b, pose).margin(self.margin);
+        self.max.map_or(query, |most| query.contact_limit(most as usize))
+    }
 }
 
 /// What was found at a pose.
@@ -143,8 +156,7 @@ impl<'t> Sweeper<'t> {
     /// The contacts of a pose; without a limit there is always room for more.
     fn ask(&mut self, pose: &Pose) -> Result<Contacts, ResumeError> {
         let Self { args, trees: [a, b], workspace, clock, .. } = self;
-        let query = ContactQuery::new(a, b, *pose).margin(args.margin);
-        let query = args.max.map_or(query, |most| query.contact_limit(most as usize));
+        let query = args.query(a, b, *pose);
         let mut said = query.run_with(workspace, args.limits.budget(), clock);
         while said.stop == StopReason::PairsFull {
             let found = workspace.contacts().len();

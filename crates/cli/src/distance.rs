@@ -10,6 +10,7 @@ use punctual_lab::report::Failure;
 
 use crate::Completion;
 use crate::input::{Input, Limits, Loaded, least_times, parse_size};
+use crate::view::{self, ViewArgs};
 
 /// How far apart two meshes are at each pose of a list.
 ///
@@ -44,6 +45,8 @@ pub struct Args {
     /// Thicken each of the two surfaces by M: the distance is less by 2 M, and 0 if that is negative.
     #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = parse_size, allow_negative_numbers = true)]
     margin: f64,
+    #[command(flatten)]
+    view: ViewArgs,
 }
 
 #[derive(clap::Args)]
@@ -79,6 +82,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let rows = least_times(args.reps, || args.sweep(&a, &b, &poses, &mut workspace));
     writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
     args.print(out, &rows)?;
+    args.view.write(view::answered(&poses, &rows), |(pose, (found, _))| {
+        view::distance(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, found)
+    })?;
     Ok(completion)
 }
 
@@ -92,11 +98,15 @@ impl Args {
         let mut memory = self.memory.then(PairMemory::new);
         let mut answer = |&pose: &Pose| {
             let start = Instant::now();
-            let query = self.goal.of(DistanceQuery::new(a, b, pose)).margins([self.margin; 2]);
+            let query = self.query(a, b, pose);
             let found = query.run_with(workspace, memory.as_mut(), self.limits.budget(), &clock);
             (found, start.elapsed())
         };
         poses.iter().map(|listed| listed.pose.as_ref().ok().map(&mut answer)).collect()
+    }
+
+    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> DistanceQuery<'t> {
+        self.goal.of(DistanceQuery::new(a, b, pose)).margins([self.margin; 2])
     }
 
     fn print(&self, out: &mut impl Write, rows: &[Row]) -> io::Result<()> {

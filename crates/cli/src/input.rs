@@ -9,6 +9,7 @@ use punctual::{Budget, BuildOptions, Tree};
 use punctual_io::{FileError, load};
 use punctual_lab::files::{self, ListedPose};
 
+use crate::view::Bodies;
 use crate::{Completion, complain};
 
 #[derive(clap::Args)]
@@ -40,6 +41,11 @@ impl Input {
         let start = Instant::now();
         let (a, b) = (Tree::with_options(a, options), Tree::with_options(b, options));
         Ok(Loaded { a, b, build: start.elapsed(), poses })
+    }
+
+    /// The trees, with the names of the files.
+    pub fn bodies<'t>(&self, trees: [&'t Tree; 2]) -> Bodies<'t> {
+        Bodies::new([&self.a, &self.b], trees)
     }
 
     /// Tells which lines hold no pose.

@@ -18,6 +18,7 @@ mod push;
 mod scene;
 mod sweep;
 mod triangles;
+mod view;
 
 use std::fmt::Display;
 use std::io::{self, BufWriter, Write};

@@ -11,6 +11,7 @@ use punctual_lab::report::Failure;
 
 use crate::Completion;
 use crate::input::{Limits, complain_of_bad_lines, least_times, parse_size};
+use crate::view::{self, Bodies, ViewArgs};
 
 /// Until when the motions of a list are free, and when the meshes meet.
 ///
@@ -50,6 +51,8 @@ pub struct Args {
     /// Thicken each of the two surfaces by M.
     #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = parse_size, allow_negative_numbers = true)]
     margin: f64,
+    #[command(flatten)]
+    view: ViewArgs,
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
@@ -70,6 +73,12 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let rows = least_times(args.reps, || args.sweep(&a, &b, &motions, &mut workspace));
     writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
     print(out, &rows)?;
+    let answered =
+        motions.iter().zip(&rows).map(|(listed, row)| Some((listed.motion.as_ref().ok()?, &row.as_ref()?.0)));
+    args.view.write(answered, |(motion, passage)| {
+        let bodies = Bodies::new([&args.a, &args.b], [&a, &b]);
+        view::motion(&bodies, args.query(&a, &b, *motion), passage)
+    })?;
     Ok(completion)
 }
 
@@ -77,17 +86,18 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 type Row = Option<(Passage, Duration)>;
 
 impl Args {
+    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, motion: Motion) -> MotionQuery<'t> {
+        let query = MotionQuery::new(a, b, motion).margins([self.margin; 2]);
+        self.tolerance.map_or(query, |length| query.tolerance(length))
+    }
+
     /// All motions once.
     fn sweep(&self, a: &Tree, b: &Tree, motions: &[ListedMotion], workspace: &mut Workspace) -> Vec<Row> {
         let clock = SystemClock::default();
         let mut memory = self.memory.then(PairMemory::new);
         let mut answer = |&motion: &Motion| {
             let start = Instant::now();
-            let mut query = MotionQuery::new(a, b, motion).margins([self.margin; 2]);
-            if let Some(length) = self.tolerance {
-                query = query.tolerance(length);
-            }
-            let found = query.run_with(workspace, memory.as_mut(), self.limits.budget(), &clock);
+            let found = self.query(a, b, motion).run_with(workspace, memory.as_mut(), self.limits.budget(), &clock);
             (found, start.elapsed())
         };
         motions.iter().map(|listed| listed.motion.as_ref().ok().map(&mut answer)).collect()

@@ -7,11 +7,12 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use punctual::{BuildOptions, CostModel, Mode, Order, Verdict};
+use punctual::{BuildOptions, CostModel, Mode, Order, Pose, Query, Tree, Verdict};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
 use crate::input::{Input, Limits, Loaded};
+use crate::view::{self, ViewArgs};
 use calibration::CalibrationFile;
 use sweep::{PairsFile, Row, Sweeper};
 
@@ -67,6 +68,8 @@ pub struct Args {
     /// Only with --mode all.
     #[arg(long, value_name = "FILE")]
     pairs_out: Option<PathBuf>,
+    #[command(flatten)]
+    view: ViewArgs,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -118,6 +121,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if let Some(file) = calibration {
         file.write()?;
     }
+    args.view.write(view::answered(&poses, &rows), |(pose, row)| {
+        view::pair(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, args.mode(), &row.outcome)
+    })?;
     Ok(completion)
 }
 
@@ -127,6 +133,11 @@ impl Args {
             ModeName::Any => Mode::Any,
             ModeName::All => Mode::All,
         }
+    }
+
+    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t> {
+        let query = Query::new(a, b, pose).mode(self.mode()).order(self.order()).early(self.early);
+        self.prior.map_or(query, |share| query.prior(share))
     }
 
     fn order(&self) -> Order {

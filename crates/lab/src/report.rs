@@ -14,7 +14,8 @@ pub use axis::Axis;
 pub use chances::Chances;
 pub use chart::{Chart, Series, Shape};
 pub use heat_map::HeatMap;
-pub use page::{Block, Lead, Page, Section, Table, Verdict};
+pub use page::{Block, Lead, Page, Section, Table, Verdict, document, escape};
+pub use palette::series_colors;
 
 use std::error::Error;
 use std::fs;

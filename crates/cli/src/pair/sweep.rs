@@ -124,9 +124,7 @@ impl<'a> Sweeper<'a> {
     }
 
     fn query(&self, pose: Pose) -> Query<'a> {
-        let query =
-            Query::new(self.a, self.b, pose).mode(self.args.mode()).order(self.args.order()).early(self.args.early);
-        self.args.prior.map_or(query, |share| query.prior(share))
+        self.args.query(self.a, self.b, pose)
     }
 }
 

@@ -13,6 +13,7 @@ mod paper;
 mod run;
 mod scene;
 mod sweep;
+mod view;
 #[path = "../../../io/tests/write/mod.rs"]
 mod write;
 

@@ -95,33 +95,22 @@ impl From<&Picture> for Block {
     }
 }
 
-const STYLE: &str = "
-:root { color-scheme: light dark; --ink: #222; --paper: #fff; --soft: #555; --line: #ddd; --link: #00629b; --yes: #006b4b; --part: #8a5a00; --no: #b02a00; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e1e4e8; --paper: #161b22; --soft: #a8b0ba; --line: #383e47; --link: #79b8ff; --yes: #3ccda0; --part: #f0be46; --no: #ff8c3c; } }
-body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 60rem; margin: 0 auto; padding: 1rem; }
-h1 { font-size: 1.6rem; line-height: 1.2; } h2 { font-size: 1.25rem; margin-top: 2.5rem; border-top: 1px solid var(--line); padding-top: 1rem; }
-a { color: var(--link); } summary { cursor: pointer; padding: .3rem 0; }
-.sides { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: .75rem; margin: 1rem 0; }
-.sides > div { border: 1px solid var(--line); border-radius: .4rem; padding: .6rem .8rem; }
-.sides h3 { font-size: .8rem; text-transform: uppercase; letter-spacing: .05em; color: var(--soft); margin: 0 0 .3rem; }
-.sides p { margin: 0; }
-.verdict { font-weight: 600; } .yes { color: var(--yes); } .part { color: var(--part); } .no { color: var(--no); }
-.scroll { overflow-x: auto; margin: .75rem 0; } table { border-collapse: collapse; font-size: .9rem; }
-th, td { text-align: right; padding: .2rem .6rem; border-bottom: 1px solid var(--line); white-space: nowrap; font-variant-numeric: tabular-nums; }
-th { white-space: normal; min-width: 3rem; vertical-align: bottom; } th:first-child, td:first-child { text-align: left; }
-figure { display: inline-block; width: 100%; max-width: 29rem; margin: .5rem 0; vertical-align: top; } svg { display: block; width: 100%; height: auto; } rect { shape-rendering: crispEdges; }
-.contents td { white-space: normal; }
-";
+const STYLE: &str = include_str!("page.css");
+
+/// A whole page in the style of all pages: `style` adds to it, `body` is HTML.
+pub fn document(title: &str, style: &str, body: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n\
+         <style>{STYLE}{style}</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
+        escape(title)
+    )
+}
 
 impl Page {
     /// The whole page.
     pub fn html(&self) -> String {
-        let mut html = format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{0}</title>\n\
-             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{0}</h1>\n",
-            escape(&self.title)
-        );
+        let mut html = format!("<h1>{}</h1>\n", escape(&self.title));
         for paragraph in &self.intro {
             push(&mut html, format_args!("<p>{}</p>\n", escape(paragraph)));
         }
@@ -129,7 +118,7 @@ impl Page {
         for section in &self.sections {
             html += &section.html();
         }
-        html + "</body>\n</html>\n"
+        document(&self.title, "", &html)
     }
 
     /// The sections, with the verdicts on what is claimed.
@@ -211,6 +200,7 @@ fn push(html: &mut String, text: std::fmt::Arguments) {
     let _ = html.write_fmt(text);
 }
 
-fn escape(text: &str) -> String {
+/// Text as it stands in HTML.
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,0 +1,121 @@
+//! A query of contacts: where triangles meet or come close, and which way they face each other.
+
+use std::collections::HashSet;
+
+use punctual::{Aabb, Budget, Contact, ContactQuery, Contacts, Pose, Stats, StopReason, Workspace};
+use punctual_lab::report::Failure;
+use serde_json::{Value, json};
+
+use super::ladder::{Stepwise, climb};
+use super::stage::{Stage, count, fact, length, placed};
+use super::{Bodies, View};
+
+/// Contacts that are drawn, the first that were found.
+const MOST_CONTACTS: usize = 10_000;
+
+/// Length of a normal, over half of the diagonal of all that is shown.
+const NORMAL: f64 = 0.06;
+
+/// A page for a query of these bodies at this pose, which ends at `most` contacts, and which was answered so.
+pub fn contacts(
+    bodies: &Bodies,
+    query: ContactQuery,
+    pose: &Pose,
+    most: Option<u32>,
+    answer: &Contacts,
+) -> Result<View, Failure> {
+    let [a, b] = bodies.trees;
+    let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
+    let placed = stage.bodies(bodies.trees, pose);
+    let arrays = [0; 2].map(|_| stage.arrays.add());
+    let (workspace, drawn, around) = (Workspace::new(), HashSet::new(), Aabb::EMPTY);
+    let mut steps = Steps { query, most, workspace, placed, drawn, around, arrays };
+    let (steps, start) = climb(&mut steps, &mut stage, answer)?;
+    let [a, b] = bodies.key();
+    let rest = [("met", "contacts"), ("normal", "normals, from B to A"), ("box", "boxes where others may be")];
+    let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
+    Ok(View { title: bodies.title("Where two meshes touch"), key, stage, steps, start, times: None })
+}
+
+struct Steps<'t> {
+    query: ContactQuery<'t>,
+    most: Option<u32>,
+    workspace: Workspace,
+    placed: [[usize; 2]; 2],
+    drawn: HashSet<[u32; 2]>,
+    around: Aabb,
+    /// Of contacts and of normals, in the order of discovery.
+    arrays: [usize; 2],
+}
+
+impl Steps<'_> {
+    /// Makes more room where contacts need it.
+    fn make_room(&mut self, mut said: Contacts, until: u64) -> Result<Contacts, Failure> {
+        while said.stop == StopReason::PairsFull && self.most.is_none() {
+            let found = self.workspace.contacts().len();
+            self.workspace.reserve_contacts(2 * found);
+            said = self.query.resume(&mut self.workspace, Budget::work(until - said.stats.work))?;
+        }
+        Ok(said)
+    }
+
+    fn draw(&mut self, stage: &mut Stage) -> Value {
+        let room = MOST_CONTACTS - self.drawn.len();
+        let new = self.workspace.contacts().filter(|contact| !self.drawn.contains(&contact.triangles));
+        let new: Vec<Contact> = new.take(room).copied().collect();
+        self.drawn.extend(new.iter().map(|contact| contact.triangles));
+        let long = NORMAL * stage.radius();
+        let place = |contact: &Contact| contact.segment.unwrap_or(contact.points);
+        let normal = |contact: &Contact| [contact.points[1], contact.points[1] + long * contact.normal];
+        let [places, normals] = self.arrays;
+        stage.segments(places, new.iter().map(place));
+        stage.segments(normals, new.iter().map(normal));
+        self.around = self.around.union(&Aabb::from_points(new.iter().flat_map(place)));
+        json!([["normal", stage.arrays.so_far(normals)], ["met", stage.arrays.so_far(places)]])
+    }
+}
+
+impl Stepwise for Steps<'_> {
+    type Answer = Contacts;
+
+    fn begin(&mut self, until: u64) -> Result<Contacts, Failure> {
+        let said = self.query.run(&mut self.workspace, Budget::work(until));
+        self.make_room(said, until)
+    }
+
+    fn resume(&mut self, stopped: &Contacts, until: u64) -> Result<Contacts, Failure> {
+        let said = self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?;
+        self.make_room(said, until)
+    }
+
+    fn reached(answer: &Contacts) -> (StopReason, Stats) {
+        (answer.stop, answer.stats)
+    }
+
+    fn look(&mut self, said: &Contacts, stage: &mut Stage) -> Result<Value, Failure> {
+        let certificate = self.query.certificate(&self.workspace)?;
+        let (boxes, told) = stage.open_boxes(&certificate);
+        let nearest =
+            self.workspace.contacts().next().map_or("none yet".to_owned(), |contact| length(contact.distance));
+        let lines = self.draw(stage);
+        let drawn = self.drawn.len() as u64;
+        let found = if said.found > drawn {
+            format!("{}, {} drawn", count(said.found), count(drawn))
+        } else {
+            count(said.found)
+        };
+        let facts = [
+            fact("Contacts found", found),
+            fact("Least distance found", nearest),
+            fact(
+                "Missing ones are apart by",
+                if said.low.is_finite() { length(said.low) } else { "none is missing".into() },
+            ),
+            told,
+            fact("Box tests", count(said.stats.bv_tests)),
+            fact("Triangle tests", count(said.stats.primitive_tests)),
+        ];
+        let (surfaces, focus) = (stage.both(&self.placed), stage.focus(&self.around));
+        Ok(json!({ "facts": facts, "surfaces": surfaces, "boxes": boxes, "lines": lines, "focus": focus }))
+    }
+}

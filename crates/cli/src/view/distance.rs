@@ -1,0 +1,86 @@
+//! A query of a distance: the closest points found, and where closer ones may be.
+
+use punctual::{Aabb, Budget, Distance, DistanceQuery, Pose, Stats, StopReason, Workspace};
+use punctual_lab::report::Failure;
+use serde_json::{Value, json};
+
+use super::ladder::{Stepwise, climb};
+use super::stage::{Stage, count, fact, length, placed};
+use super::{Bodies, View};
+
+/// A page for a query of these bodies at this pose, which was answered so.
+pub fn distance(bodies: &Bodies, query: DistanceQuery, pose: &Pose, answer: &Distance) -> Result<View, Failure> {
+    let [a, b] = bodies.trees;
+    let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
+    let placed = stage.bodies(bodies.trees, pose);
+    let [near, met] = [0; 2].map(|_| stage.arrays.add());
+    let mut steps = Steps { bodies, query, workspace: Workspace::new(), placed, near, met };
+    let (steps, start) = climb(&mut steps, &mut stage, answer)?;
+    let [a, b] = bodies.key();
+    let rest =
+        [("met", "their triangles"), ("near", "closest points found"), ("box", "boxes where closer ones may be")];
+    let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
+    Ok(View { title: bodies.title("How far two meshes are apart"), key, stage, steps, start, times: None })
+}
+
+struct Steps<'t> {
+    bodies: &'t Bodies<'t>,
+    query: DistanceQuery<'t>,
+    workspace: Workspace,
+    placed: [[usize; 2]; 2],
+    /// Arrays of segments and of triangles.
+    near: usize,
+    met: usize,
+}
+
+impl Stepwise for Steps<'_> {
+    type Answer = Distance;
+
+    fn begin(&mut self, until: u64) -> Result<Distance, Failure> {
+        Ok(self.query.run(&mut self.workspace, Budget::work(until)))
+    }
+
+    fn resume(&mut self, stopped: &Distance, until: u64) -> Result<Distance, Failure> {
+        Ok(self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?)
+    }
+
+    fn reached(answer: &Distance) -> (StopReason, Stats) {
+        (answer.stop, answer.stats)
+    }
+
+    fn look(&mut self, found: &Distance, stage: &mut Stage) -> Result<Value, Failure> {
+        let certificate = self.query.certificate(&self.workspace)?;
+        let (boxes, told) = stage.open_boxes(&certificate);
+        let likely = self.query.estimate(&self.workspace, None)?.distance;
+        let mut facts = vec![
+            fact("Proven: at least", length(found.low)),
+            fact("Proven: at most", length(found.high)),
+            fact("Likely, 80 of 100", format!("{} to {}", length(likely.p10), length(likely.p90))),
+        ];
+        if let Some(closer) = found.closer {
+            facts.push(fact("As close as asked for", if closer { "yes" } else { "no" }));
+        }
+        facts.extend([
+            told,
+            fact("Open pairs", count(certificate.open_pairs() as u64)),
+            fact("Box tests", count(found.stats.bv_tests)),
+            fact("Triangle tests", count(found.stats.primitive_tests)),
+        ]);
+        let mut surfaces = stage.both(&self.placed);
+        let mut step = json!({ "facts": facts, "boxes": boxes });
+        if let Some(nearest) = &found.nearest {
+            for side in [0, 1] {
+                let [mesh, pose] = self.placed[side];
+                let triangle = [nearest.triangles[side]];
+                let range = stage.triangles(self.met, self.bodies.trees[side].mesh(), triangle);
+                surfaces.push(json!(["met", mesh, pose, range]));
+            }
+            let [p, q] = nearest.points;
+            step["lines"] = json!([["near", stage.segments(self.near, [[p, q], [p, p], [q, q]])]]);
+            step["label"] = json!([stage.point(0.5 * p + 0.5 * q), length(found.high)]);
+            step["focus"] = stage.focus(&Aabb::from_points([p, q]));
+        }
+        step["surfaces"] = surfaces.into();
+        Ok(step)
+    }
+}

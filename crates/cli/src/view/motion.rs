@@ -1,0 +1,93 @@
+//! A query of a motion: until when it is proven to be free, and where the meshes meet.
+
+use punctual::{Aabb, Budget, MotionQuery, Passage, Pose, Stats, StopReason, Workspace};
+use punctual_lab::report::Failure;
+use serde_json::{Value, json};
+
+use super::ladder::{Stepwise, climb};
+use super::stage::{Stage, count, fact, placed};
+use super::{Bodies, View};
+
+/// Equal parts of the motion between the poses that are shown.
+const PARTS: usize = 128;
+
+/// A page for a query of these bodies, of which B moves, which was answered so.
+pub fn motion(bodies: &Bodies, query: MotionQuery, answer: &Passage) -> Result<View, Failure> {
+    let [a, b] = bodies.trees;
+    let poses: Vec<Pose> = (0..=PARTS).map(|i| query.pose(i as f64 / PARTS as f64)).collect();
+    let bounds = poses.iter().fold(a.mesh().aabb(), |bounds, pose| bounds.union(&placed(b.mesh(), pose)));
+    let mut stage = Stage::new(bounds);
+    let placed = stage.bodies(bodies.trees, &poses[0]);
+    let times =
+        [placed[1][1]].into_iter().chain(poses[1..].iter().map(|pose| stage.pose(placed[1][0], pose))).collect();
+    let met = stage.arrays.add();
+    let mut steps = Steps { bodies, query, workspace: Workspace::new(), placed, met };
+    let (steps, start) = climb(&mut steps, &mut stage, answer)?;
+    let [a, b] = bodies.key();
+    let rest = [("start", "B at the start"), ("touch", "B where it touches"), ("met", "triangles that meet there")];
+    let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
+    Ok(View { title: bodies.title("When two meshes meet on the way"), key, stage, steps, start, times: Some(times) })
+}
+
+struct Steps<'t> {
+    bodies: &'t Bodies<'t>,
+    query: MotionQuery<'t>,
+    workspace: Workspace,
+    placed: [[usize; 2]; 2],
+    /// The array of triangles that meet.
+    met: usize,
+}
+
+impl Stepwise for Steps<'_> {
+    type Answer = Passage;
+
+    fn begin(&mut self, until: u64) -> Result<Passage, Failure> {
+        Ok(self.query.run(&mut self.workspace, Budget::work(until)))
+    }
+
+    fn resume(&mut self, stopped: &Passage, until: u64) -> Result<Passage, Failure> {
+        Ok(self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?)
+    }
+
+    fn reached(answer: &Passage) -> (StopReason, Stats) {
+        (answer.stop, answer.stats)
+    }
+
+    fn look(&mut self, passage: &Passage, stage: &mut Stage) -> Result<Value, Failure> {
+        let [a, b] = self.placed;
+        let mut marks = vec![json!(["start", 0.0, b[1]])];
+        let mut surfaces = vec![stage.whole("a", a), stage.whole("start", b)];
+        let free = stage.pose(b[0], &self.query.pose(passage.free_until));
+        marks.push(json!(["free until", passage.free_until, free]));
+        // That B is drawn at the time of the other slider is up to the page.
+        surfaces.push(stage.whole("b", [b[0], free]));
+        let mut focus = Value::Null;
+        if let (Some(time), Some(triangles)) = (passage.touching_at, passage.triangles) {
+            let pose = self.query.pose(time);
+            let there = stage.pose(b[0], &pose);
+            marks.push(json!(["touching at", time, there]));
+            surfaces.push(stage.whole("touch", [b[0], there]));
+            let mut around = Aabb::EMPTY;
+            for (side, [mesh, placed], pose) in [(0, a, Pose::IDENTITY), (1, [b[0], there], pose)] {
+                let tree = self.bodies.trees[side].mesh();
+                let range = stage.triangles(self.met, tree, [triangles[side]]);
+                surfaces.push(json!(["met", mesh, placed, range]));
+                let corners = tree.triangle(triangles[side] as usize);
+                around = around.union(&Aabb::from_points(corners.map(|p| pose.transform_point(p))));
+            }
+            focus = stage.focus(&around);
+        }
+        let touching = match passage.touching_at {
+            Some(time) => format!("{time:.6}"),
+            None if passage.free_until == 1.0 => "never: proven".to_owned(),
+            None => "not known".to_owned(),
+        };
+        let facts = [
+            fact("Proven free until", format!("{:.6}", passage.free_until)),
+            fact("Proven to touch at", touching),
+            fact("Box tests", count(passage.stats.bv_tests)),
+            fact("Triangle tests", count(passage.stats.primitive_tests)),
+        ];
+        Ok(json!({ "facts": facts, "surfaces": surfaces, "marks": marks, "focus": focus }))
+    }
+}

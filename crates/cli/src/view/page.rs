@@ -1,0 +1,60 @@
+//! The page: what is shown, packed, between a style and a program of our own.
+
+use std::io::Write;
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use punctual_lab::report::{Failure, document, escape, series_colors};
+use serde_json::{Value, json};
+
+use super::stage::Stage;
+
+/// Its parts, in the order in which they follow one another.
+const PROGRAM: [&str; 6] = [
+    include_str!("page/data.js"),
+    include_str!("page/camera.js"),
+    include_str!("page/controls.js"),
+    include_str!("page/webgl.js"),
+    include_str!("page/software.js"),
+    include_str!("page/main.js"),
+];
+
+/// What a page shows.
+pub struct View {
+    pub title: String,
+    /// Layers that things are drawn in, and what they are.
+    pub key: Vec<(&'static str, String)>,
+    pub stage: Stage,
+    pub steps: Vec<Value>,
+    /// The step that is shown first.
+    pub start: usize,
+    /// The poses of a body that moves, at equal steps of time.
+    pub times: Option<Vec<usize>>,
+}
+
+impl View {
+    pub fn html(&self) -> Result<String, Failure> {
+        let body = include_str!("page/body.html")
+            .replace("<!--title-->", &escape(&self.title))
+            .replace("<!--data-->", &BASE64_STANDARD.encode(self.packed()?))
+            .replace("<!--program-->", &PROGRAM.concat());
+        let style = series_colors() + include_str!("page/view.css");
+        Ok(document(&self.title, &style, &body))
+    }
+
+    /// Deflated: the length of a JSON text, that text, and the arrays that it names, all in words of 32 bits, little-endian.
+    fn packed(&self) -> Result<Vec<u8>, Failure> {
+        let Self { key, stage, steps, start, times, .. } = self;
+        let mut text = json!({ "key": key, "stage": stage.describe(), "steps": steps, "start": start, "times": times })
+            .to_string();
+        // So that the arrays are aligned.
+        text += &" ".repeat(text.len().wrapping_neg() % 4);
+        let mut packer = ZlibEncoder::new(Vec::new(), Compression::best());
+        packer.write_all(&u32::try_from(text.len())?.to_le_bytes())?;
+        packer.write_all(text.as_bytes())?;
+        packer.write_all(&stage.arrays.bytes().collect::<Vec<u8>>())?;
+        Ok(packer.finish()?)
+    }
+}

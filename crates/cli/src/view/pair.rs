@@ -1,0 +1,125 @@
+//! A query of intersections: the triangles that meet, and where others may.
+
+use std::collections::HashSet;
+
+use punctual::{Aabb, Budget, Mode, Outcome, Pose, Query, Stats, StopReason, Verdict, Workspace};
+use punctual_lab::report::Failure;
+use serde_json::{Value, json};
+
+use super::ladder::{Stepwise, climb};
+use super::stage::{Stage, count, fact, length, percent, placed};
+use super::{Bodies, View};
+
+/// Node pairs that wait in the queue, as in `Workspace::new`, and found pairs that a workspace holds before they are taken out.
+const CAPACITY: [usize; 2] = [4096, 1 << 16];
+
+/// A page for a query of these bodies at this pose, which was answered so.
+pub fn pair(bodies: &Bodies, query: Query, pose: &Pose, mode: Mode, answer: &Outcome) -> Result<View, Failure> {
+    let [a, b] = bodies.trees;
+    let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
+    let placed = stage.bodies(bodies.trees, pose);
+    let arrays = [0; 2].map(|_| stage.arrays.add());
+    let [queue, found] = CAPACITY;
+    let workspace = Workspace::with_capacity(queue, found);
+    let (found, met, around) = (Vec::new(), Default::default(), Aabb::EMPTY);
+    let mut steps = Steps { bodies, query, pose, mode, workspace, found, met, around, placed, arrays };
+    let (steps, start) = climb(&mut steps, &mut stage, answer)?;
+    let [a, b] = bodies.key();
+    let key = vec![a, b, ("met", "triangles that meet".to_owned()), ("box", "boxes not looked at".to_owned())];
+    Ok(View { title: bodies.title("Where two meshes meet"), key, stage, steps, start, times: None })
+}
+
+struct Steps<'t> {
+    bodies: &'t Bodies<'t>,
+    query: Query<'t>,
+    pose: &'t Pose,
+    mode: Mode,
+    workspace: Workspace,
+    /// Pairs that have not been looked at.
+    found: Vec<[u32; 2]>,
+    /// The triangles of A and of B that are known to meet others, and the arrays that have them, in the order of discovery.
+    met: [HashSet<u32>; 2],
+    arrays: [usize; 2],
+    around: Aabb,
+    placed: [[usize; 2]; 2],
+}
+
+impl Steps<'_> {
+    /// Takes out what was found, and goes on where there was no more room for it.
+    fn collect(&mut self, mut outcome: Outcome, until: u64) -> Result<Outcome, Failure> {
+        loop {
+            self.found.extend(self.workspace.drain_pairs());
+            if outcome.stop != StopReason::PairsFull {
+                return Ok(outcome);
+            }
+            outcome = self.query.resume(&mut self.workspace, Budget::work(until - outcome.stats.work))?;
+        }
+    }
+
+    /// Draws the triangles found since the last look, and returns the ranges of all so far.
+    fn draw_met(&mut self, stage: &mut Stage) -> Vec<Value> {
+        let found = std::mem::take(&mut self.found);
+        let sides = [Pose::IDENTITY, *self.pose];
+        let mut surfaces = Vec::new();
+        for (side, pose) in sides.iter().enumerate() {
+            let mesh = self.bodies.trees[side].mesh();
+            let new: Vec<u32> = found.iter().map(|pair| pair[side]).filter(|&id| self.met[side].insert(id)).collect();
+            let corners = new.iter().flat_map(|&id| mesh.triangle(id as usize)).map(|p| pose.transform_point(p));
+            self.around = self.around.union(&Aabb::from_points(corners));
+            stage.triangles(self.arrays[side], mesh, new);
+            let [mesh, pose] = self.placed[side];
+            surfaces.push(json!(["met", mesh, pose, stage.arrays.so_far(self.arrays[side])]));
+        }
+        surfaces
+    }
+}
+
+impl Stepwise for Steps<'_> {
+    type Answer = Outcome;
+
+    fn begin(&mut self, until: u64) -> Result<Outcome, Failure> {
+        self.found.clear();
+        let outcome = self.query.run(&mut self.workspace, Budget::work(until));
+        self.collect(outcome, until)
+    }
+
+    fn resume(&mut self, stopped: &Outcome, until: u64) -> Result<Outcome, Failure> {
+        let outcome = self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?;
+        self.collect(outcome, until)
+    }
+
+    fn reached(answer: &Outcome) -> (StopReason, Stats) {
+        (answer.stop, answer.stats)
+    }
+
+    fn look(&mut self, outcome: &Outcome, stage: &mut Stage) -> Result<Value, Failure> {
+        let certificate = self.query.certificate(&self.workspace)?;
+        let estimate = self.query.estimate(&self.workspace, None)?;
+        let (boxes, told) = stage.open_boxes(&certificate);
+        let verdict = match outcome.verdict {
+            Verdict::Intersecting { .. } => "intersecting",
+            Verdict::Separated => "separated",
+            Verdict::Undecided => "undecided",
+        };
+        let mut facts = vec![fact("Verdict", verdict)];
+        if outcome.verdict == Verdict::Undecided {
+            facts.push(fact("Probability to meet", percent(estimate.probability)));
+        }
+        if self.mode == Mode::All {
+            facts.extend([
+                fact("Pairs found", count(outcome.found)),
+                fact("Pairs, at most", count(certificate.upper_bound())),
+                fact("Share found, expected", percent(estimate.recall)),
+            ]);
+        }
+        facts.extend([
+            told,
+            fact("Longest of their edges", length(certificate.largest_extent())),
+            fact("Box tests", count(outcome.stats.bv_tests)),
+            fact("Triangle tests", count(outcome.stats.primitive_tests)),
+        ]);
+        let mut surfaces = stage.both(&self.placed);
+        surfaces.extend(self.draw_met(stage));
+        Ok(json!({ "facts": facts, "surfaces": surfaces, "boxes": boxes, "focus": stage.focus(&self.around) }))
+    }
+}
