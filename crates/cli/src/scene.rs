@@ -12,11 +12,12 @@ use std::time::Duration;
 
 use clap::ArgGroup;
 use punctual::{Budget, Mode, PairReport, Verdict};
-use punctual_lab::report::Failure;
+use punctual_lab::report::{self, Failure};
 
 use crate::Completion;
 use crate::input::parse_microseconds;
 use crate::pair::ModeName;
+use crate::view::{self, Frame, View};
 use files::Recording;
 use play::{ClockName, FrameRow, Settings, play};
 
@@ -56,11 +57,15 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     pairs_out: Option<PathBuf>,
     /// Instead of the frames, a table over time budgets that are parts of the median frame without a budget.
-    #[arg(long, conflicts_with_all = ["budget", "pairs_out"])]
+    #[arg(long, conflicts_with_all = ["budget", "pairs_out", "view"])]
     sweep: bool,
     /// Draw the table of --sweep too: scene.svg and scene.png in this folder, which is made if it does not exist.
     #[arg(long, value_name = "DIR", requires = "sweep")]
     plot: Option<PathBuf>,
+    /// Write a page that shows the bodies in a browser, frame by frame, in colours that say which meet others: of a long
+    /// recording every second, third or later frame, 120 at most. It needs no other file and no network.
+    #[arg(long, value_name = "FILE")]
+    view: Option<PathBuf>,
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
@@ -80,19 +85,46 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if let Some(file) = &mut pairs_out {
         writeln!(file, "frame,a,b,verdict,probability,age")?;
     }
-    let rows = play(&recording, &settings, |frame, pair| match &mut pairs_out {
-        Some(file) => write_pair(file, frame, pair),
-        None => Ok(()),
+    let shown = recording.frames.len().min(args.frames);
+    let mut reported = vec![Vec::new(); if args.view.is_some() { shown } else { 0 }];
+    let rows = play(&recording, &settings, |frame, pair| {
+        if let Some(reported) = reported.get_mut(frame) {
+            reported.push(*pair);
+        }
+        pairs_out.as_mut().map_or(Ok(()), |file| write_pair(file, frame, pair))
     })?;
     if let Some(mut file) = pairs_out {
         file.flush()?;
     }
     print_rows(out, &rows, args.budget_us)?;
     summary::print(out, &rows, args.budget_us, recording.truth.is_some())?;
+    if let Some(file) = &args.view {
+        report::write(file, args.page(&recording, &reported, &rows).html()?)?;
+    }
     Ok(Completion::Full)
 }
 
 impl Args {
+    /// The page of a play, with the pairs reported in each frame.
+    fn page(&self, recording: &Recording, reported: &[Vec<PairReport>], rows: &[FrameRow]) -> View {
+        let frame = |number: usize| {
+            let row = &rows[number];
+            let lines = [
+                ("Pairs of boxes that overlap", row.broad_pairs as u64),
+                ("Of these, meeting", row.hits as u64),
+                ("Not known", (row.broad_pairs - row.decided) as u64),
+                ("Box tests", row.bv_tests),
+                ("Work", row.work),
+            ];
+            let facts = lines.map(|(name, number)| view::fact(name, view::count(number))).to_vec();
+            Frame { number, poses: &recording.frames[number], pairs: &reported[number], facts }
+        };
+        let frames: Vec<_> = (0..rows.len()).step_by(view::stride(rows.len())).map(frame).collect();
+        let folder = self.dir.canonicalize().unwrap_or_else(|_| self.dir.clone());
+        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        view::scene(format!("Which bodies meet: {name}"), &recording.bodies, &frames)
+    }
+
     fn settings(&self) -> Settings {
         let budget = match (self.budget_us, self.budget_work) {
             (Some(limit), _) => Budget::time(limit),

@@ -7,6 +7,7 @@ mod ladder;
 mod motion;
 mod page;
 mod pair;
+mod scene;
 mod stage;
 
 pub use contacts::contacts;
@@ -14,6 +15,8 @@ pub use distance::distance;
 pub use motion::motion;
 pub use page::View;
 pub use pair::pair;
+pub use scene::{Frame, scene, stride};
+pub use stage::{count, fact};
 
 use std::path::{Path, PathBuf};
 

@@ -6,7 +6,7 @@ use punctual::{Aabb, Budget, Contact, ContactQuery, Contacts, Pose, Stats, StopR
 use punctual_lab::report::Failure;
 use serde_json::{Value, json};
 
-use super::ladder::{Stepwise, climb};
+use super::ladder::{BUDGET, Stepwise, climb};
 use super::stage::{Stage, count, fact, length, placed};
 use super::{Bodies, View};
 
@@ -34,7 +34,7 @@ pub fn contacts(
     let [a, b] = bodies.key();
     let rest = [("met", "contacts"), ("normal", "normals, from B to A"), ("box", "boxes where others may be")];
     let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
-    Ok(View { title: bodies.title("Where two meshes touch"), key, stage, steps, start, times: None })
+    Ok(View { title: bodies.title("Where two meshes touch"), key, stage, steps, start, slider: BUDGET, times: None })
 }
 
 struct Steps<'t> {

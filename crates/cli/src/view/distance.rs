@@ -4,7 +4,7 @@ use punctual::{Aabb, Budget, Distance, DistanceQuery, Pose, Stats, StopReason, W
 use punctual_lab::report::Failure;
 use serde_json::{Value, json};
 
-use super::ladder::{Stepwise, climb};
+use super::ladder::{BUDGET, Stepwise, climb};
 use super::stage::{Stage, count, fact, length, placed};
 use super::{Bodies, View};
 
@@ -20,7 +20,15 @@ pub fn distance(bodies: &Bodies, query: DistanceQuery, pose: &Pose, answer: &Dis
     let rest =
         [("met", "their triangles"), ("near", "closest points found"), ("box", "boxes where closer ones may be")];
     let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
-    Ok(View { title: bodies.title("How far two meshes are apart"), key, stage, steps, start, times: None })
+    Ok(View {
+        title: bodies.title("How far two meshes are apart"),
+        key,
+        stage,
+        steps,
+        start,
+        slider: BUDGET,
+        times: None,
+    })
 }
 
 struct Steps<'t> {

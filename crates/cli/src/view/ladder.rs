@@ -6,6 +6,9 @@ use serde_json::{Value, json};
 
 use super::stage::{Stage, count, percent};
 
+/// What the steps are steps of.
+pub const BUDGET: &str = "Budget of work";
+
 /// Steps between no work and all of it.
 const RUNGS: u32 = 24;
 

@@ -4,7 +4,7 @@ use punctual::{Aabb, Budget, MotionQuery, Passage, Pose, Stats, StopReason, Work
 use punctual_lab::report::Failure;
 use serde_json::{Value, json};
 
-use super::ladder::{Stepwise, climb};
+use super::ladder::{BUDGET, Stepwise, climb};
 use super::stage::{Stage, count, fact, placed};
 use super::{Bodies, View};
 
@@ -26,7 +26,15 @@ pub fn motion(bodies: &Bodies, query: MotionQuery, answer: &Passage) -> Result<V
     let [a, b] = bodies.key();
     let rest = [("start", "B at the start"), ("touch", "B where it touches"), ("met", "triangles that meet there")];
     let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
-    Ok(View { title: bodies.title("When two meshes meet on the way"), key, stage, steps, start, times: Some(times) })
+    Ok(View {
+        title: bodies.title("When two meshes meet on the way"),
+        key,
+        stage,
+        steps,
+        start,
+        slider: BUDGET,
+        times: Some(times),
+    })
 }
 
 struct Steps<'t> {

@@ -30,6 +30,8 @@ pub struct View {
     pub steps: Vec<Value>,
     /// The step that is shown first.
     pub start: usize,
+    /// What the steps are steps of.
+    pub slider: &'static str,
     /// The poses of a body that moves, at equal steps of time.
     pub times: Option<Vec<usize>>,
 }
@@ -46,8 +48,8 @@ impl View {
 
     /// Deflated: the length of a JSON text, that text, and the arrays that it names, all in words of 32 bits, little-endian.
     fn packed(&self) -> Result<Vec<u8>, Failure> {
-        let Self { key, stage, steps, start, times, .. } = self;
-        let mut text = json!({ "key": key, "stage": stage.describe(), "steps": steps, "start": start, "times": times })
+        let Self { key, stage, steps, start, slider, times, .. } = self;
+        let mut text = json!({ "key": key, "stage": stage.describe(), "steps": steps, "start": start, "slider": slider, "times": times })
             .to_string();
         // So that the arrays are aligned.
         text += &" ".repeat(text.len().wrapping_neg() % 4);

@@ -6,7 +6,7 @@ use punctual::{Aabb, Budget, Mode, Outcome, Pose, Query, Stats, StopReason, Verd
 use punctual_lab::report::Failure;
 use serde_json::{Value, json};
 
-use super::ladder::{Stepwise, climb};
+use super::ladder::{BUDGET, Stepwise, climb};
 use super::stage::{Stage, count, fact, length, percent, placed};
 use super::{Bodies, View};
 
@@ -26,7 +26,7 @@ pub fn pair(bodies: &Bodies, query: Query, pose: &Pose, mode: Mode, answer: &Out
     let (steps, start) = climb(&mut steps, &mut stage, answer)?;
     let [a, b] = bodies.key();
     let key = vec![a, b, ("met", "triangles that meet".to_owned()), ("box", "boxes not looked at".to_owned())];
-    Ok(View { title: bodies.title("Where two meshes meet"), key, stage, steps, start, times: None })
+    Ok(View { title: bodies.title("Where two meshes meet"), key, stage, steps, start, slider: BUDGET, times: None })
 }
 
 struct Steps<'t> {

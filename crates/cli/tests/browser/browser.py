@@ -19,7 +19,7 @@ class Browser:
     def __init__(self, webgl=True):
         drawn = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
         options = drawn if webgl else ["--disable-gpu", "--disable-3d-apis"]
-        self.folder = tempfile.TemporaryDirectory()
+        self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         to_browser, self.out = os.pipe()
         self.answers, from_browser = os.pipe()
 

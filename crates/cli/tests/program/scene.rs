@@ -7,6 +7,7 @@ use flate2::write::GzEncoder;
 use punctual::shapes::icosphere;
 
 use crate::run::Folder;
+use crate::view::Page;
 use crate::write;
 
 const FRAMES: usize = 12;
@@ -45,6 +46,29 @@ fn figure(output: &str, name: &str) -> f64 {
 fn rows(output: &str) -> Vec<Vec<u64>> {
     let lines = output.lines().filter(|line| !line.starts_with('#')).skip(1);
     lines.map(|line| line.split(',').map(|field| field.parse().unwrap()).collect()).collect()
+}
+
+#[test]
+fn a_page_shows_in_each_frame_which_bodies_meet() {
+    let folder = recording();
+    let answer = folder.run("scene . --view page.html");
+    assert_eq!((answer.status, &*answer.err), (0, ""));
+    let page = Page::read(&folder, "page.html");
+    page.assert_shows(0, &icosphere(2));
+    assert_eq!(page.steps().len(), FRAMES);
+    for (frame, step) in page.steps().iter().enumerate() {
+        // As in the recording: the first ball is fixed, and the second is well inside the way of meeting it or not.
+        let x = 3.0 - 0.5 * frame as f64;
+        let layer = |body: usize| step["surfaces"][body][0].as_str().unwrap();
+        assert_eq!(layer(0), "fixed");
+        if x.abs() > 0.2 && (x.abs() < 1.9 || x.abs() > 2.1) {
+            assert_eq!(layer(1), if x.abs() < 1.9 { "b" } else { "a" }, "frame {frame}");
+        }
+    }
+    folder.run("scene . --view page.html --sweep").assert_refused(&["--sweep"]);
+    folder.run("scene . --budget-work 0 --view page.html");
+    let undecided = |step: &serde_json::Value| step["surfaces"].as_array().unwrap().iter().any(|s| s[0] == "doubt");
+    assert!(Page::read(&folder, "page.html").steps().iter().any(undecided));
 }
 
 #[test]

@@ -14,13 +14,13 @@ use super::run::Folder;
 use super::{spheres, write};
 
 /// What a page holds.
-struct Page {
+pub struct Page {
     view: Value,
     words: Vec<u32>,
 }
 
 impl Page {
-    fn read(folder: &Folder, name: &str) -> Self {
+    pub fn read(folder: &Folder, name: &str) -> Self {
         let html = folder.read(name);
         assert!(!html.contains("http") && !html.contains("src=") && !html.contains("<!--"), "{name}");
         let (_, rest) = html.split_once("id=\"data\">").unwrap();
@@ -43,7 +43,7 @@ impl Page {
         self.range(range).iter().map(|&word| f64::from(f32::from_bits(word))).collect()
     }
 
-    fn steps(&self) -> &Vec<Value> {
+    pub fn steps(&self) -> &Vec<Value> {
         self.view["steps"].as_array().unwrap()
     }
 
@@ -57,7 +57,7 @@ impl Page {
     }
 
     /// The numbers of a mesh are those of the file, but for where it lies and how large it is.
-    fn assert_shows(&self, number: usize, mesh: &Mesh) {
+    pub fn assert_shows(&self, number: usize, mesh: &Mesh) {
         let shown = &self.view["stage"]["meshes"][number];
         assert_eq!(self.range(&shown["triangles"]), mesh.triangles().as_flattened());
         let vertices = self.floats(&shown["vertices"]);

@@ -12,7 +12,7 @@ const WIDTHS = { near: 3, normal: 1.5, met: 3, box: 1 };
 const LINES = ["near", "normal", "box"];
 // Milliseconds for a picture, from which on it is slow.
 const SLOW = 25;
-const GHOSTS = ["start", "touch"];
+const GHOSTS = ["start", "touch", "fixed"];
 
 class Page {
   constructor(data) {
@@ -40,7 +40,7 @@ class Page {
   }
 
   addSliders() {
-    const { steps, start, times, slider = "Budget of work" } = this.data.view;
+    const { steps, start, times, slider } = this.data.view;
     this.budget = this.addSlider(slider, steps.length - 1, start, value => this.show(value));
     if (!times) return;
     this.marks = element("p", { className: "marks" });
