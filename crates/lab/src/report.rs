@@ -15,7 +15,6 @@ pub use chances::Chances;
 pub use chart::{Chart, Series, Shape};
 pub use heat_map::HeatMap;
 pub use page::{Block, Lead, Page, Section, Table, Verdict, document, escape};
-pub use palette::series_colors;
 
 use std::error::Error;
 use std::fs;

@@ -6,7 +6,7 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use punctual_lab::report::{Failure, document, escape, series_colors};
+use punctual_lab::report::{Failure, document, escape};
 use serde_json::{Value, json};
 
 use super::stage::Stage;
@@ -42,8 +42,7 @@ impl View {
             .replace("<!--title-->", &escape(&self.title))
             .replace("<!--data-->", &BASE64_STANDARD.encode(self.packed()?))
             .replace("<!--program-->", &PROGRAM.concat());
-        let style = series_colors() + include_str!("page/view.css");
-        Ok(document(&self.title, &style, &body))
+        Ok(document(&self.title, include_str!("page/view.css"), &body))
     }
 
     /// Deflated: the length of a JSON text, that text, and the arrays that it names, all in words of 32 bits, little-endian.

@@ -162,15 +162,12 @@ pub fn count(number: u64) -> String {
 
 /// A length for people: five significant digits.
 pub fn length(number: f64) -> String {
-    let plain = number == 0.0 || !number.is_finite() || (1e-4..1e6).contains(&number.abs());
-    let digits = if number == 0.0 || !number.is_finite() { 0.0 } else { number.abs().log10().floor() };
-    let decimals = (4.0 - digits).clamp(0.0, 8.0) as usize;
-    if !number.is_finite() {
-        "not bounded".to_owned()
-    } else if plain {
-        format!("{number:.decimals$}")
-    } else {
-        format!("{number:.4e}")
+    let decimals = || (4.0 - number.abs().log10().floor()).clamp(0.0, 8.0) as usize;
+    match number.abs() {
+        0.0 => "0".to_owned(),
+        size if !size.is_finite() => "not bounded".to_owned(),
+        1e-4..1e6 => format!("{number:.0$}", decimals()),
+        _ => format!("{number:.4e}"),
     }
 }
 

@@ -91,6 +91,13 @@ class Browser:
         assert "exceptionDetails" not in result, result["exceptionDetails"]
         return result["result"].get("value")
 
+    def processor_seconds(self):
+        """What all processes of the browser have taken of the processor."""
+        session, self.session = self.session, None
+        processes = self.ask("SystemInfo.getProcessInfo")["processInfo"]
+        self.session = session
+        return sum(process["cpuTime"] for process in processes)
+
     def faults(self):
         """What the page complained of, and what it asked for besides itself."""
         def is_fault(event):

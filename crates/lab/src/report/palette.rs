@@ -30,24 +30,11 @@ pub(super) const SERIES: [Shade; 8] = [
     shade([150, 150, 150], [125, 130, 138]),
 ];
 
-/// The colours of series as variables of a style sheet, `--series-0` and so on, light or dark as the reader prefers.
-pub fn series_colors() -> String {
-    let rule = |shade: fn(&Shade) -> RGBColor| {
-        let declare = |(i, color): (usize, &Shade)| format!("--series-{i}:{};", hex(shade(color)));
-        format!(":root{{{}}}", SERIES.iter().enumerate().map(declare).collect::<String>())
-    };
-    format!("{}@media (prefers-color-scheme:dark){{{}}}", rule(|color| color.light), rule(|color| color.dark))
-}
-
-fn hex(color: RGBColor) -> String {
-    format!("#{:02X}{:02X}{:02X}", color.0, color.1, color.2)
-}
-
 /// The SVG with a style sheet in front, which changes the colours for readers who prefer dark pages.
 pub(super) fn with_dark_mode(svg: &str) -> String {
     let mut rules = String::new();
     for Shade { light, dark } in [&PAPER, &INK, &GRID].into_iter().chain(&SERIES) {
-        let [light, dark] = [*light, *dark].map(hex);
+        let [light, dark] = [light, dark].map(|color| format!("#{:02X}{:02X}{:02X}", color.0, color.1, color.2));
         for property in ["fill", "stroke"] {
             // Writing to a string cannot fail.
             let _ = write!(rules, "[{property}=\"{light}\"]{{{property}:{dark}}}");

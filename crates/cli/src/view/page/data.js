@@ -10,55 +10,60 @@ async function unpack(text) {
 }
 
 // Cells across a mesh, and triangles from which on it has a coarse form.
-const CELLS = 40;
+const CELLS = 36;
 const MANY = 16000;
 
 class Data {
   constructor(view, buffer) {
     this.view = view;
     this.floats = new Float32Array(buffer);
-    const words = new Uint32Array(buffer);
-    // Coarse forms come after all else.
-    const coarse = view.stage.meshes.map(mesh => this.coarsened(words, mesh));
-    this.words = new Uint32Array(words.length + coarse.reduce((sum, { length }) => sum + length, 0));
-    this.words.set(words);
-    this.floats = new Float32Array(this.words.buffer);
-    let end = words.length;
+    this.words = new Uint32Array(buffer);
+    const packed = this.words;
+    const forms = view.stage.meshes.map(mesh => this.coarsened(mesh));
+    // They come after all else.
     this.coarse = new Map();
+    let end = packed.length;
+    this.words = new Uint32Array(forms.reduce((sum, { points, corners }) => sum + points.length + corners.length, end));
+    this.floats = new Float32Array(this.words.buffer);
+    this.words.set(packed);
     view.stage.meshes.forEach(({ triangles }, i) => {
-      if (!coarse[i].length) return;
-      this.words.set(coarse[i], end);
-      this.coarse.set(triangles[0], [end, coarse[i].length]);
-      end += coarse[i].length;
+      const { points, corners } = forms[i];
+      if (!corners.length) return;
+      this.floats.set(points, end);
+      this.words.set(corners, end + points.length);
+      this.coarse.set(triangles[0], [[end, points.length], [end + points.length, corners.length]]);
+      end += points.length + corners.length;
     });
   }
 
-  // The triangles of a large mesh between corners that stand for all others in the same cell of a grid.
-  coarsened(words, { vertices, triangles }) {
+  // A large mesh between points that stand for all others in the same cell of a grid.
+  coarsened({ vertices, triangles }) {
+    const { words, floats } = this;
     const [start, count] = this.range(triangles);
-    if (count < 3 * MANY) return [];
+    const [points, corners] = [[], []];
+    if (count < 3 * MANY) return { points, corners };
     const [first, length] = this.range(vertices);
-    const points = this.floats.subarray(first, first + length);
-    const reach = points.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+    const reach = floats.subarray(first, first + length).reduce((most, value) => Math.max(most, Math.abs(value)), 0);
     const cell = value => Math.min(Math.floor((value / reach + 1) * CELLS / 2), CELLS - 1);
     const chosen = new Int32Array(CELLS ** 3).fill(-1);
     const stands = new Uint32Array(length / 3);
     for (let i = 0; i < length; i += 3) {
-      const key = cell(points[i]) + CELLS * (cell(points[i + 1]) + CELLS * cell(points[i + 2]));
-      if (chosen[key] < 0) chosen[key] = i / 3;
+      const point = floats.subarray(first + i, first + i + 3);
+      const key = cell(point[0]) + CELLS * (cell(point[1]) + CELLS * cell(point[2]));
+      if (chosen[key] < 0) chosen[key] = points.push(...point) / 3 - 1;
       stands[i / 3] = chosen[key];
     }
-    const kept = [];
     for (let i = start; i < start + count; i += 3) {
       const [p, q, r] = [stands[words[i]], stands[words[i + 1]], stands[words[i + 2]]];
-      if (p !== q && q !== r && r !== p) kept.push(p, q, r);
+      if (p !== q && q !== r && r !== p) corners.push(p, q, r);
     }
-    return kept;
+    return { points, corners };
   }
 
-  // Where the corners of triangles begin, and how many there are: of a coarse form, if there is one, while the picture moves.
-  corners(triangles, moves) {
-    return moves && this.coarse.get(triangles[0]) || this.range(triangles);
+  // Where the points and the corners of a surface begin, and how many numbers they are: of a coarse form, if there is one,
+  // while the picture moves.
+  form({ vertices, triangles }, moves) {
+    return moves && this.coarse.get(triangles[0]) || [this.range(vertices), this.range(triangles)];
   }
 
   // Where a range `[array, start, count]` begins, and how many words it has.

@@ -102,7 +102,7 @@ class Page {
       const [, time, pose] = marks[1];
       this.moveTo(time, pose);
     }
-    this.changed();
+    this.changed(true);
   }
 
   // Brings the body that moves to where it is at a time.
@@ -110,7 +110,7 @@ class Page {
     this.moving = pose;
     this.time.input.value = time * this.time.input.max;
     this.time.output.textContent = `${time.toFixed(4)} of the motion`;
-    this.changed();
+    this.changed(true);
   }
 
   // Draws with the next frame of the screen, once for all that changes until then. Where that is slow, large meshes are coarse

@@ -10,9 +10,12 @@ class SoftwarePainter {
 
   draw(picture) {
     const { width, height } = this.canvas;
-    this.image = this.context.createImageData(width, height);
-    this.pixels = new Uint32Array(this.image.data.buffer);
-    this.depth = new Float32Array(width * height).fill(Infinity);
+    if (this.image?.width !== width || this.image.height !== height) {
+      this.image = this.context.createImageData(width, height);
+      this.pixels = new Uint32Array(this.image.data.buffer);
+      this.depth = new Float32Array(width * height);
+    }
+    this.depth.fill(Infinity);
     this.pixels.fill(packed(picture.ground));
     for (const pass of passes(picture)) {
       this.pass = pass;
@@ -43,19 +46,20 @@ class SoftwarePainter {
 
   plot(i, z, color) {
     const { depth, pixels, pass } = this;
+    if (pass.farther) z += 1e-4;
     if (pass.hidden ? z <= depth[i] : z > depth[i]) return;
     if (pass.solid) depth[i] = z;
     pixels[i] = pass.alpha === 1 ? color : blended(color, pixels[i], pass.alpha);
   }
 
-  surface({ color, glow, vertices, triangles, pose }, picture) {
+  surface(part, picture) {
     const { data } = this;
+    const { color, glow, pose } = part;
+    const [[first, length], [start, count]] = data.form(part, picture.moves);
     const eye = product(picture.eye, placement(pose));
-    const [first, length] = data.range(vertices);
     const points = data.floats.subarray(first, first + length);
     const placed = this.project(product(picture.lens, eye), points);
     const shades = Uint32Array.from({ length: 65 }, (_, i) => packed(color.map(value => value * (0.35 + 0.65 * i / 64))));
-    const [start, count] = data.corners(triangles, picture.moves);
     for (let i = start; i < start + count; i += 3) {
       const [a, b, c] = [3 * data.words[i], 3 * data.words[i + 1], 3 * data.words[i + 2]];
       const shade = shades[glow ? 64 : Math.round(64 * facing(eye, points, a, b, c))];
@@ -74,12 +78,13 @@ class SoftwarePainter {
     const bottom = Math.min(height - 1, Math.floor(ay + Math.max(0, by, cy) - 0.5));
     const left = Math.max(0, Math.ceil(ax + Math.min(0, bx, cx) - 0.5));
     const right = Math.min(width - 1, Math.floor(ax + Math.max(0, bx, cx) - 0.5));
+    // A point is the first corner, u times the way to the second, and v times that to the third; both change evenly in a row.
+    const stepU = cy / area, stepV = -by / area, dx = left + 0.5 - ax;
     for (let y = top; y <= bottom; y++) {
       const dy = y + 0.5 - ay;
-      for (let x = left; x <= right; x++) {
-        const dx = x + 0.5 - ax;
-        const u = (dx * cy - dy * cx) / area, v = (bx * dy - by * dx) / area;
-        if (u >= 0 && v >= 0 && u + v <= 1) this.plot(y * width + x, az + u * bz + v * cz, shade);
+      let u = (dx * cy - dy * cx) / area, v = (bx * dy - by * dx) / area;
+      for (let i = y * width + left, end = y * width + right; i <= end; i++, u += stepU, v += stepV) {
+        if (u >= 0 && v >= 0 && u + v <= 1) this.plot(i, az + u * bz + v * cz, shade);
       }
     }
   }

@@ -58,9 +58,9 @@ class WebGlPainter {
 
   constructor(canvas, data) {
     const gl = canvas.getContext("webgl2");
-    if (!gl) throw new Error("Drawn without WebGL 2, which this browser lacks: rough while it moves.");
+    if (!gl) throw new Error("No WebGL 2 in this browser: edges are rough in motion.");
     if (isEmulated(gl) && location.hash !== "#webgl") {
-      throw new Error("Drawn without a graphics processor: edges are rough while it moves.");
+      throw new Error("No graphics processor here: edges are rough in motion.");
     }
     Object.assign(this, { gl, canvas, data });
     this.surface = this.program(...SURFACE);
@@ -72,6 +72,7 @@ class WebGlPainter {
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.enable(gl.DEPTH_TEST);
+    gl.enable(gl.POLYGON_OFFSET_FILL);
   }
 
   program(...sources) {
@@ -105,6 +106,7 @@ class WebGlPainter {
     for (const pass of passes(picture)) {
       gl.depthMask(pass.solid);
       gl.depthFunc(pass.hidden ? gl.GREATER : gl.LEQUAL);
+      gl.polygonOffset(pass.farther ? 2 : 0, pass.farther ? 200 : 0);
       this.surfaces(pass, picture);
       this.lines(pass, picture);
     }
@@ -122,12 +124,13 @@ class WebGlPainter {
     gl.uniformMatrix4fv(surface.lens, false, picture.lens);
     gl.enableVertexAttribArray(surface.position);
     gl.vertexAttribDivisor(surface.position, 0);
-    for (const { color, glow, vertices, triangles, pose } of pass.surfaces) {
+    for (const part of pass.surfaces) {
+      const { color, glow, pose } = part;
+      const [[points], [start, count]] = data.form(part, picture.moves);
       gl.uniformMatrix4fv(surface.place, false, product(picture.eye, placement(pose)));
       gl.uniform4f(surface.color, ...color, pass.alpha);
       gl.uniform1f(surface.glow, glow);
-      gl.vertexAttribPointer(surface.position, 3, gl.FLOAT, false, 12, 4 * data.range(vertices)[0]);
-      const [start, count] = data.corners(triangles, picture.moves);
+      gl.vertexAttribPointer(surface.position, 3, gl.FLOAT, false, 12, 4 * points);
       gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 4 * start);
     }
     gl.disableVertexAttribArray(surface.position);
@@ -166,7 +169,8 @@ function passes({ surfaces, lines }) {
   const [boxes, others] = [true, false].map(box => lines.filter(line => line.box === box));
   return [
     { surfaces: solid, lines: others, alpha: 1, solid: true },
-    { surfaces: ghosts, lines: [], alpha: 0.3 },
+    // A little farther away, so that one does not shine through a body that lies where it lies.
+    { surfaces: ghosts, lines: [], alpha: 0.3, farther: true },
     { surfaces: [], lines: boxes, alpha: 0.7 },
     { surfaces: solid.filter(surface => surface.glow), lines: others, alpha: 0.35, hidden: true },
     { surfaces: [], lines: boxes, alpha: 0.12, hidden: true },
