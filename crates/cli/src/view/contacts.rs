@@ -32,7 +32,7 @@ pub fn contacts(
     let mut steps = Steps { query, most, workspace, placed, drawn, around, arrays };
     let (steps, start) = climb(&mut steps, &mut stage, answer)?;
     let [a, b] = bodies.key();
-    let rest = [("met", "contacts"), ("normal", "normals, from B to A"), ("box", "boxes where others may be")];
+    let rest = [("met", "contacts"), ("normal", "normals, from B to A"), ("box", "boxes not looked at")];
     let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
     Ok(View { title: bodies.title("Where two meshes touch"), key, stage, steps, start, slider: BUDGET, times: None })
 }

@@ -17,8 +17,7 @@ pub fn distance(bodies: &Bodies, query: DistanceQuery, pose: &Pose, answer: &Dis
     let mut steps = Steps { bodies, query, workspace: Workspace::new(), placed, near, met };
     let (steps, start) = climb(&mut steps, &mut stage, answer)?;
     let [a, b] = bodies.key();
-    let rest =
-        [("met", "their triangles"), ("near", "closest points found"), ("box", "boxes where closer ones may be")];
+    let rest = [("met", "their triangles"), ("near", "closest points found"), ("box", "boxes not looked at")];
     let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
     Ok(View {
         title: bodies.title("How far two meshes are apart"),

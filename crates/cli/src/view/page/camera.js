@@ -34,7 +34,7 @@ class Camera {
   // Brings a ball into sight.
   lookAt(center, radius) {
     this.target = [...center];
-    this.distance = Math.max(2.5 * radius, 0.01) / Math.sin(FIELD_OF_VIEW / 2);
+    this.distance = Math.max(2.5 * radius, 0.08) / Math.sin(FIELD_OF_VIEW / 2);
   }
 
   // From the page's coordinates to those of the eye, which looks along -z.
