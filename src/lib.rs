@@ -40,7 +40,7 @@
 //! # Further
 //!
 //! - How far apart: [`DistanceQuery`]. Where, and which way out: [`ContactQuery`], [`Patches`], [`PushOutQuery`]. Free until
-//!   when: [`MotionQuery`].
+//!   when: [`MotionQuery`]. What a ray hits: [`RayQuery`], [`RayBatch`].
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
 //! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Clock`].
@@ -54,6 +54,7 @@
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/controllers.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/benchmarking.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/motion.md"))]
+#![cfg_attr(doctest, doc = include_str!("../docs/guide/rays.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/contacts.md"))]
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/push_out.md"))]
 
@@ -79,7 +80,7 @@ pub use contact::{Contact, Patch, Patches};
 /// Those that make a [`Pose`], a [`Mesh`] or a shape may be of any version, or plain arrays. Results go over to another version
 /// by `to_array` and `to_cols_array`, which all versions have: a program that does so does not notice which one is used here.
 pub use glam;
-pub use math::{Aabb, Motion, MotionError, Pose, PoseError};
+pub use math::{Aabb, Motion, MotionError, Pose, PoseError, Ray, RayError};
 pub use mesh::{Mesh, MeshError, shapes};
 pub use model::calibration::Calibration;
 pub use model::confidence::{DEFAULT_PRIOR, History};
@@ -94,9 +95,10 @@ pub use push_out::{Push, PushOut, PushOutQuery};
 pub use query::SystemClock;
 pub use query::{
     Budget, Certificate, Clock, ContactQuery, Contacts, Distance, DistanceEstimate, DistanceQuery, Estimate, LEVELS,
-    ManualClock, Mode, MotionQuery, Nearest, Order, Outcome, PairMemory, Passage, Prediction, Query, ResumeError,
-    Stats, StopReason, Verdict, Workspace,
+    ManualClock, Mode, MotionQuery, Nearest, Order, Outcome, PairMemory, Passage, Prediction, Query, RayBatch,
+    RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Stats, StopReason, Verdict, Workspace,
 };
 pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};
+pub use triangle::ray::Side;
 pub use triangle::{triangle_segment, triangles_intersect};

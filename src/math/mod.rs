@@ -8,12 +8,14 @@ pub(crate) mod lanes;
 pub(crate) mod motion;
 pub(crate) mod pose;
 pub(crate) mod random;
+mod ray;
 pub(crate) mod tolerance;
 
 pub use aabb::Aabb;
 pub use motion::{Motion, MotionError};
 pub(crate) use pose::rotation_deviation;
 pub use pose::{Pose, PoseError};
+pub use ray::{Ray, RayError};
 
 /// The length of a vector, whose square need not be a number.
 pub(crate) fn length(v: glam::DVec3) -> f64 {

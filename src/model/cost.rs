@@ -43,6 +43,18 @@ pub(crate) const WORK_PER_CONTACT: u64 = 100;
 /// Work of finding out whether a pair of clusters has been visited.
 pub(crate) const WORK_PER_LOOKUP: u64 = 10;
 
+/// Work of making a ray ready, of testing it against the children of a node, of each triangle of a cluster in `f32`, and of a
+/// triangle in `f64`.
+pub(crate) const WORK_PER_RAY: u64 = 100;
+pub(crate) const WORK_PER_RAY_NODE: u64 = 40;
+pub(crate) const WORK_PER_RAY_TRIANGLE: u64 = 8;
+pub(crate) const WORK_PER_RAY_TEST: u64 = 100;
+
+const _: () = assert!(
+    MAX_STEP_WORK >= WORK_PER_RAY + WORK_PER_RAY_NODE + 8 * WORK_PER_RAY_TRIANGLE
+        && MAX_STEP_WORK >= WORK_PER_RAY_TEST + WORK_PER_EXACT_TEST
+);
+
 /// The most work that is done between two looks at the budget: a batch of eight triangle tests.
 pub const MAX_STEP_WORK: u64 = 8 * WORK_PER_TRIANGLE_TEST;
 

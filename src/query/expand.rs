@@ -171,7 +171,7 @@ fn which(a: &Node, b: &Node, scale: f32) -> Open {
 
 /// The triangles of a cluster; the last one again where there are fewer than eight.
 #[inline(always)]
-fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
+pub(super) fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
     let triangles = &tree.triangles()[cluster.triangle_range()];
     let last = triangles.len() - 1;
     let mut rows = [&triangles[last].0; WIDTH];

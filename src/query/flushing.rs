@@ -1,7 +1,8 @@
 //! When a processor that takes denormal numbers for zero could make an answer false.
 
-use crate::math::{Pose, denormals};
+use crate::math::{Pose, Ray, denormals};
 use crate::tree::Tree;
+use glam::DVec3;
 
 /// Exponents below which flushing could be noticed: of coordinates, translations and their products, and of the length of a
 /// unit. The proof is in `docs/numerics.md`.
@@ -13,6 +14,19 @@ const LEAST_UNIT: i32 = -900;
 #[inline(always)]
 pub(super) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
     !is_far_from_denormal(a, b, b_in_a) && denormals::are_flushed()
+}
+
+/// The same of a ray.
+#[inline(always)]
+pub(super) fn matters_to_ray(tree: &Tree, ray: &Ray) -> bool {
+    let is_far = |v: DVec3| denormals::none_below(&v.to_array(), LEAST);
+    let [base, target] = ray.exact_direction();
+    let is_far = tree.mesh().least_exponent() >= LEAST
+        && tree.unit().exponent >= LEAST_UNIT
+        && is_far(ray.origin())
+        && is_far(base)
+        && is_far(target);
+    !is_far && denormals::are_flushed()
 }
 
 #[inline(always)]

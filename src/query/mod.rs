@@ -4,8 +4,11 @@
 //! [`views`] the overlap test, [`leaf`] the triangle tests; [`queue`] the front, [`strategy`] the choices of a run,
 //! [`deadline`] its end, [`certificate`] what an unfinished query can still say.
 
+mod beam;
 mod boxes;
 mod budget;
+mod cast;
+mod casting;
 mod certificate;
 mod clearance;
 mod contacts;
@@ -34,6 +37,7 @@ mod order;
 mod outcome;
 mod probe;
 mod queue;
+mod ray;
 mod search;
 mod strategy;
 mod sweep;
@@ -51,6 +55,7 @@ pub use budget::SystemClock;
 #[cfg(feature = "std")]
 pub(crate) use budget::by_system_clock;
 pub use budget::{Budget, Clock, ManualClock};
+pub use casting::{RayHit, RayMode};
 pub use certificate::Certificate;
 pub use contacts::{ContactQuery, Contacts};
 pub(crate) use deadline::Deadline;
@@ -62,6 +67,7 @@ pub use options::Mode;
 use options::Options;
 pub use order::Order;
 pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
+pub use ray::{RayBatch, RayBatchOutcome, RayCast, RayQuery};
 pub(crate) use strategy::Strategy;
 pub use workspace::{ResumeError, Workspace};
 

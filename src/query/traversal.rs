@@ -2,7 +2,7 @@
 //!
 //! Every query runs through [`Traversal::run`], whatever it asks ([`Question`]): do the surfaces meet, or where
 //! ([`intersection`]), how far apart are they, or where are they close ([`nearest`]), or when do they meet on the way
-//! ([`sweep`]); with and without a budget, in every order. Each turn does one
+//! ([`sweep`]), or what does a ray hit ([`cast`]); with and without a budget, in every order. Each turn does one
 //! step of bounded work: it tests triangle pairs, or opens a node pair of the front ([`expand`]). Before each step the
 //! deadline may end the call. Whatever is not done by then is still in the buffers:
 //!
@@ -10,6 +10,7 @@
 //! or is in doubt, or lies under a pair of the front. So an empty rest proves that nothing was missed, and a stopped run can
 //! say what may be missing and go on later as if it had never stopped.
 //!
+//! [`cast`]: super::cast
 //! [`expand`]: super::expand
 //! [`intersection`]: super::intersection
 //! [`nearest`]: super::nearest
@@ -18,7 +19,6 @@
 use super::boxes::Keys;
 use super::corners::Corners;
 use super::deadline::Deadline;
-use super::expand::Sink;
 use super::flushing;
 use super::outcome::StopReason;
 use super::queue::{Origin, Pair};
@@ -45,7 +45,7 @@ pub(super) struct Traversal<'q, 'c, Q> {
 }
 
 /// What the loop leaves to the question.
-pub(super) trait Question: Sink {
+pub(super) trait Question {
     /// The pair to be opened next.
     fn next_pair(&mut self) -> Option<(Pair, Origin)>;
 

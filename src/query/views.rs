@@ -84,7 +84,7 @@ impl Relation {
     }
 
     /// For what `f32` cannot hold: every box overlaps and every triangle pair is in doubt.
-    const BLIND: Self = Self {
+    pub const BLIND: Self = Self {
         rotation: [f32x4::ZERO; 3],
         unit: 1.0,
         scale: 1.0,
@@ -138,13 +138,13 @@ impl View {
 }
 
 #[inline(always)]
-fn times(columns: &Columns, x: f32x4) -> f32x4 {
+pub(super) fn times(columns: &Columns, x: f32x4) -> f32x4 {
     let [x, y, z] = per_axis!(k => columns[k] * f32x4::splat(x.as_array()[k]));
     x + y + z
 }
 
 #[inline(always)]
-fn transposed([x, y, z]: Columns) -> Columns {
+pub(super) fn transposed([x, y, z]: Columns) -> Columns {
     let [x, y, z, _] = f32x4::transpose([x, y, z, f32x4::ZERO]);
     [x, y, z]
 }

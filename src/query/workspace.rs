@@ -1,5 +1,6 @@
 //! Every buffer that a query needs, owned by the caller.
 
+use super::casting::{Casting, RayHit};
 use super::corners::Corners;
 use super::journey::Journey;
 use super::march::March;
@@ -50,6 +51,7 @@ pub struct Workspace {
     pub(super) search: Search,
     /// What is known of a motion.
     pub(super) journey: Journey,
+    pub(super) casting: Casting,
     pub(super) contacts: ContactList,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
@@ -190,6 +192,8 @@ pub(super) enum Asked {
     /// Its options are in the journey.
     Motion,
     Contacts(ContactOptions),
+    /// What else is asked is in the casting.
+    Ray,
 }
 
 impl Workspace {
@@ -218,6 +222,7 @@ impl Workspace {
             march: March::new(VISITS),
             search: Search::new(),
             journey: Journey::NOTHING,
+            casting: Casting::default(),
             contacts: ContactList::default(),
             found: Vec::with_capacity(found.max(1)),
             run: NO_RUN,
@@ -256,6 +261,23 @@ impl Workspace {
     /// at all. A query that stopped with [`crate::StopReason::PairsFull`] can be resumed then too.
     pub fn reserve_contacts(&mut self, contacts: usize) {
         self.contacts.reserve(contacts);
+    }
+
+    /// The hits that the last query found, if it was a [`crate::RayQuery`] for all hits: in order of discovery, which is nearly
+    /// that of `t`; without those drained.
+    pub fn ray_hits(&self) -> &[RayHit] {
+        &self.casting.hits
+    }
+
+    /// Takes the hits of a ray out, so that a query that stopped with [`crate::StopReason::PairsFull`] can be resumed.
+    pub fn drain_ray_hits(&mut self) -> impl ExactSizeIterator<Item = RayHit> + '_ {
+        self.casting.hits.drain(..)
+    }
+
+    /// Makes room for at least so many hits of a ray, 24 bytes each; the first query for all hits does so for 4,096 if there is
+    /// no room at all.
+    pub fn reserve_ray_hits(&mut self, hits: usize) {
+        self.casting.reserve(hits);
     }
 
     /// What a BV test, a triangle pair, an opened node pair and a query cost on this machine, in nanoseconds, as far as
@@ -315,6 +337,8 @@ impl Workspace {
             && self.doubtful.is_empty()
             && self.search.is_done()
             && self.journey.followed.is_none()
+            && self.casting.suspects.is_empty()
+            && self.casting.after == 0
     }
 
     /// The node pairs that the last query left open.
@@ -336,6 +360,7 @@ impl Workspace {
         self.march.clear();
         self.search.clear();
         self.journey.followed = None;
+        self.casting.clear();
         self.contacts.clear();
         self.found.clear();
     }
@@ -346,6 +371,8 @@ impl Clone for Workspace {
         // A cloned vector has no room beyond what it holds.
         let mut found = Vec::with_capacity(self.found.capacity());
         found.extend_from_slice(&self.found);
+        let mut casting = self.casting.clone();
+        casting.reserve(self.casting.hits.capacity());
         Self {
             front: self.front.clone(),
             waiting: self.waiting.clone(),
@@ -356,6 +383,7 @@ impl Clone for Workspace {
             march: self.march.clone(),
             search: self.search.clone(),
             journey: self.journey.clone(),
+            casting,
             contacts: self.contacts.clone(),
             found,
             ..*self

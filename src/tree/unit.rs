@@ -56,6 +56,12 @@ impl Unit {
         power_of_two(self.exponent)
     }
 
+    /// A point in unit coordinates.
+    #[inline]
+    pub fn point(&self, x: DVec3) -> DVec3 {
+        (x - self.origin) * self.scale()
+    }
+
     /// The map of points into unit coordinates.
     #[inline(always)]
     pub(super) fn of_points(self) -> impl Fn(DVec3) -> DVec3 + Copy {

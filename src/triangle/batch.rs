@@ -133,8 +133,9 @@ pub(super) fn rotate<L: Lanes>(lanes: L, linear: &[[f64; 3]; 3], edge: V8<L>) ->
     per_axis!(k => dot(per_axis!(j => F8::splat(lanes, linear[k][j] as f32)), edge))
 }
 
+/// The size of the largest component of each.
 #[inline(always)]
-fn largest<L: Lanes>(v: V8<L>) -> F8<L> {
+pub(super) fn largest<L: Lanes>(v: V8<L>) -> F8<L> {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
 }
 

@@ -6,6 +6,7 @@
 //!
 //! Cost: `docs/performance.md`. It is bounded, whatever the coordinates, and nothing is allocated.
 
+pub(super) mod line;
 mod segment;
 mod sign;
 mod sum;
@@ -15,6 +16,7 @@ use core::array::from_fn;
 use glam::DVec3;
 pub(crate) use segment::segment;
 use sign::Signs;
+pub(super) use sign::{LARGEST, PADDING};
 
 type Triangle = [DVec3; 3];
 

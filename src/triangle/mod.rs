@@ -4,6 +4,7 @@
 pub(crate) mod batch;
 pub(crate) mod distance;
 mod exact;
+pub(crate) mod ray;
 pub(crate) mod swept;
 
 use glam::DVec3;

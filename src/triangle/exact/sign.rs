@@ -23,8 +23,8 @@ pub(super) struct Signs {
     extent: DVec3,
 }
 
-const PADDING: f64 = f64::from_bits((1023 - 300) << 52);
-const LARGEST: f64 = f64::from_bits((1023 + 300) << 52);
+pub(in crate::triangle) const PADDING: f64 = f64::from_bits((1023 - 300) << 52);
+pub(in crate::triangle) const LARGEST: f64 = f64::from_bits((1023 + 300) << 52);
 const VOLUME_BOUND: f64 = 32.0 * f64::EPSILON;
 const AREA_BOUND: f64 = 8.0 * f64::EPSILON;
 

@@ -41,7 +41,7 @@ pub(super) fn on_grid<const D: usize, const N: usize>(points: [[f64; D]; N]) -> 
     (terms, high.saturating_sub(low).max(0) as u32)
 }
 
-/// A sum of at most 12 added and 12 subtracted products of three terms from a grid.
+/// A sum of at most 48 products of three terms from a grid, added or subtracted.
 pub(super) struct Sum {
     /// What was added, and what was subtracted; least limb first.
     parts: [[u64; LIMBS]; 2],
@@ -53,9 +53,9 @@ const LIMBS: usize = limbs(1024 + 1074);
 
 const TWO_TO_64: f64 = 18_446_744_073_709_551_616.0;
 
-/// A product is below 2^(3 width); 24 of them, should signs gather all in one part, below 2^(3 width + 5).
+/// A product is below 2^(3 width); 48 of them, should signs gather all in one part, below 2^(3 width + 6).
 const fn limbs(width: u32) -> usize {
-    (3 * width as usize + 5).div_ceil(64)
+    (3 * width as usize + 6).div_ceil(64)
 }
 
 impl Sum {
@@ -71,7 +71,8 @@ impl Sum {
         self.accumulate(factors, true);
     }
 
-    fn accumulate(&mut self, factors: [Term; 3], negate: bool) {
+    /// Adds a product, or subtracts it.
+    pub fn accumulate(&mut self, factors: [Term; 3], negate: bool) {
         let negative = factors.iter().fold(negate, |negative, term| negative ^ (term.mantissa < 0));
         let [p, q, r] = factors.map(|term| u128::from(term.mantissa.unsigned_abs()));
         let pq = p * q;
@@ -108,6 +109,19 @@ impl Sum {
         let [size, rest] =
             sizes.map(|size| size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64);
         size / (size + rest)
+    }
+
+    /// `self / other` for an `other` that is not 0, of the same width, off by a few roundings; infinite beyond the range of
+    /// `f64`.
+    pub fn quotient(&self, other: &Self) -> f64 {
+        let [(upper, top), (lower, bottom)] = [self, other].map(|sum| {
+            let size = sum.size();
+            let top = (1..sum.limbs).rev().find(|&i| size[i] != 0).unwrap_or(0);
+            // Two limbs have more digits than `f64`, unless there are no more.
+            (size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64, top)
+        });
+        let size = libm::ldexp(upper / lower, 64 * (top as i32 - bottom as i32));
+        if self.sign() == other.sign() { size } else { -size }
     }
 
     fn size(&self) -> [u64; LIMBS] {

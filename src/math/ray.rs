@@ -1,0 +1,151 @@
+//! Rays and segments.
+
+use super::tolerance::COORDINATE_LIMIT;
+use core::fmt;
+use glam::DVec3;
+
+/// A half-line from an origin in a direction, or a segment between two points.
+///
+/// Its points are `origin + t direction` with `t >= 0`, for a segment `origin + t (end - origin)` with `0 <= t <= 1`, in real
+/// numbers: which triangles have such a point is decided exactly for the numbers as they are given. The direction may have any
+/// length; `t` counts in that length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    origin: DVec3,
+    /// The direction is `target - base`, in real numbers.
+    base: DVec3,
+    target: DVec3,
+    is_segment: bool,
+    t_min: f64,
+    t_max: f64,
+}
+
+/// Why numbers are no [`Ray`]. Numbers are counted from 0: three of the origin, then three of the direction or the end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum RayError {
+    /// A number is NaN or infinite.
+    NotFinite {
+        /// Which one, 0 to 5.
+        number: usize,
+    },
+    /// A number exceeds 2^1000.
+    TooLarge {
+        /// Which one, 0 to 5.
+        number: usize,
+    },
+    /// The direction is zero, or the ends of the segment are the same point.
+    NoDirection,
+}
+
+impl fmt::Display for RayError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = |number: usize| {
+            let part = if number < 3 { "origin" } else { "direction or end" };
+            (["x", "y", "z"][number % 3], part)
+        };
+        match *self {
+            Self::NotFinite { number } => {
+                let (axis, part) = name(number);
+                write!(f, "{axis} of the ray's {part} is not finite")
+            }
+            Self::TooLarge { number } => {
+                let (axis, part) = name(number);
+                write!(f, "{axis} of the ray's {part} exceeds 2^1000")
+            }
+            Self::NoDirection => f.write_str("the ray's direction is zero, or both ends of the segment are one point"),
+        }
+    }
+}
+
+impl core::error::Error for RayError {}
+
+impl Ray {
+    /// The half-line from `origin` in `direction`.
+    ///
+    /// # Errors
+    /// [`RayError`].
+    pub fn new(origin: impl Into<[f64; 3]>, direction: impl Into<[f64; 3]>) -> Result<Self, RayError> {
+        Self::checked(DVec3::from_array(origin.into()), DVec3::ZERO, DVec3::from_array(direction.into()), false)
+    }
+
+    /// The segment between two points, both of them included; `t` goes from 0 to 1.
+    ///
+    /// # Errors
+    /// [`RayError`].
+    pub fn segment(from: impl Into<[f64; 3]>, to: impl Into<[f64; 3]>) -> Result<Self, RayError> {
+        let from = DVec3::from_array(from.into());
+        Self::checked(from, from, DVec3::from_array(to.into()), true)
+    }
+
+    fn checked(origin: DVec3, base: DVec3, target: DVec3, is_segment: bool) -> Result<Self, RayError> {
+        for (number, x) in origin.to_array().into_iter().chain(target.to_array()).enumerate() {
+            if !x.is_finite() {
+                return Err(RayError::NotFinite { number });
+            }
+            if x.abs() > COORDINATE_LIMIT {
+                return Err(RayError::TooLarge { number });
+            }
+        }
+        if base == target {
+            return Err(RayError::NoDirection);
+        }
+        Ok(Self { origin, base, target, is_segment, t_min: 0.0, t_max: f64::INFINITY })
+    }
+
+    /// Leaves out hits whose `t`, as it is told, is below `t_min` or above `t_max`. NaN is no limit. To end exactly at a point,
+    /// take a segment.
+    #[must_use]
+    pub fn within(mut self, t_min: f64, t_max: f64) -> Self {
+        (self.t_min, self.t_max) = (t_min.max(0.0), t_max.min(f64::INFINITY));
+        self
+    }
+
+    /// Where it begins.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Its direction; of a segment, the difference of its ends, rounded.
+    pub fn direction(&self) -> DVec3 {
+        self.target - self.base
+    }
+
+    /// Whether it is a segment.
+    pub fn is_segment(&self) -> bool {
+        self.is_segment
+    }
+
+    /// The limits of [`Ray::within`].
+    pub fn limits(&self) -> [f64; 2] {
+        [self.t_min, self.t_max]
+    }
+
+    /// `origin + t direction`, rounded.
+    #[must_use]
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.direction() * t
+    }
+
+    /// Two points whose difference is the direction, exactly.
+    pub(crate) fn exact_direction(&self) -> [DVec3; 2] {
+        [self.base, self.target]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::ToString;
+
+    #[test]
+    fn what_is_no_ray_is_named() {
+        assert_eq!(Ray::new([0.0; 3], [0.0, -0.0, 0.0]), Err(RayError::NoDirection));
+        assert_eq!(Ray::segment([1.0; 3], [1.0; 3]), Err(RayError::NoDirection));
+        assert_eq!(Ray::new([0.0; 3], [0.0, f64::NAN, 0.0]), Err(RayError::NotFinite { number: 4 }));
+        assert_eq!(Ray::new([0.0, 0.0, 1e302], [1.0; 3]), Err(RayError::TooLarge { number: 2 }));
+        assert_eq!(RayError::NotFinite { number: 4 }.to_string(), "y of the ray's direction or end is not finite");
+        let ray = Ray::new([1.0; 3], [0.0, 2.0, 0.0]).unwrap().within(f64::NAN, f64::NAN);
+        assert_eq!((ray.limits(), ray.at(0.5)), ([0.0, f64::INFINITY], DVec3::new(1.0, 2.0, 1.0)));
+    }
+}

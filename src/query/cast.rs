@@ -1,0 +1,186 @@
+//! What does a ray hit? What a traversal that asks this does with nodes and triangles.
+//!
+//! There is no second tree. A pair stands for a node and, in place of the other node, where the ray enters its box, as the bits
+//! of a positive `f32`, which are in the order of the numbers. Nodes are finished depth-first, of siblings the one that is
+//! entered first; what is entered after the nearest hit is dropped. Triangles of a cluster go through a test in `f32` at once;
+//! those that it cannot exclude are tested one at a time in `f64`, exactly where that is in doubt.
+//!
+//! The rays of a batch are cast one after the other in the same run.
+
+use super::beam::Beam;
+use super::casting::{RayHit, RayMode, Suspect};
+use super::expand;
+use super::outcome::{LEVELS, StopReason};
+use super::queue::{Origin, Pair};
+use super::traversal::{Question, Traversal, bits};
+use crate::math::Ray;
+use crate::math::lanes::Lanes;
+use crate::model::cost::{
+    WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE, WORK_PER_RAY_TEST, WORK_PER_RAY_TRIANGLE,
+};
+use crate::tree::{Tree, WIDTH};
+use crate::triangle::ray::Aim;
+use crate::triangle::ray::batch::candidates;
+
+/// What rays hit.
+pub(super) struct Cast<'q> {
+    mode: RayMode,
+    aim: Aim,
+    pub beam: Beam,
+    /// The rays after the one at hand, and where the hits of it and of those go.
+    rays: &'q [Ray],
+    hits: &'q mut [Option<RayHit>],
+}
+
+impl<'q> Cast<'q> {
+    /// Goes on with the first of some rays.
+    pub fn new(tree: &Tree, ray: &Ray, mode: RayMode, rays: &'q [Ray], hits: &'q mut [Option<RayHit>]) -> Self {
+        let aim = Aim::new(ray);
+        Self { mode, aim, beam: Beam::new(tree.unit(), &aim), rays, hits }
+    }
+}
+
+/// A node and where the ray enters it.
+pub(super) fn entered(node: u32, enter: f32) -> Pair {
+    Pair::new(node, enter.to_bits())
+}
+
+/// Where the ray enters the node of a pair.
+pub(super) fn entry(pair: &Pair) -> f32 {
+    f32::from_bits(pair.nodes[1])
+}
+
+impl Question for Traversal<'_, '_, Cast<'_>> {
+    #[inline(always)]
+    fn next_pair(&mut self) -> Option<(Pair, Origin)> {
+        self.workspace.front.pop().or_else(|| self.next_ray())
+    }
+
+    #[inline(always)]
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
+        let beam = &mut self.question.beam;
+        let entry = entry(&pair);
+        if entry > beam.to {
+            self.workspace.run.stats.work += WORK_PER_LOOKUP;
+            return;
+        }
+        let node = &self.a.nodes()[pair.nodes[0] as usize];
+        let (enter, entered) = beam.enter(lanes, node, entry);
+        let stats = &mut self.workspace.run.stats;
+        stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] += u64::from(node.children);
+        stats.work += WORK_PER_RAY_NODE;
+        if entered == 0 {
+            return;
+        }
+        if node.is_cluster {
+            let count = u64::from(node.children);
+            stats.primitive_tests += count;
+            stats.work += WORK_PER_RAY_TRIANGLE * count;
+            let rows = expand::rows(self.a, node);
+            let suspected = candidates(lanes, rows, &beam.shaft, [beam.from, beam.to]) & entered;
+            for lane in bits(suspected) {
+                let triangle = node.first_child + lane as u32;
+                self.workspace.casting.suspects.push(Suspect { triangle, enter: enter[lane] });
+            }
+        } else {
+            self.push(node.first_child, entered, &enter);
+        }
+    }
+
+    #[inline(always)]
+    fn waits(&self, _any: bool) -> bool {
+        !self.workspace.casting.suspects.is_empty()
+    }
+
+    #[inline(always)]
+    fn test<L: Lanes>(&mut self, _lanes: L) -> Option<StopReason> {
+        let casting = &mut self.workspace.casting;
+        if self.question.mode == RayMode::All && casting.hits.len() == casting.hits.capacity() {
+            return Some(StopReason::PairsFull);
+        }
+        let suspect = casting.suspects.pop();
+        self.workspace.testing = !self.workspace.casting.suspects.is_empty();
+        suspect
+            .filter(|suspect| suspect.enter <= self.question.beam.to)
+            .and_then(|suspect| self.examine(suspect.triangle))
+    }
+}
+
+impl Traversal<'_, '_, Cast<'_>> {
+    /// Puts children on the stack, the one that is entered first on top.
+    #[inline(always)]
+    fn push(&mut self, first_child: u32, mut children: u32, enter: &[f32; WIDTH]) {
+        let front = &mut self.workspace.front;
+        if children.is_power_of_two() {
+            let i = children.trailing_zeros();
+            front.push(entered(first_child + i, enter[i as usize % WIDTH]));
+            return;
+        }
+        let mut sorted = [0_u64; WIDTH];
+        let mut count = 0;
+        while children != 0 {
+            let i = children.trailing_zeros();
+            children &= children - 1;
+            let key = u64::from(enter[i as usize % WIDTH].to_bits()) << 32 | u64::from(first_child + i);
+            let mut at = count;
+            while at > 0 && sorted[(at - 1) % WIDTH] < key {
+                sorted[at % WIDTH] = sorted[(at - 1) % WIDTH];
+                at -= 1;
+            }
+            sorted[at % WIDTH] = key;
+            count += 1;
+        }
+        for key in &sorted[..count] {
+            front.push(Pair::new(*key as u32, (key >> 32) as u32));
+        }
+    }
+
+    /// Tests a triangle in `f64`.
+    #[inline(never)]
+    fn examine(&mut self, triangle: u32) -> Option<StopReason> {
+        let id = self.a.ids()[triangle as usize];
+        let (found, was_exact) = self.question.aim.hit(&self.a.mesh().triangle(id as usize));
+        let stats = &mut self.workspace.run.stats;
+        stats.work += WORK_PER_RAY_TEST;
+        if was_exact {
+            stats.exact_tests += 1;
+            stats.work += WORK_PER_EXACT_TEST;
+            self.deadline.look_next();
+        }
+        let (t, side) = found?;
+        let hit = RayHit { triangle: id, t, side };
+        let (workspace, beam) = (&mut *self.workspace, &mut self.question.beam);
+        workspace.run.found += 1;
+        let casting = &mut workspace.casting;
+        if casting.hit.is_none_or(|before| hit.is_before(&before)) {
+            casting.hit = Some(hit);
+        }
+        match self.question.mode {
+            RayMode::Nearest => beam.cut(t),
+            RayMode::All => casting.hits.push(hit),
+            RayMode::Any => {
+                casting.suspects.clear();
+                workspace.front.clear();
+                workspace.testing = false;
+            }
+        }
+        None
+    }
+
+    /// Goes on with the next ray of the batch, if there is one.
+    #[inline(never)]
+    fn next_ray(&mut self) -> Option<(Pair, Origin)> {
+        let casting = &mut self.workspace.casting;
+        let (ray, rays) = self.question.rays.split_first()?;
+        let hits = core::mem::take(&mut self.question.hits);
+        let (hit, hits) = hits.split_first_mut()?;
+        *hit = casting.hit;
+        (casting.done, casting.after) = (casting.done + 1, rays.len());
+        casting.begin(ray);
+        self.question.aim = Aim::new(ray);
+        self.question.beam = Beam::new(self.a.unit(), &self.question.aim);
+        (self.question.rays, self.question.hits) = (rays, hits);
+        self.workspace.run.stats.work += WORK_PER_RAY;
+        Some((entered(0, 0.0), Origin::Stack))
+    }
+}

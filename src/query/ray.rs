@@ -1,0 +1,364 @@
+//! What rays hit: a tree, a ray and a budget in, a [`RayCast`] out; and the same for many rays.
+
+use super::Deadline;
+#[cfg(feature = "std")]
+use super::budget::by_system_clock;
+use super::budget::{Budget, Clock};
+use super::cast::{Cast, entered, entry};
+use super::casting::{RayHit, RayMode};
+use super::flushing;
+use super::outcome::{Stats, StopReason};
+use super::strategy::Strategy;
+use super::traversal::Traversal;
+use super::views::Relation;
+use super::workspace::{Asked, Key, ResumeError, Workspace};
+use crate::math::{Pose, Ray};
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_RAY};
+use crate::tree::Tree;
+
+/// The question what a ray or a segment hits. Cheap to make; one for each ray.
+///
+/// **Guarantee.** A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are given: closed
+/// triangles, edges and corners included, so no ray passes between triangles that share an edge. A degenerate triangle is the hull
+/// of its points, and one in whose plane the ray lies is hit where it begins to be. Whenever the query stops, every hit that it
+/// has not found lies at [`RayCast::free_until`] or after it. The nearest hit is the one with the least `t` as it is told
+/// ([`RayHit::t`]); which of two hits closer together than the error of `t` that is may differ from exact arithmetic, but does
+/// not depend on budgets, machines or the shape of the tree.
+///
+/// ```
+/// use punctual::{Budget, Ray, RayQuery, Side, Tree, Workspace, shapes};
+/// let ball = Tree::new(shapes::icosphere(4));
+/// let ray = Ray::new([0.1, 0.2, 9.0], [0.0, 0.0, -2.0])?;
+/// let cast = RayQuery::new(&ball, ray).run(&mut Workspace::new(), Budget::unlimited());
+/// let hit = cast.hit.expect("the ray comes through the ball");
+/// assert!(ray.at(hit.t).length() < 1.0 && hit.side == Side::Front && cast.free_until == hit.t);
+/// # Ok::<(), punctual::RayError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct RayQuery<'t> {
+    tree: &'t Tree,
+    ray: Ray,
+    mode: RayMode,
+    poll_interval: u64,
+}
+
+/// Room that the first query for all hits makes in a workspace that has none.
+const DEFAULT_ROOM: usize = 4096;
+
+impl<'t> RayQuery<'t> {
+    /// Asks for the nearest hit of `ray`, which is in the frame of the tree's mesh.
+    #[must_use]
+    pub fn new(tree: &'t Tree, ray: Ray) -> Self {
+        Self { tree, ray, mode: RayMode::Nearest, poll_interval: MAX_STEP_WORK }
+    }
+
+    /// Asks for the nearest hit, for any, or for all.
+    #[must_use]
+    pub fn mode(mut self, mode: RayMode) -> Self {
+        self.mode = mode;
+        self
+    }
+
+    /// Least work between looks at the clock, which come closer together towards the deadline; default
+    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
+    #[must_use]
+    pub fn poll_interval(mut self, work: u64) -> Self {
+        self.poll_interval = work;
+        self
+    }
+
+    /// Runs within a budget, by the clock of the system. It does not lock or panic, and does not allocate, but for room for
+    /// [`RayMode::All`], once ([`Workspace::reserve_ray_hits`]).
+    #[cfg(feature = "std")]
+    pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> RayCast {
+        by_system_clock(budget, |clock| self.run_by(workspace, budget, clock))
+    }
+
+    /// Goes on with the stopped run that the workspace holds, with a fresh budget.
+    ///
+    /// However it is cut into pieces by budgets of work, the outcome at the end is that of one uninterrupted run.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of this tree, this ray and this mode, or is complete.
+    #[cfg(feature = "std")]
+    pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<RayCast, ResumeError> {
+        by_system_clock(budget, |clock| self.resume_by(workspace, budget, clock))
+    }
+
+    /// [`RayQuery::run`] by a clock of the caller's.
+    pub fn run_with<C: Clock>(&self, workspace: &mut Workspace, budget: Budget, clock: &C) -> RayCast {
+        self.run_by(workspace, budget, clock)
+    }
+
+    /// [`RayQuery::resume`] by a clock of the caller's.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of this tree, this ray and this mode, or is complete.
+    pub fn resume_with<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        budget: Budget,
+        clock: &C,
+    ) -> Result<RayCast, ResumeError> {
+        self.resume_by(workspace, budget, clock)
+    }
+
+    fn run_by(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> RayCast {
+        let mut deadline = Deadline::of(budget, self.poll_interval, clock);
+        begin(self.tree, workspace, core::slice::from_ref(&self.ray), self.mode);
+        self.spend(workspace, &mut deadline)
+    }
+
+    fn resume_by(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> Result<RayCast, ResumeError> {
+        holds(self.tree, workspace, core::slice::from_ref(&self.ray), self.mode)?;
+        Ok(self.spend(workspace, &mut Deadline::of(budget, self.poll_interval, clock)))
+    }
+
+    fn spend(&self, workspace: &mut Workspace, deadline: &mut Deadline) -> RayCast {
+        let rays = core::slice::from_ref(&self.ray);
+        let (stop, open) = spend(self.tree, workspace, rays, &mut [None], deadline);
+        let (hit, found) = (workspace.casting.hit, workspace.run.found);
+        let free_until = match (self.mode, hit) {
+            (RayMode::All, _) | (_, None) => open,
+            (RayMode::Nearest, Some(hit)) => open.min(hit.t),
+            (RayMode::Any, Some(_)) => self.ray.limits()[0],
+        };
+        let is_first = self.mode == RayMode::Any && hit.is_some() && stop.is_final();
+        let stop = if is_first { StopReason::FirstHit } else { stop };
+        RayCast { hit, found, free_until, stop, stats: workspace.stats() }
+    }
+}
+
+/// Many rays through one tree, answered one after the other within one budget; for each its nearest hit, or any. Takes less
+/// time for each ray than a [`RayQuery`].
+///
+/// ```
+/// use punctual::{Budget, Ray, RayBatch, Tree, Workspace, shapes};
+/// let ball = Tree::new(shapes::icosphere(4));
+/// let rays: Result<Vec<Ray>, _> = (0..9).map(|i| Ray::new([0.0, 0.3 * f64::from(i), 9.0], [0.0, 0.0, -1.0])).collect();
+/// let (rays, mut hits) = (rays?, [None; 9]);
+/// let done = RayBatch::new(&ball, &rays).run(&mut Workspace::new(), &mut hits, Budget::unlimited()).done;
+/// assert_eq!((done, hits.iter().flatten().count()), (9, 4));
+/// # Ok::<(), punctual::RayError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct RayBatch<'t> {
+    tree: &'t Tree,
+    rays: &'t [Ray],
+    mode: RayMode,
+    poll_interval: u64,
+}
+
+impl<'t> RayBatch<'t> {
+    /// Asks for the nearest hit of each ray.
+    #[must_use]
+    pub fn new(tree: &'t Tree, rays: &'t [Ray]) -> Self {
+        Self { tree, rays, mode: RayMode::Nearest, poll_interval: MAX_STEP_WORK }
+    }
+
+    /// Asks for any hit of each ray.
+    #[must_use]
+    pub fn any(mut self) -> Self {
+        self.mode = RayMode::Any;
+        self
+    }
+
+    /// Least work between looks at the clock; default [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
+    #[must_use]
+    pub fn poll_interval(mut self, work: u64) -> Self {
+        self.poll_interval = work;
+        self
+    }
+
+    /// Runs within a budget, by the clock of the system, and writes the hits of the rays that are done into `hits`: as many rays
+    /// as both slices have. It does not allocate, lock or panic.
+    #[cfg(feature = "std")]
+    pub fn run(&self, workspace: &mut Workspace, hits: &mut [Option<RayHit>], budget: Budget) -> RayBatchOutcome {
+        by_system_clock(budget, |clock| self.run_by(workspace, hits, budget, clock))
+    }
+
+    /// Goes on with the stopped run that the workspace holds, with a fresh budget. `hits` is as long as it was; what is done
+    /// already is not written again.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of this tree and these rays, or is complete.
+    #[cfg(feature = "std")]
+    pub fn resume(
+        &self,
+        workspace: &mut Workspace,
+        hits: &mut [Option<RayHit>],
+        budget: Budget,
+    ) -> Result<RayBatchOutcome, ResumeError> {
+        by_system_clock(budget, |clock| self.resume_by(workspace, hits, budget, clock))
+    }
+
+    /// [`RayBatch::run`] by a clock of the caller's.
+    pub fn run_with<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        hits: &mut [Option<RayHit>],
+        budget: Budget,
+        clock: &C,
+    ) -> RayBatchOutcome {
+        self.run_by(workspace, hits, budget, clock)
+    }
+
+    /// [`RayBatch::resume`] by a clock of the caller's.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of this tree and these rays, or is complete.
+    pub fn resume_with<C: Clock>(
+        &self,
+        workspace: &mut Workspace,
+        hits: &mut [Option<RayHit>],
+        budget: Budget,
+        clock: &C,
+    ) -> Result<RayBatchOutcome, ResumeError> {
+        self.resume_by(workspace, hits, budget, clock)
+    }
+
+    fn run_by(
+        &self,
+        workspace: &mut Workspace,
+        hits: &mut [Option<RayHit>],
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> RayBatchOutcome {
+        let mut deadline = Deadline::of(budget, self.poll_interval, clock);
+        begin(self.tree, workspace, self.answered(hits), self.mode);
+        self.spend(workspace, hits, &mut deadline)
+    }
+
+    fn resume_by(
+        &self,
+        workspace: &mut Workspace,
+        hits: &mut [Option<RayHit>],
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> Result<RayBatchOutcome, ResumeError> {
+        holds(self.tree, workspace, self.answered(hits), self.mode)?;
+        Ok(self.spend(workspace, hits, &mut Deadline::of(budget, self.poll_interval, clock)))
+    }
+
+    fn answered(&self, hits: &[Option<RayHit>]) -> &'t [Ray] {
+        &self.rays[..self.rays.len().min(hits.len())]
+    }
+
+    fn spend(
+        &self,
+        workspace: &mut Workspace,
+        hits: &mut [Option<RayHit>],
+        deadline: &mut Deadline,
+    ) -> RayBatchOutcome {
+        let (stop, _) = spend(self.tree, workspace, self.answered(hits), hits, deadline);
+        RayBatchOutcome { done: workspace.casting.done, stop, stats: workspace.stats() }
+    }
+}
+
+fn key(tree: &Tree) -> Key {
+    Key { trees: [tree.identity(); 2], b_in_a: Pose::IDENTITY, asked: Asked::Ray }
+}
+
+/// Prepares the workspace for the first of some rays.
+fn begin(tree: &Tree, workspace: &mut Workspace, rays: &[Ray], mode: RayMode) {
+    workspace.clear();
+    workspace.run.begin(key(tree), Strategy::NONE);
+    let casting = &mut workspace.casting;
+    casting.mode = mode;
+    if mode == RayMode::All && casting.hits.capacity() == 0 {
+        casting.reserve(DEFAULT_ROOM);
+    }
+    let Some(first) = rays.first() else { return };
+    casting.begin(first);
+    casting.after = rays.len() - 1;
+    if !tree.nodes().is_empty() {
+        workspace.run.stats.work = WORK_PER_RAY;
+        workspace.front.push(entered(0, 0.0));
+    }
+}
+
+/// Whether the workspace holds a stopped run of these rays.
+fn holds(tree: &Tree, workspace: &Workspace, rays: &[Ray], mode: RayMode) -> Result<(), ResumeError> {
+    workspace.run.holds_stopped(&key(tree))?;
+    let casting = &workspace.casting;
+    let is_same = casting.mode == mode
+        && casting.done + casting.after + 1 == rays.len()
+        && rays.get(casting.done) == casting.ray.as_ref();
+    if is_same { Ok(()) } else { Err(ResumeError) }
+}
+
+/// Spends a budget on the run of these rays in the workspace. With why it ends, the parameter of the ray at hand before which no
+/// hit is left to be found.
+fn spend(
+    tree: &Tree,
+    workspace: &mut Workspace,
+    rays: &[Ray],
+    hits: &mut [Option<RayHit>],
+    deadline: &mut Deadline,
+) -> (StopReason, f64) {
+    let Some((ray, rest)) = rays.get(workspace.casting.done..).and_then(<[Ray]>::split_first) else {
+        return (StopReason::Finished, f64::INFINITY);
+    };
+    if tree.nodes().is_empty() {
+        hits[..rays.len()].fill(None);
+        (workspace.casting.done, workspace.casting.after) = (rays.len(), 0);
+        return (StopReason::Finished, f64::INFINITY);
+    }
+    let stop = if rays.iter().any(|ray| flushing::matters_to_ray(tree, ray)) {
+        workspace.run.stopped = true;
+        StopReason::FlushedToZero
+    } else {
+        let (mode, hit) = (workspace.casting.mode, workspace.casting.hit);
+        let left = &mut hits[workspace.casting.done..];
+        let mut question = Cast::new(tree, ray, mode, rest, left);
+        if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
+            question.beam.cut(hit.t);
+        }
+        Traversal::new(question, [tree; 2], &Pose::IDENTITY, &Relation::BLIND, workspace, deadline).advance()
+    };
+    workspace.run.took(deadline.elapsed());
+    let casting = &mut workspace.casting;
+    if stop.is_final() {
+        hits[casting.done] = casting.hit;
+        casting.done += 1;
+        return (stop, f64::INFINITY);
+    }
+    let entries = workspace.front.iter().map(|pair| entry(&pair));
+    let first = entries.chain(casting.suspects.iter().map(|suspect| suspect.enter)).fold(f32::INFINITY, f32::min);
+    let beam = casting.ray.map(|ray| Cast::new(tree, &ray, casting.mode, &[], &mut []).beam);
+    (stop, beam.map_or(0.0, |beam| beam.t(first)))
+}
+
+/// The answer of a ray query.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
+#[non_exhaustive]
+pub struct RayCast {
+    /// The nearest hit of those found; in [`RayMode::Any`] the one found.
+    pub hit: Option<RayHit>,
+    /// Hits found, resumed calls and drained hits included. In [`RayMode::Nearest`] those that were compared.
+    pub found: u64,
+    /// Proven: every hit that was not found is at this parameter or after it. In [`RayMode::Nearest`] never after the hit that
+    /// was found, in [`RayMode::Any`] with a hit the least parameter that was asked for. Infinite if there is none.
+    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    pub free_until: f64,
+    /// Why the query returned.
+    pub stop: StopReason,
+    /// What it has done.
+    pub stats: Stats,
+}
+
+/// The answer for many rays; their hits are in the caller's slice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
+#[non_exhaustive]
+pub struct RayBatchOutcome {
+    /// The first so many rays are done and their hits are written.
+    pub done: usize,
+    /// Why it returned.
+    pub stop: StopReason,
+    /// What it has done for all rays.
+    pub stats: Stats,
+}

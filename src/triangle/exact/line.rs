@@ -1,0 +1,142 @@
+//! A ray or a segment and a triangle, exactly: on which side it passes an edge, whether and where it meets the plane, and what
+//! they share if they lie in one plane. Only asked where `f64` is in doubt ([`crate::triangle::ray`]).
+
+use super::sum::{Sum, Term, on_grid};
+use crate::math::Ray;
+use arrayvec::ArrayVec;
+use core::array::from_fn;
+use glam::DVec3;
+
+/// The points of a ray and a triangle on one grid: origin, base and target of the direction, three corners.
+pub(crate) struct Line {
+    points: [[Term; 3]; 6],
+    width: u32,
+    is_segment: bool,
+}
+
+/// A difference of two points: from the second to the first.
+type Row = [usize; 2];
+
+const ORIGIN: usize = 0;
+/// Of a segment; else the target of the direction.
+const END: usize = 2;
+const DIRECTION: Row = [END, 1];
+
+/// Number of a corner.
+const fn corner(i: usize) -> usize {
+    3 + i % 3
+}
+
+/// The plane's parameter on the line is `above / along`; both are products with the normal of the triangle.
+const fn rows(first: Row) -> [Row; 3] {
+    [first, [corner(1), corner(0)], [corner(2), corner(0)]]
+}
+
+/// A point of the line: 1 if it lies after the origin, and after the end of a segment, -1 if before; and its parameter.
+struct Point {
+    after_origin: i8,
+    after_end: i8,
+    t: f64,
+}
+
+impl Point {
+    /// The parameter of `p` is the measure from the origin to it over that of the direction.
+    fn new(measure: impl Fn(Row) -> Sum, p: usize) -> Self {
+        let (above, along) = (measure([p, ORIGIN]), measure(DIRECTION));
+        let sign = along.sign();
+        let after_end = measure([p, END]).sign() * sign;
+        Self { after_origin: above.sign() * sign, after_end, t: above.quotient(&along) }
+    }
+}
+
+impl Line {
+    pub fn new(ray: &Ray, [a, b, c]: &[DVec3; 3]) -> Self {
+        let [base, target] = ray.exact_direction();
+        let (points, width) = on_grid([ray.origin(), base, target, *a, *b, *c].map(|p| p.to_array()));
+        Self { points, width, is_segment: ray.is_segment() }
+    }
+
+    /// On which side the line passes the edge from corner `i` to the next: the sign of `det(d, p - o, q - o)`.
+    pub fn side(&self, i: usize) -> i8 {
+        self.volume([DIRECTION, [corner(i), ORIGIN], [corner(i + 1), ORIGIN]]).sign()
+    }
+
+    /// The sign of how far the plane is from the origin along the normal.
+    pub fn above(&self) -> i8 {
+        self.volume(rows([corner(0), ORIGIN])).sign()
+    }
+
+    /// The same from the end of a segment.
+    pub fn above_end(&self) -> i8 {
+        self.volume(rows([corner(0), END])).sign()
+    }
+
+    /// Where the line meets the plane, which it is not parallel to.
+    pub fn t(&self) -> f64 {
+        self.volume(rows([corner(0), ORIGIN])).quotient(&self.volume(rows(DIRECTION)))
+    }
+
+    /// The least parameter of a common point, if there is one, where the line lies in one plane with the triangle, or with the
+    /// segment or the point that it is; that is, where it passes all edges on no side.
+    ///
+    /// Along an axis along which not all turns about the line vanish, what is in that plane is seen without loss. If there is
+    /// none, the triangle is a part of the line.
+    pub fn t_in_plane(&self) -> Option<f64> {
+        let along = (0..3).find(|&axis| self.length(axis, DIRECTION).sign() != 0)?;
+        let turns = |axis: usize| from_fn(|i| self.area(axis, [DIRECTION, [corner(i), ORIGIN]]).sign());
+        let (axis, turns): (usize, [i8; 3]) =
+            (0..3).map(|axis| (axis, turns(axis))).find(|(_, turns)| *turns != [0; 3]).unwrap_or((0, [0; 3]));
+        let mut ends = ArrayVec::<Point, 6>::new();
+        for i in 0..3 {
+            let (p, edge) = (corner(i), [corner(i + 1), corner(i)]);
+            if turns[i] == 0 {
+                ends.push(Point::new(|first| self.length(along, first), p));
+            }
+            if turns[i] * turns[(i + 1) % 3] < 0 {
+                ends.push(Point::new(|first| self.area(axis, [first, edge]), p));
+            }
+        }
+        let is_before = !self.is_segment || ends.iter().any(|point| point.after_end <= 0);
+        if !is_before || ends.iter().all(|point| point.after_origin < 0) {
+            return None;
+        }
+        if ends.iter().any(|point| point.after_origin <= 0) {
+            return Some(0.0);
+        }
+        ends.iter().map(|point| point.t).reduce(f64::min)
+    }
+
+    fn volume(&self, rows: [Row; 3]) -> Sum {
+        let mut sum = Sum::new(self.width);
+        for choice in 0..8_usize {
+            let [p, q, r] = from_fn(|i| &self.points[rows[i][choice >> i & 1]]);
+            let negate = choice.count_ones() % 2 == 1;
+            for (x, y, z) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+                sum.accumulate([p[x], q[y], r[z]], negate);
+                sum.accumulate([p[x], q[z], r[y]], !negate);
+            }
+        }
+        sum
+    }
+
+    /// The area that two differences span, seen along an axis.
+    fn area(&self, axis: usize, rows: [Row; 2]) -> Sum {
+        let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
+        let mut sum = Sum::new(self.width);
+        for choice in 0..4_usize {
+            let [p, q] = from_fn(|i| &self.points[rows[i][choice >> i & 1]]);
+            let negate = choice.count_ones() % 2 == 1;
+            sum.accumulate([p[x], q[y], Term::ONE], negate);
+            sum.accumulate([p[y], q[x], Term::ONE], !negate);
+        }
+        sum
+    }
+
+    /// A difference along an axis.
+    fn length(&self, axis: usize, [to, from]: Row) -> Sum {
+        let mut sum = Sum::new(self.width);
+        sum.add([self.points[to][axis], Term::ONE, Term::ONE]);
+        sum.subtract([self.points[from][axis], Term::ONE, Term::ONE]);
+        sum
+    }
+}

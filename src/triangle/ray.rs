@@ -1,0 +1,164 @@
+//! Does a ray meet a triangle, and where: eight triangles at a time in `f32` for certain misses ([`batch`]), then one at a time in
+//! `f64`, with exact signs where those are in doubt.
+//!
+//! A line that is not parallel to a triangle's plane meets it if it passes no two of its edges on different sides. On which
+//! side it passes an edge depends on the edge alone, and is decided exactly: so no ray slips through between two triangles
+//! that share an edge or a corner. Proof of the bounds: `docs/numerics.md`, "Rays".
+
+pub(crate) mod batch;
+
+use super::exact::line::Line;
+use super::exact::{LARGEST, PADDING};
+use crate::math::Ray;
+use crate::names::named;
+use core::array::from_fn;
+use glam::DVec3;
+
+/// The side of a triangle that a ray comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Side {
+    /// The one from which the corners appear counterclockwise.
+    Front,
+    /// The other one.
+    Back,
+    /// None: the ray lies in the triangle's plane, or the triangle is a segment or a point.
+    Edge,
+}
+
+named!(Side { Front => "front", Back => "back", Edge => "edge" });
+
+/// A ray made ready for tests in `f64`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Aim {
+    ray: Ray,
+    /// The direction times `unit`, its largest component within 1 and 2.
+    pub direction: DVec3,
+    /// log2 of what the direction is divided by.
+    pub exponent: i32,
+    unit: f64,
+    /// Sizes of its components, padded.
+    size: DVec3,
+    /// Relative error bound of a determinant; infinite where `f64` does not do.
+    bound: f64,
+}
+
+/// Error of a determinant of three vectors, over the sum of the sizes of its six products: `docs/numerics.md`.
+const BOUND: f64 = 5.0 * f64::EPSILON;
+
+/// How far a hit may be off where `f64` is good enough, over the largest coordinate of the triangle seen from the origin.
+const TOLERANCE: f64 = 1e-11;
+
+/// Largest magnitude of the exponent of a direction that `f64` does for.
+const EXPONENTS: i32 = 300;
+
+impl Aim {
+    pub fn new(ray: &Ray) -> Self {
+        let direction = ray.direction();
+        let largest = direction.abs().max_element();
+        let exponent = ((largest.to_bits() >> 52) as i32 - 1023).max(-1023);
+        let is_plain = exponent.abs() <= EXPONENTS;
+        let unit = if is_plain { f64::from_bits(((1023 - exponent) as u64) << 52) } else { 1.0 };
+        let direction = direction * unit;
+        let bound = if is_plain { BOUND } else { f64::INFINITY };
+        Self { ray: *ray, direction, exponent, unit, size: direction.abs() + DVec3::splat(PADDING), bound }
+    }
+
+    pub fn ray(&self) -> &Ray {
+        &self.ray
+    }
+
+    /// Whether its numbers are within the range in which `f64` does.
+    pub fn is_plain(&self) -> bool {
+        self.bound < f64::INFINITY
+    }
+
+    /// The least parameter of a point that ray and triangle share, if there is one within the limits, the side it comes from,
+    /// and whether that took exact arithmetic.
+    #[inline]
+    pub fn hit(&self, corners: &[DVec3; 3]) -> (Option<(f64, Side)>, bool) {
+        let mut exact = Exact { ray: &self.ray, corners, line: None };
+        let found = self.first(corners, &mut exact);
+        let [t_min, t_max] = self.ray.limits();
+        (found.filter(|&(t, _)| t_min <= t && t <= t_max), exact.line.is_some())
+    }
+
+    #[inline]
+    fn first(&self, corners: &[DVec3; 3], exact: &mut Exact) -> Option<(f64, Side)> {
+        let d = self.direction;
+        let [a, b, c] = corners.map(|corner| corner - self.ray.origin());
+        let [e, f, g] = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
+        let reach = a.abs().max(b.abs()).max(c.abs()) + DVec3::splat(PADDING);
+        let extent = e.abs().max(f.abs()).max(g.abs()) + DVec3::splat(PADDING);
+        let largest = reach.max_element();
+        let bound = if largest <= LARGEST { self.bound } else { f64::INFINITY };
+
+        let passes = [d.dot(a.cross(e)), d.dot(b.cross(f)), d.dot(c.cross(g))];
+        let error = bound * self.size.dot(products(reach, extent));
+        let is_passed = |sign: f64| passes.iter().any(|pass| pass * sign > error);
+        if is_passed(1.0) && is_passed(-1.0) {
+            return None;
+        }
+        let sides: [i8; 3] = from_fn(|i| sign(passes[i], error).unwrap_or_else(|| exact.line().side(i)));
+        let faces = match (sides.contains(&1), sides.contains(&-1)) {
+            (true, true) => return None,
+            (false, false) => return exact.line().t_in_plane().map(|t| (t, Side::Edge)),
+            (true, false) => 1,
+            (false, true) => -1,
+        };
+
+        let normal = e.cross(-g);
+        let (above, along) = (normal.dot(a), normal.dot(d));
+        let square = products(extent, extent);
+        let (above_error, along_error) = (bound * reach.dot(square), bound * self.size.dot(square));
+        if sign(above, above_error).unwrap_or_else(|| exact.line().above()) == -faces {
+            return None;
+        }
+        if self.ray.is_segment() {
+            let left = along / self.unit - above;
+            let error = along_error / self.unit + 2.0 * above_error;
+            // The end is after the plane if what is left has the sign of the way along the normal.
+            if sign(left, error).unwrap_or_else(|| -exact.line().above_end()) == -faces {
+                return None;
+            }
+        }
+        let t = above / along;
+        let is_close = above_error + t.abs() * along_error <= 0.4 * TOLERANCE * along.abs() * largest;
+        let t = if is_close { t * self.unit } else { exact.line().t() };
+        let t = if self.ray.is_segment() { t.min(1.0) } else { t };
+        Some((t.max(0.0), if faces < 0 { Side::Front } else { Side::Back }))
+    }
+}
+
+/// The exact line of a ray, made when it is needed first.
+struct Exact<'q> {
+    ray: &'q Ray,
+    corners: &'q [DVec3; 3],
+    line: Option<Line>,
+}
+
+impl Exact<'_> {
+    #[cold]
+    fn line(&mut self) -> &Line {
+        let Self { ray, corners, line } = self;
+        line.get_or_insert_with(|| Line::new(ray, corners))
+    }
+}
+
+/// The sign of a value that is off by no more than `error`, if that is certain.
+#[inline]
+fn sign(value: f64, error: f64) -> Option<i8> {
+    if value > error {
+        Some(1)
+    } else if value < -error {
+        Some(-1)
+    } else {
+        None
+    }
+}
+
+/// Sizes of the products in the components of a cross product of vectors of these sizes.
+#[inline]
+fn products(u: DVec3, v: DVec3) -> DVec3 {
+    DVec3::new(u.y * v.z + u.z * v.y, u.z * v.x + u.x * v.z, u.x * v.y + u.y * v.x)
+}

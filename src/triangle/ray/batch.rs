@@ -1,0 +1,54 @@
+//! Which of eight triangles a ray certainly misses, in `f32`.
+//!
+//! With the edges `e`, `f` of a triangle and `s` from its first corner to the ray's origin, three products
+//! `det = (d x f) . e`, `u = (d x f) . s` and `v = (s x e) . d` say on which sides the line passes the edges: they are the signs of
+//! `u`, `v` and `det - u - v`. The plane is met at `t = (s x e) . f / det`. Each value has an error bound from the largest components
+//! `E` of the edges and `S` of `s`, derived in `docs/numerics.md`, "Rays".
+
+use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, sub};
+use crate::math::tolerance::ROUNDING;
+use crate::triangle::batch::{EDGE_SLOP, Rows, Transposed, UNDERFLOW, largest};
+
+/// A ray in unit coordinates, near the mesh.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shaft {
+    pub origin: [f32; 3],
+    /// Its components are below 2 in size.
+    pub direction: [f32; 3],
+    /// How far the origin may be off besides its rounding.
+    pub slop: f32,
+}
+
+/// Most that a parameter which is asked for may be.
+pub(crate) const LARGEST_PARAMETER: f32 = 4.0;
+
+/// Those of eight triangles that the ray may meet at parameters between `from` and `to`, a bit for each.
+#[inline(always)]
+pub(crate) fn candidates<L: Lanes>(lanes: L, rows: [&Rows; 8], shaft: &Shaft, [from, to]: [f32; 2]) -> u32 {
+    let splat = |x: f32| F8::splat(lanes, x);
+    let of = Transposed::new(lanes, rows);
+    let (e, f) = (of.edge1, of.edge2);
+    let d: V8<L> = per_axis!(k => splat(shaft.direction[k]));
+    let s = sub(per_axis!(k => splat(shaft.origin[k])), of.first);
+    let (across, turned) = (cross(d, f), cross(s, e));
+    let (det, u, v) = (dot(across, e), dot(across, s), dot(turned, d));
+    let w = det - u - v;
+
+    let (edge, reach) = (largest(e).max(largest(f)) + splat(EDGE_SLOP), largest(s));
+    let error = edge
+        * (edge * splat(136.0 * ROUNDING)
+            + reach * splat(264.0 * ROUNDING)
+            + splat(88.0 * ROUNDING + 26.0 * shaft.slop))
+        + splat(UNDERFLOW);
+    let is_outside = error.less(u.max(v).max(w)).and(u.min(v).min(w).less(-error));
+
+    let square = edge * edge;
+    let error =
+        square * (reach * splat(56.0 * ROUNDING) + splat(600.0 * ROUNDING + 7.0 * shaft.slop)) + splat(UNDERFLOW);
+    let is_back = det.less(splat(0.0));
+    let faces = |x: F8<L>| is_back.select(-x, x);
+    let (size, above) = (faces(det), faces(dot(turned, f)));
+    let (before, beyond) = (splat(from) * size - above, above - splat(to) * size);
+    let is_off = error.less(before.max(beyond)).and(error.less(size));
+    !is_outside.or(is_off).mask() & 0xff
+}

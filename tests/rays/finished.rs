@@ -1,0 +1,154 @@
+//! Finished queries against all triangles, one by one, in rational numbers.
+
+use crate::common::random::{Family, Random, soup, soups};
+use crate::truth::Line;
+use punctual::glam::DVec3;
+use punctual::{
+    Budget, ManualClock, Ray, RayBatch, RayCast, RayHit, RayMode, RayQuery, Side, StopReason, Tree, Workspace,
+};
+
+pub const ENOUGH: Budget = Budget::work(1 << 40);
+
+pub fn run(tree: &Tree, ray: Ray, mode: RayMode, workspace: &mut Workspace) -> RayCast {
+    RayQuery::new(tree, ray).mode(mode).run_with(workspace, ENOUGH, &ManualClock::new())
+}
+
+/// Rays to and from corners, edges and middles of triangles, along axes, within planes, and anywhere.
+pub fn lines(tree: &Tree, count: usize, random: &mut Random) -> Vec<Line> {
+    let mesh = tree.mesh();
+    let bounds = mesh.aabb();
+    let (middle, size) = (bounds.min * 0.5 + bounds.max * 0.5, bounds.max - bounds.min);
+    let place = |random: &mut Random| {
+        let [p, q, r] = mesh.triangle(random.below(mesh.len()));
+        match random.below(6) {
+            0 => p,
+            1 => p * 0.5 + q * 0.5,
+            2 => p * 0.25 + q * 0.25 + r * 0.5,
+            3 => middle + random.vector() * size,
+            4 => middle + random.vector() * size * 3.0,
+            _ => middle,
+        }
+    };
+    let mut lines = Vec::new();
+    while lines.len() < count {
+        let (from, to) = (place(random), place(random));
+        let [p, q, r] = mesh.triangle(random.below(mesh.len()));
+        let axis = DVec3::AXES[random.below(3)] * if random.below(2) == 0 { 1.0 } else { -1.0 };
+        let line = match random.below(8) {
+            0 => [from, axis],
+            1 => [from, axis * size.max_element()],
+            // In the plane of a triangle, or along an edge of it.
+            2 => [p, q - r],
+            3 => [p, q - p],
+            4 => [p + (p - q), q - p],
+            _ => [from, to - from],
+        };
+        let is_fine = |v: DVec3| v.is_finite() && v.abs().max_element() <= 1e300;
+        if is_fine(line[0]) && is_fine(line[1]) && line[1] != DVec3::ZERO && random.below(3) > 0 {
+            lines.push(Line::half_line(line[0], line[1]));
+        } else if from != to {
+            lines.push(Line::segment(from, to));
+        }
+    }
+    lines
+}
+
+/// All modes, kernels and a batch against the truth.
+pub fn assert_right(tree: &Tree, lines: &[Line], workspace: &mut Workspace) -> usize {
+    let (mut portable, mut count) = (Workspace::with_capacity(0, 0), 0);
+    portable.use_portable_kernels();
+    let rays: Vec<Ray> = lines.iter().map(|line| line.ray).collect();
+    let (mut nearest, mut any) = (vec![None; rays.len()], vec![None; rays.len()]);
+    let batch = RayBatch::new(tree, &rays);
+    let done = batch.run_with(workspace, &mut nearest, ENOUGH, &ManualClock::new());
+    assert_eq!((done.done, done.stop), (rays.len(), StopReason::Finished));
+    let _ = batch.any().run_with(workspace, &mut any, ENOUGH, &ManualClock::new());
+    for (i, line) in lines.iter().enumerate() {
+        let truth = line.all(tree);
+        let cast = run(tree, line.ray, RayMode::All, workspace);
+        let mut hits: Vec<RayHit> = workspace.ray_hits().to_vec();
+        hits.sort_by_key(|hit| hit.triangle);
+        let ids = |hits: &[RayHit]| hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>();
+        assert_eq!(ids(&hits), truth.iter().map(|(id, _)| *id).collect::<Vec<_>>(), "{:?}", line.ray);
+        assert_eq!((cast.found, cast.free_until, cast.stop), (hits.len() as u64, f64::INFINITY, StopReason::Finished));
+        hits.iter().zip(&truth).for_each(|(hit, (_, t))| line.assert_close(tree, hit, t));
+        count += hits.len();
+
+        let first = hits.iter().copied().min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+        let cast = run(tree, line.ray, RayMode::Nearest, workspace);
+        assert_eq!((cast.hit, nearest[i]), (first, first), "{:?}", line.ray);
+        assert_eq!(cast.free_until, first.map_or(f64::INFINITY, |hit| hit.t));
+        assert_eq!(run(tree, line.ray, RayMode::Nearest, &mut portable), cast);
+        let found = run(tree, line.ray, RayMode::Any, workspace);
+        assert_eq!(found.hit, any[i]);
+        assert_eq!(found.hit.is_some(), !hits.is_empty());
+        assert!(found.hit.is_none_or(|hit| hits.contains(&hit)));
+        let stop = if hits.is_empty() { StopReason::Finished } else { StopReason::FirstHit };
+        assert_eq!(found.stop, stop);
+    }
+    count
+}
+
+fn assert_soups(family: Family) {
+    let mut random = Random::new(family as u64);
+    let mut workspace = Workspace::new();
+    let mut count = 0;
+    for size in [1, 7, 40] {
+        let tree = Tree::new(soup(family, size, &mut random));
+        count += assert_right(&tree, &lines(&tree, 30, &mut random), &mut workspace);
+    }
+    assert!(count > 20, "{count} hits");
+}
+soups!(assert_soups);
+
+#[test]
+fn limits_leave_out_what_is_told_beyond_them() {
+    let tree = Tree::new(punctual::shapes::cuboid([1.0, 1.0, 1.0], 2));
+    let ray = Ray::new([-3.0, 0.3, 0.4], [2.0, 0.0, 0.0]).unwrap();
+    let mut workspace = Workspace::new();
+    let mut nearest = |t_min, t_max| {
+        let cast = run(&tree, ray.within(t_min, t_max), RayMode::Nearest, &mut workspace);
+        cast.hit.map(|hit| (hit.t, hit.side))
+    };
+    assert_eq!(nearest(0.0, 9.0), Some((1.0, Side::Front)));
+    assert_eq!(nearest(1.0, 1.0), Some((1.0, Side::Front)));
+    assert_eq!(nearest(1.1, 9.0), Some((2.0, Side::Back)));
+    assert_eq!(nearest(1.1, 1.9), None);
+    assert_eq!(nearest(3.0, 1.0), None);
+    assert_eq!(nearest(f64::NAN, f64::NAN), Some((1.0, Side::Front)));
+    assert_eq!(nearest(-5.0, -1.0), None);
+}
+
+#[test]
+fn an_empty_mesh_and_no_rays_are_answered() {
+    let empty = Tree::new(punctual::Mesh::new([[0.0_f32; 3]; 0], []).unwrap());
+    let ray = Ray::new([0.0; 3], [1.0, 0.0, 0.0]).unwrap();
+    let mut workspace = Workspace::new();
+    for mode in [RayMode::Nearest, RayMode::Any, RayMode::All] {
+        let cast = run(&empty, ray, mode, &mut workspace);
+        assert_eq!((cast.hit, cast.free_until, cast.stop), (None, f64::INFINITY, StopReason::Finished));
+    }
+    let mut hits =
+        [Some(run(&Tree::new(punctual::shapes::icosphere(1)), ray, RayMode::Any, &mut workspace).hit.unwrap())];
+    let done = RayBatch::new(&empty, &[ray, ray]).run_with(&mut workspace, &mut hits, ENOUGH, &ManualClock::new());
+    assert_eq!((done.done, hits), (1, [None]));
+    let done = RayBatch::new(&empty, &[]).run_with(&mut workspace, &mut hits, ENOUGH, &ManualClock::new());
+    assert_eq!((done.done, done.stop), (0, StopReason::Finished));
+}
+
+#[test]
+fn directions_and_origins_of_any_size() {
+    let tree = Tree::new(punctual::shapes::icosphere(1));
+    let mut lines = Vec::new();
+    for scale in [5e-324, 1e-200, 1.0, 1e90, 1e300] {
+        for far in [1.5, 1e4, 1e11, 1e200] {
+            lines.push(Line::half_line(DVec3::new(0.1, far, 0.25), DVec3::new(0.0, -scale, 0.0)));
+            lines.push(Line::half_line(DVec3::new(0.1, far, 0.25), DVec3::new(0.0, scale, 1e-3 * scale)));
+        }
+        if scale > 1e-90 {
+            lines.push(Line::segment(DVec3::new(0.1, 2.0, 0.25), DVec3::new(0.2, -scale, 0.1)));
+        }
+    }
+    let count = assert_right(&tree, &lines, &mut Workspace::new());
+    assert!(count > 40, "{count} hits");
+}
