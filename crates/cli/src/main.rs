@@ -15,6 +15,7 @@ mod motion;
 mod pair;
 mod paper;
 mod push;
+mod rays;
 mod scene;
 mod sweep;
 mod triangles;
@@ -40,6 +41,7 @@ enum Command {
     Distance(distance::Args),
     Motion(motion::Args),
     Contacts(contacts::Args),
+    Rays(rays::Args),
     Triangles(triangles::Args),
     Info(info::Args),
     Paper(paper::Args),
@@ -68,6 +70,7 @@ fn main() -> ExitCode {
         Command::Distance(args) => distance::run(args, &mut out),
         Command::Motion(args) => motion::run(args, &mut out),
         Command::Contacts(args) => contacts::run(args, &mut out),
+        Command::Rays(args) => rays::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use punctual::{Mesh, Motion, Pose};
+use punctual::{Mesh, Motion, Pose, Ray};
 use punctual_io::text::{fields, numbers};
 use punctual_io::{FileError, load};
 
@@ -22,6 +22,14 @@ pub struct ListedMotion {
     pub line: usize,
     /// The motion, or why it is none.
     pub motion: Result<Motion, String>,
+}
+
+/// One entry of a list of rays. A line that holds none keeps its place in the list, with the reason.
+pub struct ListedRay {
+    /// Its line in the file, counted from 1.
+    pub line: usize,
+    /// The ray, or why it is none.
+    pub ray: Result<Ray, String>,
 }
 
 /// Reads a mesh of a case, `a` or `b`, whatever its format.
@@ -50,6 +58,22 @@ pub fn poses(file: &Path) -> Result<Vec<ListedPose>, FileError> {
 /// If the file cannot be read; lines that hold no motion are listed with the others.
 pub fn motions(file: &Path) -> Result<Vec<ListedMotion>, FileError> {
     listed(file, |line, fields| ListedMotion { line, motion: parse_motion(fields) })
+}
+
+/// Reads a list of rays: 6 numbers a line, the origin and the direction, or the ends of a segment; `#` comments and blank lines
+/// are skipped.
+///
+/// # Errors
+/// If the file cannot be read; lines that hold no ray are listed with the others.
+pub fn rays(file: &Path, are_segments: bool) -> Result<Vec<ListedRay>, FileError> {
+    listed(file, |line, fields| ListedRay { line, ray: parse_ray(fields, are_segments) })
+}
+
+fn parse_ray(fields: &[&str], is_segment: bool) -> Result<Ray, String> {
+    let [x, y, z, u, v, w] = numbers(fields)?;
+    let (origin, other) = ([x, y, z], [u, v, w]);
+    let ray = if is_segment { Ray::segment(origin, other) } else { Ray::new(origin, other) };
+    ray.map_err(|error| error.to_string())
 }
 
 fn listed<T>(file: &Path, parse: impl Fn(usize, &[&str]) -> T) -> Result<Vec<T>, FileError> {

@@ -1,0 +1,106 @@
+//! `punctual rays`: a mesh, a list of rays, what each hits, within a budget.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use punctual::{RayCast, RayHit, RayMode, RayQuery, SystemClock, Tree, Workspace};
+use punctual_io::load;
+use punctual_lab::files::{self, ListedRay};
+use punctual_lab::report::Failure;
+
+use crate::Completion;
+use crate::input::{Limits, complain_of_bad_lines, least_times};
+
+/// What the rays of a list hit.
+///
+/// Prints CSV, a line for each ray; with --mode all one for each of its hits, by t: the triangle, counted from 0; t, where the
+/// point is origin + t direction; and the side of the triangle that the ray comes from, front where its corners appear
+/// counterclockwise, or edge if the ray lies in its plane. These are empty where no hit was found. Every hit that is not told is at
+/// free_until or after it, which is proven, also where a budget ended the query. ns is the least time of all sweeps over the
+/// list; stop tells why the query ended, or error; work is in work units. All but ns are of the first sweep.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The mesh: .obj, .stl, .ply or .glb.
+    a: PathBuf,
+    /// Rays in its frame, one a line: 6 numbers, the origin and the direction; `#` begins a comment.
+    ///
+    /// A line that holds no ray gives a row that says `error` and a message on standard error; the others are answered, and
+    /// the exit status is 1.
+    rays: PathBuf,
+    /// Take the last three numbers of a line as the end of a segment, which goes from t = 0 to 1.
+    #[arg(long)]
+    segments: bool,
+    /// Which hits: nearest, any or all.
+    #[arg(long, value_name = "MODE", default_value_t = RayMode::Nearest)]
+    mode: RayMode,
+    /// Sweeps over the whole list; ns is the least of them.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    reps: u32,
+    #[command(flatten)]
+    limits: Limits,
+    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
+    #[arg(long)]
+    portable: bool,
+}
+
+/// An answer, with the hits that were asked for.
+type Answer = (RayCast, Vec<RayHit>);
+
+pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
+    let mesh = load(&args.a)?;
+    let rays = files::rays(&args.rays, args.segments)?;
+    let start = Instant::now();
+    let tree = Tree::new(mesh);
+    let build = start.elapsed();
+    let faults = rays.iter().map(|listed| (listed.line, listed.ray.as_ref().err()));
+    let completion = complain_of_bad_lines(&args.rays, "ray", faults);
+    let mut workspace = Workspace::new();
+    if args.portable {
+        workspace.use_portable_kernels();
+    }
+    let rows = least_times(args.reps, || args.sweep(&tree, &rays, &mut workspace));
+    writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
+    print(out, &rows)?;
+    Ok(completion)
+}
+
+impl Args {
+    /// All rays once.
+    fn sweep(&self, tree: &Tree, rays: &[ListedRay], workspace: &mut Workspace) -> Vec<Option<(Answer, Duration)>> {
+        // So that room for hits is no part of the first time.
+        workspace.reserve_ray_hits(tree.mesh().len());
+        let clock = SystemClock::default();
+        let mut answer = |listed: &ListedRay| {
+            let ray = *listed.ray.as_ref().ok()?;
+            let start = Instant::now();
+            let cast = RayQuery::new(tree, ray).mode(self.mode).run_with(workspace, self.limits.budget(), &clock);
+            let took = start.elapsed();
+            let mut hits: Vec<RayHit> = cast.hit.into_iter().collect();
+            if self.mode == RayMode::All {
+                hits = workspace.drain_ray_hits().collect();
+                hits.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+            }
+            Some(((cast, hits), took))
+        };
+        rays.iter().map(&mut answer).collect()
+    }
+}
+
+fn print(out: &mut impl Write, rows: &[Option<(Answer, Duration)>]) -> io::Result<()> {
+    writeln!(out, "ray,triangle,t,side,free_until,ns,stop,work")?;
+    for (i, row) in rows.iter().enumerate() {
+        let Some(((cast, hits), least)) = row else {
+            writeln!(out, "{i},,,,,0,error,0")?;
+            continue;
+        };
+        let rest = format!("{},{},{},{}", cast.free_until, least.as_nanos(), cast.stop, cast.stats.work);
+        for RayHit { triangle, t, side, .. } in hits {
+            writeln!(out, "{i},{triangle},{t},{side},{rest}")?;
+        }
+        if hits.is_empty() {
+            writeln!(out, "{i},,,,{rest}")?;
+        }
+    }
+    Ok(())
+}
