@@ -14,7 +14,9 @@ use common::check::{ENOUGH, assert_complete, run_to_end};
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::all_pairs;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, Budget, ManualClock, Mesh, Pose, Query, Scene, StopReason, Tree, Verdict, Workspace};
+use punctual::{
+    Body, Budget, ManualClock, Mesh, Pose, Query, Ray, RayQuery, Scene, StopReason, Tree, Verdict, Workspace,
+};
 use std::sync::Arc;
 
 const FLUSH_TO_ZERO: u32 = 1 << 15;
@@ -211,4 +213,32 @@ fn a_scene_leaves_open_what_flushing_could_falsify() {
         assert_eq!(known, [false, false, false, false, false, true]);
     }
     assert_eq!(scene.detect_with(Budget::unlimited(), &ManualClock::new()).undecided(), 0);
+}
+
+/// What a ray hits is the same with the flags, or the query says that it cannot tell.
+#[test]
+fn rays_that_flushing_could_falsify_are_refused() {
+    let clock = ManualClock::new();
+    let (mut workspace, mut refused, mut answered) = (Workspace::new(), 0, 0);
+    for scale in [1.0, 1e-30, 1e-200, 1e-295, 1e-310] {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|corner| corner.map(|x| x * scale));
+        let tree = Tree::new(Mesh::from_f64(corners, [[0, 1, 2]]).unwrap());
+        for (x, size) in [0.25, 0.375, 0.75].into_iter().flat_map(|x| [1.0, 1e-30, 1e-310].map(|size| (x, size))) {
+            let ray = Ray::new([x * scale, 0.5 * scale, scale], [0.0, 0.0, -size]).unwrap();
+            let query = RayQuery::new(&tree, ray);
+            let truth = query.run_with(&mut workspace, Budget::unlimited(), &clock);
+            assert_eq!(truth.hit.is_some(), x <= 0.5);
+            let run = || query.run_with(&mut workspace, Budget::unlimited(), &clock);
+            let cast = with_flags(FLUSH_TO_ZERO | DENORMALS_ARE_ZERO, run);
+            if cast.stop == StopReason::FlushedToZero {
+                refused += 1;
+                assert_eq!((cast.hit, cast.free_until), (None, 0.0));
+                assert_eq!(query.resume_with(&mut workspace, Budget::unlimited(), &clock).unwrap(), truth);
+            } else {
+                answered += 1;
+                assert_eq!(cast, truth);
+            }
+        }
+    }
+    assert!(refused >= 9 && answered >= 12, "{refused} {answered}");
 }

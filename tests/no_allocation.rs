@@ -15,7 +15,7 @@ use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
 use punctual::{
     Budget, ContactQuery, DistanceQuery, ManualClock, Mode, Motion, MotionQuery, PairMemory, Patches, Pose,
-    PushOutQuery, Query, StopReason, Tree, Workspace, shapes,
+    PushOutQuery, Query, Ray, RayBatch, RayMode, RayQuery, StopReason, Tree, Workspace, shapes,
 };
 
 #[test]
@@ -182,6 +182,27 @@ fn pushes() {
             assert_eq!(calls, 0, "{query:?}");
         }
     }
+}
+
+/// Room for hits is made once, or beforehand.
+#[test]
+fn rays() {
+    let (tree, clock) = (Tree::new(soup(Family::Degenerate, 300, &mut Random::new(5))), ManualClock::new());
+    let rays = [[1.0, 0.0, 0.0], [0.0, 0.3, -1.0]].map(|direction| Ray::new([-0.2, 0.1, 0.0], direction).unwrap());
+    let (mut workspace, mut hits) = (Workspace::with_capacity(1, 1), [None; 2]);
+    workspace.reserve_ray_hits(1);
+    let calls = allocator_calls(|| {
+        for mode in [RayMode::Nearest, RayMode::Any, RayMode::All] {
+            let query = RayQuery::new(&tree, rays[0]).mode(mode);
+            let mut cast = query.run_with(&mut workspace, Budget::work(0), &clock);
+            while !matches!(cast.stop, StopReason::Finished | StopReason::FirstHit) {
+                drop(workspace.drain_ray_hits());
+                cast = query.resume_with(&mut workspace, Budget::work(300), &clock).unwrap();
+            }
+        }
+        let _ = RayBatch::new(&tree, &rays).run_with(&mut workspace, &mut hits, Budget::unlimited(), &clock);
+    });
+    assert_eq!(calls, 0);
 }
 
 #[test]

@@ -12,8 +12,7 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     origin: DVec3,
-    /// The direction is `target - base`, in real numbers.
-    base: DVec3,
+    /// The direction, or the end of a segment.
     target: DVec3,
     is_segment: bool,
     t_min: f64,
@@ -66,7 +65,7 @@ impl Ray {
     /// # Errors
     /// [`RayError`].
     pub fn new(origin: impl Into<[f64; 3]>, direction: impl Into<[f64; 3]>) -> Result<Self, RayError> {
-        Self::checked(DVec3::from_array(origin.into()), DVec3::ZERO, DVec3::from_array(direction.into()), false)
+        Self::checked(origin.into(), direction.into(), false)
     }
 
     /// The segment between two points, both of them included; `t` goes from 0 to 1.
@@ -74,12 +73,11 @@ impl Ray {
     /// # Errors
     /// [`RayError`].
     pub fn segment(from: impl Into<[f64; 3]>, to: impl Into<[f64; 3]>) -> Result<Self, RayError> {
-        let from = DVec3::from_array(from.into());
-        Self::checked(from, from, DVec3::from_array(to.into()), true)
+        Self::checked(from.into(), to.into(), true)
     }
 
-    fn checked(origin: DVec3, base: DVec3, target: DVec3, is_segment: bool) -> Result<Self, RayError> {
-        for (number, x) in origin.to_array().into_iter().chain(target.to_array()).enumerate() {
+    fn checked(origin: [f64; 3], target: [f64; 3], is_segment: bool) -> Result<Self, RayError> {
+        for (number, x) in origin.into_iter().chain(target).enumerate() {
             if !x.is_finite() {
                 return Err(RayError::NotFinite { number });
             }
@@ -87,10 +85,10 @@ impl Ray {
                 return Err(RayError::TooLarge { number });
             }
         }
-        if base == target {
-            return Err(RayError::NoDirection);
-        }
-        Ok(Self { origin, base, target, is_segment, t_min: 0.0, t_max: f64::INFINITY })
+        let [origin, target] = [origin, target].map(DVec3::from_array);
+        let ray = Self { origin, target, is_segment, t_min: 0.0, t_max: f64::INFINITY };
+        let [base, target] = ray.exact_direction();
+        if base == target { Err(RayError::NoDirection) } else { Ok(ray) }
     }
 
     /// Leaves out hits whose `t`, as it is told, is below `t_min` or above `t_max`. NaN is no limit. To end exactly at a point,
@@ -102,21 +100,25 @@ impl Ray {
     }
 
     /// Where it begins.
+    #[inline]
     pub fn origin(&self) -> DVec3 {
         self.origin
     }
 
     /// Its direction; of a segment, the difference of its ends, rounded.
+    #[inline]
     pub fn direction(&self) -> DVec3 {
-        self.target - self.base
+        if self.is_segment { self.target - self.origin } else { self.target }
     }
 
     /// Whether it is a segment.
+    #[inline]
     pub fn is_segment(&self) -> bool {
         self.is_segment
     }
 
     /// The limits of [`Ray::within`].
+    #[inline]
     pub fn limits(&self) -> [f64; 2] {
         [self.t_min, self.t_max]
     }
@@ -129,7 +131,7 @@ impl Ray {
 
     /// Two points whose difference is the direction, exactly.
     pub(crate) fn exact_direction(&self) -> [DVec3; 2] {
-        [self.base, self.target]
+        [if self.is_segment { self.origin } else { DVec3::ZERO }, self.target]
     }
 }
 

@@ -4,12 +4,12 @@
 //! and 2. So all numbers are near 1, wherever the ray begins. A bound on all rounding is in the margin of the boxes:
 //! `docs/numerics.md`, "Rays".
 
-use super::views::{times, transposed};
+use super::views::transposed;
 use crate::math::lanes::{F8, Lanes, per_axis};
 use crate::math::tolerance::ROUNDING;
-use crate::tree::{Node, Unit, WIDTH, power_of_two, xyz};
-use crate::triangle::ray::Aim;
+use crate::tree::{Node, Unit, WIDTH, power_of_two};
 use crate::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
+use crate::triangle::ray::{Aim, largest};
 use glam::DVec3;
 use wide::f32x4;
 
@@ -26,14 +26,13 @@ pub(super) struct Beam {
     /// How well a parameter that is told is known here.
     slack: f64,
     margin: f32,
-    /// As seen from the boxes of nodes with this orientation: the origin, and one over the direction.
-    orientation: u32,
-    origin: [f32; 3],
-    inverse: [f32; 3],
 }
 
 /// Roundings of coordinates and boxes (`docs/numerics.md`).
-const MARGIN: f32 = 96.0 * ROUNDING;
+const MARGIN: f32 = 128.0 * ROUNDING;
+
+/// An origin no farther than this from the middle of the mesh, along any axis, is taken as it is.
+const NEAR: f64 = 2.0;
 
 /// How far the mesh may leave the cube from -1 to 1, with room for rounding.
 const CUBE_MARGIN: f64 = 1.0 / (1 << 20) as f64;
@@ -45,42 +44,43 @@ const LARGEST_SLOP: f64 = 0.01;
 const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
 
 impl Beam {
-    #[inline]
+    #[inline(always)]
     pub fn new(unit: &Unit, aim: &Aim) -> Self {
         let exponent = unit.exponent - aim.exponent;
-        let (origin, direction) = (unit.point(aim.ray().origin()), aim.direction);
-        let reach = origin.abs().max_element();
+        let (origin, direction) = (unit.point(aim.ray.origin()), aim.direction);
+        let reach = largest(origin);
         let slop = 8.0 * f64::EPSILON * reach;
         if !(aim.is_plain() && exponent.abs() <= 1000 && slop <= LARGEST_SLOP) {
             return Self::BLIND;
         }
-        // A component of 0 makes these infinite; where it makes no number of them, the other one tells.
-        let side = 1.0 + CUBE_MARGIN + 2.0 * slop;
-        let (near, far) = ((DVec3::splat(-side) - origin) / direction, (DVec3::splat(side) - origin) / direction);
-        let first = near.x.min(far.x).max(near.y.min(far.y)).max(near.z.min(far.z));
-        let last = near.x.max(far.x).min(near.y.max(far.y)).min(near.z.max(far.z));
-        let entry = first.max(0.0);
-        let mut beam = Self {
+        let (unit, per_unit) = (power_of_two(exponent), power_of_two(-exponent));
+        let [t_min, t_max] = aim.ray.limits();
+        let end = if aim.ray.is_segment() && t_max > 1.0 { per_unit } else { t_max * per_unit };
+        let (mut entry, mut last) = (0.0, end);
+        if reach > NEAR {
+            // Where a component is 0 and the origin in a plane of the cube, these are no numbers, and change nothing.
+            let side = DVec3::splat(1.0 + CUBE_MARGIN + 2.0 * slop);
+            let inverse = 1.0 / direction;
+            let (one, other) = ((-side - origin) * inverse, (side - origin) * inverse);
+            entry = later(later(later(entry, one.x, other.x), one.y, other.y), one.z, other.z);
+            last = earlier(earlier(earlier(last, one.x, other.x), one.y, other.y), one.z, other.z);
+        }
+        let slack = 1e-6 + 4e-11 * (entry + reach + 4.0);
+        let left = last - entry + slack;
+        let from = if t_min > 0.0 { (t_min * per_unit - entry - slack) as f32 } else { 0.0 };
+        Self {
             shaft: Shaft {
                 origin: (origin + direction * entry).as_vec3().to_array(),
                 direction: direction.as_vec3().to_array(),
                 slop: slop as f32,
             },
-            from: 0.0,
-            to: LARGEST_PARAMETER,
+            from: from.clamp(0.0, LARGEST_PARAMETER),
+            to: if left >= 0.0 { (left as f32).min(LARGEST_PARAMETER) } else { -1.0 },
             entry,
-            unit: power_of_two(exponent),
-            slack: 1e-6 + 4e-11 * (entry + reach + 4.0),
+            unit,
+            slack,
             margin: MARGIN + slop as f32,
-            ..Self::BLIND
-        };
-        let [t_min, t_max] = aim.ray().limits();
-        let t_max = if aim.ray().is_segment() { t_max.min(1.0) } else { t_max };
-        let last = last.min(t_max / beam.unit) - entry + beam.slack;
-        beam.to = if last >= 0.0 { last.min(f64::from(LARGEST_PARAMETER)) as f32 } else { -1.0 };
-        beam.from = ((t_min / beam.unit - entry - beam.slack) as f32).clamp(0.0, LARGEST_PARAMETER);
-        beam.turn([f32x4::ZERO; 3], 0);
-        beam
+        }
     }
 
     /// For what `f32` cannot hold: every box is entered at once and every triangle is in doubt.
@@ -92,9 +92,6 @@ impl Beam {
         unit: 0.0,
         slack: 0.0,
         margin: 1e30,
-        orientation: 0,
-        origin: [0.0; 3],
-        inverse: [1.0; 3],
     };
 
     /// The parameter of the ray that is certainly not after one here.
@@ -110,35 +107,28 @@ impl Beam {
         }
     }
 
+    /// Seen along the axes of a node's boxes: the origin, and one over the direction.
     #[inline(always)]
-    fn turn(&mut self, rotation: [f32x4; 3], orientation: u32) {
-        if self.unit == 0.0 {
-            return;
-        }
-        let Shaft { origin: [x, y, z], direction: [u, v, w], .. } = self.shaft;
-        let (mut origin, mut direction) = (f32x4::new([x, y, z, 0.0]), f32x4::new([u, v, w, 1.0]));
-        if orientation != 0 {
-            let rows = transposed(rotation);
-            (origin, direction) = (times(&rows, origin), times(&rows, direction));
-        }
+    fn seen(&self, node: &Node) -> [f32x4; 2] {
+        let rows = transposed(node.rotation);
+        let seen = |v: [f32; 3]| {
+            let [x, y, z] = per_axis!(k => rows[k] * f32x4::splat(v[k]));
+            x + y + z
+        };
+        let direction = seen(self.shaft.direction);
         let sizes = direction.abs().fast_max(f32x4::splat(LEAST_COMPONENT));
-        let (sizes, direction) = ((f32x4::splat(1.0) / sizes).to_array(), direction.to_array());
-        self.origin = xyz(origin);
-        self.inverse = per_axis!(k => sizes[k].copysign(direction[k]));
-        self.orientation = orientation;
+        [seen(self.shaft.origin), (f32x4::splat(1.0) / sizes).flip_signs(direction)]
     }
 
     /// Where it enters the boxes of a node's children, no earlier than the node, and which of them it enters before `to`, a bit
     /// for each.
     #[inline(always)]
-    pub fn enter<L: Lanes>(&mut self, lanes: L, node: &Node, entry: f32) -> ([f32; WIDTH], u32) {
-        if node.orientation != self.orientation {
-            self.turn(node.rotation, node.orientation);
-        }
+    pub fn enter<L: Lanes>(&self, lanes: L, node: &Node, entry: f32) -> ([f32; WIDTH], u32) {
+        let [origin, inverse] = self.seen(node);
         let margin = F8::splat(lanes, self.margin);
         let spans = per_axis!(k => {
-            let inverse = F8::splat(lanes, self.inverse[k]);
-            let middle = (F8::load(lanes, &node.center[k]) - F8::splat(lanes, self.origin[k])) * inverse;
+            let inverse = F8::splat(lanes, inverse.as_array()[k]);
+            let middle = (F8::load(lanes, &node.center[k]) - F8::splat(lanes, origin.as_array()[k])) * inverse;
             let half = (F8::load(lanes, &node.half[k]) + margin) * inverse.abs();
             [middle - half, middle + half]
         });
@@ -146,4 +136,18 @@ impl Beam {
         let leave = spans[0][1].min(spans[1][1]).min(spans[2][1]).min(F8::splat(lanes, self.to));
         (enter.store(), !leave.less(enter).mask() & node.valid())
     }
+}
+
+/// The lesser of two parameters if it is greater than `first`, else that: the last of several entries.
+#[inline(always)]
+fn later(first: f64, one: f64, other: f64) -> f64 {
+    let enter = if one < other { one } else { other };
+    if enter > first { enter } else { first }
+}
+
+/// The greater of two parameters if it is less than `last`, else that: the first of several exits.
+#[inline(always)]
+fn earlier(last: f64, one: f64, other: f64) -> f64 {
+    let leave = if one > other { one } else { other };
+    if leave < last { leave } else { last }
 }

@@ -16,7 +16,8 @@ use super::traversal::{Question, Traversal, bits};
 use crate::math::Ray;
 use crate::math::lanes::Lanes;
 use crate::model::cost::{
-    WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE, WORK_PER_RAY_TEST, WORK_PER_RAY_TRIANGLE,
+    MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE, WORK_PER_RAY_TEST,
+    WORK_PER_RAY_TRIANGLE,
 };
 use crate::tree::{Tree, WIDTH};
 use crate::triangle::ray::Aim;
@@ -25,7 +26,7 @@ use crate::triangle::ray::batch::candidates;
 /// What rays hit.
 pub(super) struct Cast<'q> {
     mode: RayMode,
-    aim: Aim,
+    aim: Aim<'q>,
     pub beam: Beam,
     /// The rays after the one at hand, and where the hits of it and of those go.
     rays: &'q [Ray],
@@ -34,7 +35,7 @@ pub(super) struct Cast<'q> {
 
 impl<'q> Cast<'q> {
     /// Goes on with the first of some rays.
-    pub fn new(tree: &Tree, ray: &Ray, mode: RayMode, rays: &'q [Ray], hits: &'q mut [Option<RayHit>]) -> Self {
+    pub fn new(tree: &Tree, ray: &'q Ray, mode: RayMode, rays: &'q [Ray], hits: &'q mut [Option<RayHit>]) -> Self {
         let aim = Aim::new(ray);
         Self { mode, aim, beam: Beam::new(tree.unit(), &aim), rays, hits }
     }
@@ -50,40 +51,35 @@ pub(super) fn entry(pair: &Pair) -> f32 {
     f32::from_bits(pair.nodes[1])
 }
 
+/// Most nodes that are opened in one step, each a child of the one before.
+const NODES_PER_STEP: u64 = 3;
+
+const _: () =
+    assert!(MAX_STEP_WORK >= WORK_PER_RAY + NODES_PER_STEP * WORK_PER_RAY_NODE + WIDTH as u64 * WORK_PER_RAY_TRIANGLE);
+
 impl Question for Traversal<'_, '_, Cast<'_>> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
-        self.workspace.front.pop().or_else(|| self.next_ray())
+        match self.workspace.front.pop() {
+            None => self.next_ray(),
+            next => next,
+        }
     }
 
+    /// Goes on with the child that is entered first, some nodes at a time.
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let beam = &mut self.question.beam;
-        let entry = entry(&pair);
-        if entry > beam.to {
-            self.workspace.run.stats.work += WORK_PER_LOOKUP;
-            return;
-        }
-        let node = &self.a.nodes()[pair.nodes[0] as usize];
-        let (enter, entered) = beam.enter(lanes, node, entry);
-        let stats = &mut self.workspace.run.stats;
-        stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] += u64::from(node.children);
-        stats.work += WORK_PER_RAY_NODE;
-        if entered == 0 {
-            return;
-        }
-        if node.is_cluster {
-            let count = u64::from(node.children);
-            stats.primitive_tests += count;
-            stats.work += WORK_PER_RAY_TRIANGLE * count;
-            let rows = expand::rows(self.a, node);
-            let suspected = candidates(lanes, rows, &beam.shaft, [beam.from, beam.to]) & entered;
-            for lane in bits(suspected) {
-                let triangle = node.first_child + lane as u32;
-                self.workspace.casting.suspects.push(Suspect { triangle, enter: enter[lane] });
+    fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair) {
+        let mut left = NODES_PER_STEP;
+        loop {
+            left -= 1;
+            match self.visit(lanes, pair) {
+                None => return,
+                Some(next) if left > 0 => pair = next,
+                Some(next) => {
+                    self.workspace.front.push(next);
+                    return;
+                }
             }
-        } else {
-            self.push(node.first_child, entered, &enter);
         }
     }
 
@@ -107,32 +103,75 @@ impl Question for Traversal<'_, '_, Cast<'_>> {
 }
 
 impl Traversal<'_, '_, Cast<'_>> {
-    /// Puts children on the stack, the one that is entered first on top.
+    /// Replaces a node by its children that the ray enters, or the triangles that it may meet; returns the child that it enters
+    /// first, the others are on the stack.
     #[inline(always)]
-    fn push(&mut self, first_child: u32, mut children: u32, enter: &[f32; WIDTH]) {
-        let front = &mut self.workspace.front;
-        if children.is_power_of_two() {
-            let i = children.trailing_zeros();
-            front.push(entered(first_child + i, enter[i as usize % WIDTH]));
-            return;
+    fn visit<L: Lanes>(&mut self, lanes: L, pair: Pair) -> Option<Pair> {
+        let beam = &mut self.question.beam;
+        let entry = entry(&pair);
+        if entry > beam.to {
+            self.workspace.run.stats.work += WORK_PER_LOOKUP;
+            return None;
         }
-        let mut sorted = [0_u64; WIDTH];
-        let mut count = 0;
-        while children != 0 {
+        let node = &self.a.nodes()[pair.nodes[0] as usize];
+        let (enter, entered) = beam.enter(lanes, node, entry);
+        let stats = &mut self.workspace.run.stats;
+        stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] += u64::from(node.children);
+        stats.work += WORK_PER_RAY_NODE;
+        if entered == 0 {
+            return None;
+        }
+        if !node.is_cluster {
+            return Some(self.push(node.first_child, entered, &enter));
+        }
+        let count = u64::from(node.children);
+        stats.primitive_tests += count;
+        stats.work += WORK_PER_RAY_TRIANGLE * count;
+        let rows = expand::rows(self.a, node);
+        let suspected = candidates(lanes, rows, &beam.shaft, [beam.from, beam.to]) & entered;
+        for lane in bits(suspected) {
+            let triangle = node.first_child + lane as u32;
+            self.workspace.casting.suspects.push(Suspect { triangle, enter: enter[lane] });
+        }
+        None
+    }
+
+    /// Puts children on the stack, one that is entered later first, but for the one that is entered first of all.
+    #[inline(always)]
+    fn push(&mut self, first_child: u32, mut children: u32, enter: &[f32; WIDTH]) -> Pair {
+        let count = children.count_ones() as usize;
+        // By where it is entered, then by its number.
+        let mut next = || {
             let i = children.trailing_zeros();
-            children &= children - 1;
-            let key = u64::from(enter[i as usize % WIDTH].to_bits()) << 32 | u64::from(first_child + i);
-            let mut at = count;
+            children &= children.wrapping_sub(1);
+            u64::from(enter[i as usize % WIDTH].to_bits()) << 32 | u64::from(first_child + i)
+        };
+        let pair = |key: u64| Pair::new(key as u32, (key >> 32) as u32);
+        let front = &mut self.workspace.front;
+        let first = next();
+        if count == 1 {
+            return pair(first);
+        }
+        let second = next();
+        if count == 2 {
+            front.push(pair(first.max(second)));
+            return pair(first.min(second));
+        }
+        let mut sorted = [first.max(second), first.min(second), 0, 0, 0, 0, 0, 0];
+        let mut i = 2;
+        while i < count {
+            let (key, mut at) = (next(), i);
             while at > 0 && sorted[(at - 1) % WIDTH] < key {
                 sorted[at % WIDTH] = sorted[(at - 1) % WIDTH];
                 at -= 1;
             }
             sorted[at % WIDTH] = key;
-            count += 1;
+            i += 1;
         }
-        for key in &sorted[..count] {
-            front.push(Pair::new(*key as u32, (key >> 32) as u32));
+        for &key in &sorted[..count - 1] {
+            front.push(pair(key));
         }
+        pair(sorted[(count - 1) % WIDTH])
     }
 
     /// Tests a triangle in `f64`.
@@ -168,15 +207,14 @@ impl Traversal<'_, '_, Cast<'_>> {
     }
 
     /// Goes on with the next ray of the batch, if there is one.
-    #[inline(never)]
+    #[inline(always)]
     fn next_ray(&mut self) -> Option<(Pair, Origin)> {
         let casting = &mut self.workspace.casting;
         let (ray, rays) = self.question.rays.split_first()?;
         let hits = core::mem::take(&mut self.question.hits);
         let (hit, hits) = hits.split_first_mut()?;
-        *hit = casting.hit;
+        *hit = casting.hit.take();
         (casting.done, casting.after) = (casting.done + 1, rays.len());
-        casting.begin(ray);
         self.question.aim = Aim::new(ray);
         self.question.beam = Beam::new(self.a.unit(), &self.question.aim);
         (self.question.rays, self.question.hits) = (rays, hits);

@@ -55,7 +55,7 @@ pub(super) struct Suspect {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Casting {
     pub mode: RayMode,
-    /// The ray at hand, and how many of the batch are done, or come after it.
+    /// The ray at hand where a run was stopped, and how many of the batch are done, or come after it.
     pub ray: Option<Ray>,
     pub done: usize,
     pub after: usize,
@@ -71,6 +71,7 @@ impl Casting {
     #[inline(always)]
     pub fn clear(&mut self) {
         self.ray = None;
+        self.hit = None;
         self.done = 0;
         self.after = 0;
         self.suspects.clear();
@@ -80,12 +81,5 @@ impl Casting {
     /// Makes room for at least so many hits.
     pub fn reserve(&mut self, hits: usize) {
         self.hits.reserve_exact(hits.saturating_sub(self.hits.len()));
-    }
-
-    /// Begins with a ray.
-    #[inline(always)]
-    pub fn begin(&mut self, ray: &Ray) {
-        self.ray = Some(*ray);
-        self.hit = None;
     }
 }

@@ -20,11 +20,11 @@ pub(super) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
 #[inline(always)]
 pub(super) fn matters_to_ray(tree: &Tree, ray: &Ray) -> bool {
     let is_far = |v: DVec3| denormals::none_below(&v.to_array(), LEAST);
-    let [base, target] = ray.exact_direction();
+    // The direction of a segment is a difference of these.
+    let [_, target] = ray.exact_direction();
     let is_far = tree.mesh().least_exponent() >= LEAST
         && tree.unit().exponent >= LEAST_UNIT
         && is_far(ray.origin())
-        && is_far(base)
         && is_far(target);
     !is_far && denormals::are_flushed()
 }

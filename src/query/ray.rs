@@ -268,10 +268,8 @@ fn begin(tree: &Tree, workspace: &mut Workspace, rays: &[Ray], mode: RayMode) {
     if mode == RayMode::All && casting.hits.capacity() == 0 {
         casting.reserve(DEFAULT_ROOM);
     }
-    let Some(first) = rays.first() else { return };
-    casting.begin(first);
-    casting.after = rays.len() - 1;
-    if !tree.nodes().is_empty() {
+    casting.after = rays.len().saturating_sub(1);
+    if !rays.is_empty() && !tree.nodes().is_empty() {
         workspace.run.stats.work = WORK_PER_RAY;
         workspace.front.push(entered(0, 0.0));
     }
@@ -325,8 +323,9 @@ fn spend(
     }
     let entries = workspace.front.iter().map(|pair| entry(&pair));
     let first = entries.chain(casting.suspects.iter().map(|suspect| suspect.enter)).fold(f32::INFINITY, f32::min);
-    let beam = casting.ray.map(|ray| Cast::new(tree, &ray, casting.mode, &[], &mut []).beam);
-    (stop, beam.map_or(0.0, |beam| beam.t(first)))
+    let ray = &rays[casting.done];
+    casting.ray = Some(*ray);
+    (stop, Cast::new(tree, ray, casting.mode, &[], &mut []).beam.t(first))
 }
 
 /// The answer of a ray query.

@@ -138,7 +138,7 @@ impl View {
 }
 
 #[inline(always)]
-pub(super) fn times(columns: &Columns, x: f32x4) -> f32x4 {
+fn times(columns: &Columns, x: f32x4) -> f32x4 {
     let [x, y, z] = per_axis!(k => columns[k] * f32x4::splat(x.as_array()[k]));
     x + y + z
 }

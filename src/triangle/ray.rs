@@ -30,15 +30,13 @@ named!(Side { Front => "front", Back => "back", Edge => "edge" });
 
 /// A ray made ready for tests in `f64`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Aim {
-    ray: Ray,
+pub(crate) struct Aim<'q> {
+    pub ray: &'q Ray,
     /// The direction times `unit`, its largest component within 1 and 2.
     pub direction: DVec3,
     /// log2 of what the direction is divided by.
     pub exponent: i32,
     unit: f64,
-    /// Sizes of its components, padded.
-    size: DVec3,
     /// Relative error bound of a determinant; infinite where `f64` does not do.
     bound: f64,
 }
@@ -52,20 +50,15 @@ const TOLERANCE: f64 = 1e-11;
 /// Largest magnitude of the exponent of a direction that `f64` does for.
 const EXPONENTS: i32 = 300;
 
-impl Aim {
-    pub fn new(ray: &Ray) -> Self {
+impl<'q> Aim<'q> {
+    #[inline(always)]
+    pub fn new(ray: &'q Ray) -> Self {
         let direction = ray.direction();
-        let largest = direction.abs().max_element();
-        let exponent = ((largest.to_bits() >> 52) as i32 - 1023).max(-1023);
+        let exponent = (largest(direction).to_bits() >> 52) as i32 - 1023;
         let is_plain = exponent.abs() <= EXPONENTS;
         let unit = if is_plain { f64::from_bits(((1023 - exponent) as u64) << 52) } else { 1.0 };
-        let direction = direction * unit;
         let bound = if is_plain { BOUND } else { f64::INFINITY };
-        Self { ray: *ray, direction, exponent, unit, size: direction.abs() + DVec3::splat(PADDING), bound }
-    }
-
-    pub fn ray(&self) -> &Ray {
-        &self.ray
+        Self { ray, direction: direction * unit, exponent, unit, bound }
     }
 
     /// Whether its numbers are within the range in which `f64` does.
@@ -77,7 +70,7 @@ impl Aim {
     /// and whether that took exact arithmetic.
     #[inline]
     pub fn hit(&self, corners: &[DVec3; 3]) -> (Option<(f64, Side)>, bool) {
-        let mut exact = Exact { ray: &self.ray, corners, line: None };
+        let mut exact = Exact { ray: self.ray, corners, line: None };
         let found = self.first(corners, &mut exact);
         let [t_min, t_max] = self.ray.limits();
         (found.filter(|&(t, _)| t_min <= t && t <= t_max), exact.line.is_some())
@@ -90,11 +83,12 @@ impl Aim {
         let [e, f, g] = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
         let reach = a.abs().max(b.abs()).max(c.abs()) + DVec3::splat(PADDING);
         let extent = e.abs().max(f.abs()).max(g.abs()) + DVec3::splat(PADDING);
-        let largest = reach.max_element();
-        let bound = if largest <= LARGEST { self.bound } else { f64::INFINITY };
+        let size = d.abs() + DVec3::splat(PADDING);
+        let farthest = largest(reach);
+        let bound = if farthest <= LARGEST { self.bound } else { f64::INFINITY };
 
         let passes = [d.dot(a.cross(e)), d.dot(b.cross(f)), d.dot(c.cross(g))];
-        let error = bound * self.size.dot(products(reach, extent));
+        let error = bound * size.dot(products(reach, extent));
         let is_passed = |sign: f64| passes.iter().any(|pass| pass * sign > error);
         if is_passed(1.0) && is_passed(-1.0) {
             return None;
@@ -110,7 +104,7 @@ impl Aim {
         let normal = e.cross(-g);
         let (above, along) = (normal.dot(a), normal.dot(d));
         let square = products(extent, extent);
-        let (above_error, along_error) = (bound * reach.dot(square), bound * self.size.dot(square));
+        let (above_error, along_error) = (bound * reach.dot(square), bound * size.dot(square));
         if sign(above, above_error).unwrap_or_else(|| exact.line().above()) == -faces {
             return None;
         }
@@ -123,7 +117,7 @@ impl Aim {
             }
         }
         let t = above / along;
-        let is_close = above_error + t.abs() * along_error <= 0.4 * TOLERANCE * along.abs() * largest;
+        let is_close = above_error + t.abs() * along_error <= 0.4 * TOLERANCE * along.abs() * farthest;
         let t = if is_close { t * self.unit } else { exact.line().t() };
         let t = if self.ray.is_segment() { t.min(1.0) } else { t };
         Some((t.max(0.0), if faces < 0 { Side::Front } else { Side::Back }))
@@ -143,6 +137,14 @@ impl Exact<'_> {
         let Self { ray, corners, line } = self;
         line.get_or_insert_with(|| Line::new(ray, corners))
     }
+}
+
+/// The size of the largest component; they are numbers, which spares looking for others.
+#[inline(always)]
+pub(crate) fn largest(v: DVec3) -> f64 {
+    let [x, y, z] = v.abs().to_array();
+    let x = if x > y { x } else { y };
+    if x > z { x } else { z }
 }
 
 /// The sign of a value that is off by no more than `error`, if that is certain.
