@@ -1,5 +1,5 @@
-//! Any few triangles and any rays: a segment hits what the exact triangle test says, nothing is false at any stop, a batch says the
-//! same, and so do the kernels that run everywhere.
+//! Any few triangles and any rays: a segment hits what the exact triangle test says, nothing is false at any stop, a batch
+//! says the same.
 #![no_main]
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};

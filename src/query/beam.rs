@@ -1,7 +1,7 @@
 //! A ray in the unit coordinates of a tree, and which boxes it enters.
 //!
-//! Parameters count here from where the ray comes to the mesh, in the length of a direction whose largest component is within 1
-//! and 2. So all numbers are near 1, wherever the ray begins. A bound on all rounding is in the margin of the boxes:
+//! Local parameters count from where the ray comes near the mesh, in the length of a direction whose largest component is
+//! within 1 and 2. So all numbers are near 1, wherever the ray begins. A bound on all rounding is in the margin of the boxes:
 //! `docs/numerics.md`, "Rays".
 
 use super::views::transposed;
@@ -17,10 +17,10 @@ use wide::f32x4;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beam {
     pub shaft: Shaft,
-    /// Nothing before this parameter matters, and nothing after the other.
+    /// Nothing before this local parameter matters, and nothing after the other.
     pub from: f32,
     pub to: f32,
-    /// The parameter of the ray where this one counts from, and what one of its units is of this one; both in units of the mesh.
+    /// The ray's own parameter is `(entry + local) unit`; `unit` is 0 where all is in doubt.
     entry: f64,
     unit: f64,
     /// How well a parameter that is told is known here.
@@ -94,7 +94,7 @@ impl Beam {
         margin: 1e30,
     };
 
-    /// The parameter of the ray that is certainly not after one here.
+    /// A parameter of the ray that no hit at or after a local one comes before.
     pub fn t(&self, local: f32) -> f64 {
         ((self.entry + f64::from(local) - self.slack) * self.unit).max(0.0)
     }

@@ -19,11 +19,11 @@ use crate::tree::Tree;
 /// The question what a ray or a segment hits. Cheap to make; one for each ray.
 ///
 /// **Guarantee.** A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are given: closed
-/// triangles, edges and corners included, so no ray passes between triangles that share an edge. A degenerate triangle is the hull
-/// of its points, and one in whose plane the ray lies is hit where it begins to be. Whenever the query stops, every hit that it
-/// has not found lies at [`RayCast::free_until`] or after it. The nearest hit is the one with the least `t` as it is told
-/// ([`RayHit::t`]); which of two hits closer together than the error of `t` that is may differ from exact arithmetic, but does
-/// not depend on budgets, machines or the shape of the tree.
+/// triangles, edges and corners included, so no ray passes between triangles that share an edge. A degenerate triangle is
+/// the hull of its points, and one in whose plane the ray lies is hit where it begins to be. Whenever the query stops, every
+/// hit that it has not found lies at [`RayCast::free_until`] or after it. The nearest hit is the one with the least `t` as it
+/// is told ([`RayHit::t`]), of equal ones the one with the least id. Two hits that are closer together than the error of `t`
+/// may so change places; the answer does not depend on budgets, machines or the shape of the tree.
 ///
 /// ```
 /// use punctual::{Budget, Ray, RayQuery, Side, Tree, Workspace, shapes};

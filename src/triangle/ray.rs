@@ -1,5 +1,5 @@
-//! Does a ray meet a triangle, and where: eight triangles at a time in `f32` for certain misses ([`batch`]), then one at a time in
-//! `f64`, with exact signs where those are in doubt.
+//! Does a ray meet a triangle, and where: eight triangles at a time in `f32` for certain misses ([`batch`]), then one at a
+//! time in `f64`, with exact signs where those are in doubt.
 //!
 //! A line that is not parallel to a triangle's plane meets it if it passes no two of its edges on different sides. On which
 //! side it passes an edge depends on the edge alone, and is decided exactly: so no ray slips through between two triangles

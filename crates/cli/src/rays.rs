@@ -14,11 +14,11 @@ use crate::input::{Limits, complain_of_bad_lines, least_times};
 
 /// What the rays of a list hit.
 ///
-/// Prints CSV, a line for each ray; with --mode all one for each of its hits, by t: the triangle, counted from 0; t, where the
-/// point is origin + t direction; and the side of the triangle that the ray comes from, front where its corners appear
-/// counterclockwise, or edge if the ray lies in its plane. These are empty where no hit was found. Every hit that is not told is at
-/// free_until or after it, which is proven, also where a budget ended the query. ns is the least time of all sweeps over the
-/// list; stop tells why the query ended, or error; work is in work units. All but ns are of the first sweep.
+/// Prints CSV, a line for each ray; with --mode all one for each of its hits, by t: the triangle, counted from 0; t, where
+/// the point is origin + t direction; and the side of the triangle that the ray comes from, front where its corners appear
+/// counterclockwise, or edge if the ray lies in its plane. These are empty where no hit was found. Every hit that is not
+/// told is at free_until or after it, which is proven, also where a budget ended the query. ns is the least time of all
+/// sweeps over the list; stop tells why the query ended, or error; work is in work units. All but ns are of the first sweep.
 #[derive(clap::Args)]
 pub struct Args {
     /// The mesh: .obj, .stl, .ply or .glb.

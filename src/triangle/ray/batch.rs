@@ -1,9 +1,9 @@
 //! Which of eight triangles a ray certainly misses, in `f32`.
 //!
-//! With the edges `e`, `f` of a triangle and `s` from its first corner to the ray's origin, three products
-//! `det = (d x f) . e`, `u = (d x f) . s` and `v = (s x e) . d` say on which sides the line passes the edges: they are the signs of
-//! `u`, `v` and `det - u - v`. The plane is met at `t = (s x e) . f / det`. Each value has an error bound from the largest components
-//! `E` of the edges and `S` of `s`, derived in `docs/numerics.md`, "Rays".
+//! With the edges `e`, `f` of a triangle and `s` from its first corner to the ray's origin, let `det = (d x f) . e`,
+//! `u = (d x f) . s` and `v = (s x e) . d`. The signs of `u`, `v` and `det - u - v` say on which sides the line passes the
+//! edges, and it meets the plane at `t = (s x e) . f / det`. Each value has an error bound from the largest components of the
+//! edges and of `s`, derived in `docs/numerics.md`, "Rays".
 
 use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;

@@ -45,9 +45,18 @@ fn hits_of_a_cube() {
     assert_eq!(all[..2], ["0,1,front,inf,finished", "0,2,back,inf,finished"]);
     assert!(all.len() > 8, "{all:?}");
     assert_eq!(said(&folder, "--mode any")[3], "3,1,back,0,first-hit");
-    assert_eq!(said(&folder, "--segments")[..2], ["0,,,inf,finished", "1,,,inf,finished"]);
     let stopped = said(&folder, "--budget-work 0");
     assert!(stopped.iter().all(|row| row.ends_with(",,,0,work-limit") || row == "2,,,,error"), "{stopped:?}");
+}
+
+#[test]
+fn segments_end_at_their_ends() {
+    let folder = cube();
+    folder.write("rays.txt", "-3 .3 .4 -1 .3 .4\n-3 .3 .4 -1.001 .3 .4\n-3 .3 .4 -3 .3 .4\n");
+    let answer = folder.run("rays a.obj rays.txt --segments");
+    assert!(answer.status == 1 && answer.err.contains("rays.txt:3: ray 2: "), "{}", answer.err);
+    let lines: Vec<&str> = answer.lines(HEADER).collect();
+    assert!(lines[0].contains(",1,front,1,") && lines[1].starts_with("1,,,,inf,") && lines.len() == 3, "{lines:?}");
 }
 
 #[test]
