@@ -205,8 +205,8 @@ impl PairMemory {
             let known = self.witnesses.iter().filter(|known| !found.contains(known));
             self.witnesses = found.iter().chain(known.take(kept)).copied().collect();
         }
-        // None, if the clearance was enough: that says nothing of a search.
-        if stop.is_final() && run.bv_tests() > 0 {
+        let was_known = run.found == 0 && run.bv_tests() == 0;
+        if stop.is_final() && !was_known {
             self.last_bv_tests = Some((mode, run.bv_tests()));
         }
         self.frames_undecided = self.frames_undecided.saturating_add(u32::from(!before.resumed));
