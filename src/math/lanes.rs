@@ -187,6 +187,14 @@ macro_rules! per_axis {
 }
 pub(crate) use per_axis;
 
+/// `[e(0), .., e(7)]`.
+macro_rules! per_lane {
+    ($k:ident => $e:expr) => {
+        $crate::math::lanes::unrolled!($k in [0, 1, 2, 3, 4, 5, 6, 7] => $e)
+    };
+}
+pub(crate) use per_lane;
+
 /// Three columns: eight vectors.
 pub(crate) type V8<L> = [F8<L>; 3];
 

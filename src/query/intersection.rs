@@ -97,9 +97,10 @@ impl Traversal<'_, '_, Intersection<'_>> {
         let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
         if libm::sqrtf(a.self_cost * b.self_cost) >= self.strategy.queue_threshold {
             let volume = || overlap_volume(a, b, self.relation);
+            let alpha = || a.alpha().element_product() * b.alpha().element_product();
             let random = &mut self.workspace.run.random;
             let depth = depth / (a.size + b.size * self.relation.scale);
-            let (bucket, first) = self.question.options.order.bucket(volume, depth, a.alpha * b.alpha, random);
+            let (bucket, first) = self.question.options.order.bucket(volume, depth, alpha, random);
             self.workspace.front.queue(pair, 0.0, bucket, first);
         } else {
             self.workspace.front.push(pair);

@@ -80,7 +80,7 @@ impl Order {
         self,
         overlap_volume: impl FnOnce() -> f32,
         depth: f32,
-        alpha: f32,
+        alpha: impl FnOnce() -> f32,
         random: &mut Random,
     ) -> (usize, bool) {
         let step = |x: f32, steps: usize| ((x * steps as f32) as usize).min(steps - 1);
@@ -89,7 +89,7 @@ impl Order {
             Self::BreadthFirst => (0, false),
             Self::Penetration => (step(1.0 - DEPTHS * depth, BUCKETS), true),
             Self::OverlapVolume => (step(-libm::log2f(overlap_volume()) / 32.0, BUCKETS), true),
-            Self::LowAlpha => (step(alpha, BUCKETS), true),
+            Self::LowAlpha => (step(alpha(), BUCKETS), true),
             Self::Random(_) => ((random.bits() >> 57) as usize, true),
         }
     }

@@ -1,7 +1,7 @@
 //! A tree as bytes: to ship with a program, so that it need not be built there.
 //!
 //! The bytes hold what the build decided: the mesh, the order of the triangles, the places of the nodes, and the
-//! orientations of those that do not share their parent's. Boxes, profiles and alphas follow from these. Loading computes
+//! orientations of those that do not share their parent's. Boxes and profiles follow from these. Loading computes
 //! them by the pass that also ends a build ([`super::update`]), so the loaded tree equals the saved one to the bit, and a
 //! file cannot state a box that is too small. Everything the file states is checked. Bytes with wrong content under a right
 //! checksum are either refused, or they are another valid tree of the mesh that they hold, with true answers.

@@ -11,6 +11,7 @@ use crate::math::lanes::{F8, Lanes, V8, dot, greatest, least, per_axis};
 use arrayvec::ArrayVec;
 use core::ops::Range;
 use glam::Vec3A;
+use wide::f32x4;
 
 /// A box along the axes of some node.
 #[derive(Clone, Copy)]
@@ -41,6 +42,18 @@ impl Extent {
     #[inline(always)]
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Keeps the ends of the box of `node` in the place of its centre and half extent.
+    #[inline(always)]
+    pub fn keep_in(&self, node: &mut Node) {
+        node.own_center = f32x4::new(self.min.extend(0.0).to_array());
+        node.own_half = f32x4::new(self.max.extend(0.0).to_array());
+    }
+
+    #[inline(always)]
+    pub fn kept_in(node: &Node) -> Self {
+        Self { min: Vec3A::from(xyz(node.own_center)), max: Vec3A::from(xyz(node.own_half)) }
     }
 
     /// The box of all triangles below `subtree` along the axes of `node`; `later` are the nodes from number `first` on.

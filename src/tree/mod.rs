@@ -86,7 +86,7 @@ pub struct TreeStats {
     pub bytes_triangles: usize,
     /// Bytes of the mesh.
     pub bytes_mesh: usize,
-    /// Bytes of alphas and profiles.
+    /// Bytes of profiles.
     pub bytes_profiles: usize,
     /// Bytes of the neighbours of triangles.
     pub bytes_neighbors: usize,
@@ -164,9 +164,9 @@ impl Tree {
         let depth = self.nodes.first().map_or(0, |root| usize::from(root.height));
         let mut nodes_per_level = alloc::vec![0; depth];
         let mut alpha_per_level = alloc::vec![Vec3::ZERO; depth];
-        for (node, shape) in self.nodes.iter().zip(&self.profiles.shapes) {
+        for node in &self.nodes {
             nodes_per_level[usize::from(node.depth)] += 1;
-            alpha_per_level[usize::from(node.depth)] += shape.alpha;
+            alpha_per_level[usize::from(node.depth)] += node.alpha();
         }
         for (sum, &count) in alpha_per_level.iter_mut().zip(&nodes_per_level) {
             *sum /= count as f32;
@@ -181,7 +181,7 @@ impl Tree {
             bytes_nodes: size_of_val(&*self.nodes),
             bytes_triangles: size_of_val(&*self.triangles) + size_of_val(&*self.ids),
             bytes_mesh: self.mesh.bytes(),
-            bytes_profiles: size_of_val(&*self.profiles.levels) + size_of_val(&*self.profiles.shapes),
+            bytes_profiles: size_of_val(&*self.profiles.levels),
             bytes_neighbors: size_of_val(&*self.neighbors),
         }
     }
@@ -286,7 +286,7 @@ impl<'t> Subtree<'t> {
     /// Diminishing factor per axis of its box, measured end to end: the factor by which boxes shrink on a binary level,
     /// `(mean triangle extent / own extent)^(1 / log2(triangles))`. Within 0..=1.
     pub fn alpha(&self) -> Vec3 {
-        self.tree.profiles.shapes[self.index].alpha
+        self.node().alpha()
     }
 
     /// Expected BV tests of this subtree against a copy of itself, averaged over all overlapping placements.

@@ -1,14 +1,14 @@
 //! The profile of a subtree, level by level: what the cost model is computed from.
 //!
 //! All are measured along the axes of the subtree's root: a box with half extents `e` and axes `Q` counts as `|Q| e`.
-//! Levels are merged bottom-up from those of the children, `O(nodes * height)`.
+//! Levels are merged bottom-up from those of the children, one child a lane, `O(nodes * height)`.
 
 use super::eight::present;
 use super::wide::{Node, xyz};
-use crate::math::lanes::{F8, Lanes, per_axis, sums};
+use crate::math::lanes::{F8, Lanes, V8, dot, per_axis, per_lane, sums};
 use alloc::boxed::Box;
 use core::f32::consts::LN_2;
-use glam::{Mat3A, Vec3, Vec3A};
+use glam::{Vec3, Vec3A};
 use wide::bytemuck::cast;
 use wide::{f32x4, i32x4};
 
@@ -16,6 +16,7 @@ use wide::{f32x4, i32x4};
 /// [`crate::Tree::unit_length`] for the mesh's).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct LevelProfile {
     /// Number of boxes.
     pub nodes: f32,
@@ -30,68 +31,37 @@ pub struct LevelProfile {
 impl LevelProfile {
     const NONE: Self = Self { nodes: 0.0, half_extent: Vec3::ZERO, center: Vec3::ZERO, variance: Vec3::ZERO };
 
-    /// The children of `node` as its level 1, and the summed surface area of their boxes.
+    /// The children of `node`, whose boxes are `center` and `half`, and their summed surface area.
     #[inline(always)]
-    fn of_children<L: Lanes>(lanes: L, node: &Node) -> (Self, f32) {
-        let scale = 1.0 / f32::from(node.children);
-        let own = xyz(node.own_center);
-        // Boxes that are not there have no extent.
-        let [x, y, z] = per_axis!(k => F8::load(lanes, &node.half[k]));
+    fn of_children<L: Lanes>(lanes: L, node: &Node, center: &V8<L>, half: &V8<L>, about: [f32; 3]) -> (Self, f32) {
         let present = present(lanes, node.children.into());
-        let [u, v, w] = per_axis!(k => (F8::load(lanes, &node.center[k]) - F8::splat(lanes, own[k])) * present);
+        // Boxes that are not there have no extent.
+        let [x, y, z] = *half;
+        let [u, v, w] = per_axis!(k => (center[k] - F8::splat(lanes, about[k])) * present);
         let [hx, hy, hz, area] = sums([x, y, z, x * y + y * z + z * x]);
         let [cx, cy, cz, uu] = sums([u, v, w, u * u]);
         let [vv, ww, ..] = sums([v * v, w * w, u, u]);
-        let mean = Vec3A::new(cx, cy, cz) * scale;
-        let level = Self {
-            nodes: f32::from(node.children),
-            half_extent: (Vec3A::new(hx, hy, hz) * scale).into(),
-            center: (Vec3A::from(own) + mean).into(),
-            variance: (Vec3A::new(uu, vv, ww) * scale - mean * mean).max(Vec3A::ZERO).into(),
-        };
-        (level, 8.0 * area)
+        (Self::of_sums(node.children.into(), [hx, hy, hz], [cx, cy, cz], [uu, vv, ww], about), 8.0 * area)
     }
 
-    /// The same boxes along the axes that `rotation` leads to.
+    /// Of sums over `nodes` boxes: half extents, centres as seen from `about`, and the squares of these.
     #[inline(always)]
-    fn rotated(&self, rotation: &Mat3A, absolute: &Mat3A, squared: &Mat3A) -> Self {
-        Self {
-            nodes: self.nodes,
-            half_extent: *absolute * self.half_extent,
-            center: *rotation * self.center,
-            variance: *squared * self.variance,
-        }
-    }
-
-    /// Both sets of boxes together.
-    #[inline(always)]
-    fn merged(&self, other: &Self) -> Self {
-        let nodes = self.nodes + other.nodes;
-        let w = other.nodes / nodes;
-        let apart = other.center - self.center;
+    fn of_sums(nodes: f32, half: [f32; 3], center: [f32; 3], squares: [f32; 3], about: [f32; 3]) -> Self {
+        let scale = 1.0 / nodes;
+        let mean = Vec3A::from(center) * scale;
         Self {
             nodes,
-            half_extent: self.half_extent.lerp(other.half_extent, w),
-            center: self.center.lerp(other.center, w),
-            variance: self.variance.lerp(other.variance, w) + apart * apart * (w * (1.0 - w)),
+            half_extent: (Vec3A::from(half) * scale).into(),
+            center: (Vec3A::from(about) + mean).into(),
+            variance: (Vec3A::from(squares) * scale - mean * mean).max(Vec3A::ZERO).into(),
         }
     }
 }
 
-/// What is kept of a subtree besides its node.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Shape {
-    /// Mean half extent of the triangles' boxes.
-    pub leaf: Vec3,
-    /// Diminishing factor per axis, end to end.
-    pub alpha: Vec3,
-}
-
-/// The profiles of all subtrees: node `i` has levels `nodes[i].profile..` and shape `shapes[i]`.
+/// The profiles of all subtrees: node `i` has levels `nodes[i].profile..`.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Profiles {
     pub levels: Box<[LevelProfile]>,
-    pub shapes: Box<[Shape]>,
     /// SAH cost: the summed area of all boxes, those of the triangles too, over that of the root; 0 if that has none.
     pub cost: f32,
 }
@@ -108,74 +78,118 @@ impl Profiles {
             node.profile = levels as u32;
             levels += usize::from(node.height);
         }
-        let shape = Shape { leaf: Vec3::ZERO, alpha: Vec3::ONE };
-        Self {
-            levels: alloc::vec![LevelProfile::NONE; levels].into(),
-            shapes: alloc::vec![shape; nodes.len()].into(),
-            cost: 0.0,
-        }
+        Self { levels: alloc::vec![LevelProfile::NONE; levels].into(), cost: 0.0 }
     }
 
-    /// Measures the subtree of node `index`, whose boxes are there and whose `children` have been measured. Returns the
-    /// summed surface area of the children's boxes.
+    /// Measures a cluster, the boxes of whose triangles are `center` and `half`. Returns their summed surface area.
     #[inline(always)]
-    pub fn measure<L: Lanes>(&mut self, lanes: L, index: usize, node: &mut Node, children: &[Node]) -> f64 {
+    pub fn measure_cluster<L: Lanes>(&mut self, lanes: L, node: &mut Node, center: &V8<L>, half: &V8<L>) -> f64 {
+        let (level, area) = LevelProfile::of_children(lanes, node, center, half, xyz(node.own_center));
+        self.levels[node.profile as usize] = level;
+        node.leaf = level.half_extent.into();
+        node.self_cost = level.nodes * level.nodes;
+        f64::from(area)
+    }
+
+    /// Measures an inner node with the given own box, whose `children` have been measured. Returns the summed surface area
+    /// of their boxes.
+    #[inline(always)]
+    pub fn measure<L: Lanes>(
+        &mut self,
+        lanes: L,
+        node: &mut Node,
+        own_center: [f32; 3],
+        own_half: [f32; 3],
+        children: &[Node],
+    ) -> f64 {
         // Levels of what is below come first.
         let (below, levels) = self.levels.split_at_mut(node.profile as usize);
         let levels = &mut levels[..usize::from(node.height)];
-        let (level, area) = LevelProfile::of_children(lanes, node);
-        levels[0] = level;
-        let leaf = if node.is_cluster {
-            level.half_extent
-        } else {
-            merge_children(node, children, &self.shapes[node.first_child as usize..], below, &mut levels[1..])
-        };
-        let alpha = alpha(leaf, node.extent(), node.triangles);
-        node.alpha = alpha.element_product();
-        node.self_cost = self_cost(node, levels);
-        self.shapes[index] = Shape { leaf, alpha };
+        let center = per_axis!(k => F8::load(lanes, &node.center[k]));
+        let half = per_axis!(k => F8::load(lanes, &node.half[k]));
+        let (first, area) = LevelProfile::of_children(lanes, node, &center, &half, own_center);
+        levels[0] = first;
+        let siblings = Siblings::of(lanes, node, children);
+        for (depth, level) in levels[1..].iter_mut().enumerate() {
+            *level = siblings.level(lanes, depth, below, own_center);
+        }
+        node.leaf = siblings.leaf(lanes);
+        node.self_cost = self_cost(own_half, levels);
         f64::from(area)
     }
 }
 
-/// Puts the levels of the children of `node`, which lie in `all`, together in `levels`; returns the mean half extent of
-/// its leaves.
-#[inline(always)]
-fn merge_children(
-    node: &Node,
-    children: &[Node],
-    shapes: &[Shape],
-    all: &[LevelProfile],
-    levels: &mut [LevelProfile],
-) -> Vec3 {
-    let to_node = node.axes().transpose();
-    levels.fill(LevelProfile::NONE);
-    let mut leaves = Vec3::ZERO;
-    for (child, shape) in children.iter().zip(shapes) {
-        let of_child = &all[child.profile as usize..][..usize::from(child.height)];
-        if child.orientation == node.orientation {
-            for (level, seen) in levels.iter_mut().zip(of_child) {
-                *level = level.merged(seen);
-            }
-            leaves += shape.leaf * child.triangles as f32;
-        } else {
-            let rotation = to_node * child.axes();
-            let absolute = rotation.abs();
-            let Mat3A { x_axis: x, y_axis: y, z_axis: z } = rotation;
-            let squared = Mat3A::from_cols(x * x, y * y, z * z);
-            for (level, seen) in levels.iter_mut().zip(of_child) {
-                *level = level.merged(&seen.rotated(&rotation, &absolute, &squared));
-            }
-            leaves += absolute * shape.leaf * child.triangles as f32;
-        }
+/// The children of a node, one a lane.
+struct Siblings<'n, L: Lanes> {
+    children: &'n [Node],
+    /// From the axes of each child to those of the node, row by row.
+    rotation: [V8<L>; 3],
+    absolute: [V8<L>; 3],
+}
+
+impl<'n, L: Lanes> Siblings<'n, L> {
+    #[inline(always)]
+    fn of(lanes: L, node: &Node, children: &'n [Node]) -> Self {
+        let last = children.len() - 1;
+        let columns = per_axis!(j => {
+            let [x, y, z, _] = F8::transpose(lanes, per_lane!(i => children[i.min(last)].rotation[j].as_array()));
+            [x, y, z]
+        });
+        let (zero, one) = (F8::splat(lanes, 0.0), F8::splat(lanes, 1.0));
+        let identity = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+        let other = per_lane!(i => f32::from(u8::from(children[i.min(last)].orientation != node.orientation)));
+        let turned = zero.less(F8::load(lanes, &other));
+        let rotation = per_axis!(i => {
+            let axis = per_axis!(k => F8::splat(lanes, node.rotation[i].as_array()[k]));
+            per_axis!(j => turned.select(dot(axis, columns[j]), identity[i][j]))
+        });
+        let absolute = per_axis!(i => per_axis!(j => rotation[i][j].abs()));
+        Self { children, rotation, absolute }
     }
-    leaves / node.triangles as f32
+
+    /// One level of all children together, `depth` below theirs; `all` holds their levels, `about` is a point near them.
+    #[inline(always)]
+    fn level(&self, lanes: L, depth: usize, all: &[LevelProfile], about: [f32; 3]) -> LevelProfile {
+        let of_child = per_lane!(i => match self.children.get(i) {
+            Some(child) if depth < usize::from(child.height) => &all[child.profile as usize + depth],
+            _ => &LevelProfile::NONE,
+        });
+        let rows = per_lane!(i => {
+            let LevelProfile { nodes, half_extent: h, center: c, variance: v } = *of_child[i];
+            [[nodes, h.x, h.y, h.z], [c.x, c.y, c.z, v.x], [c.z, v.x, v.y, v.z]]
+        });
+        let [n, hx, hy, hz] = F8::transpose(lanes, per_lane!(i => &rows[i][0]));
+        let [cx, cy, cz, vx] = F8::transpose(lanes, per_lane!(i => &rows[i][1]));
+        let [_, _, vy, vz] = F8::transpose(lanes, per_lane!(i => &rows[i][2]));
+        let half = per_axis!(k => dot(self.absolute[k], [hx, hy, hz]) * n);
+        let center = per_axis!(k => dot(self.rotation[k], [cx, cy, cz]) - F8::splat(lanes, about[k]));
+        let squares = per_axis!(k => {
+            let [x, y, z] = self.rotation[k];
+            (dot([x * x, y * y, z * z], [vx, vy, vz]) + center[k] * center[k]) * n
+        });
+        let [nodes, hx, hy, hz] = sums([n, half[0], half[1], half[2]]);
+        let [cx, cy, cz, vx] = sums([center[0] * n, center[1] * n, center[2] * n, squares[0]]);
+        let [vy, vz, ..] = sums([squares[1], squares[2], n, n]);
+        LevelProfile::of_sums(nodes, [hx, hy, hz], [cx, cy, cz], [vx, vy, vz], about)
+    }
+
+    /// Mean half extents of the boxes of all triangles.
+    #[inline(always)]
+    fn leaf(&self, lanes: L) -> [f32; 3] {
+        let rows = per_lane!(i => match self.children.get(i) {
+            Some(Node { leaf: [x, y, z], triangles, .. }) => [*x, *y, *z, *triangles as f32],
+            None => [0.0; 4],
+        });
+        let [x, y, z, n] = F8::transpose(lanes, per_lane!(i => &rows[i]));
+        let [x, y, z] = per_axis!(k => dot(self.absolute[k], [x, y, z]) * n);
+        let [x, y, z, n] = sums([x, y, z, n]);
+        [x / n, y / n, z / n]
+    }
 }
 
 /// `alpha_k = (mean leaf extent_k / node extent_k)^(1/h)`, `h = log2(triangles)` the height of a balanced binary tree;
 /// 1 where there is nothing to shrink.
-#[inline(always)]
-fn alpha(leaf: Vec3, own: Vec3, triangles: u32) -> Vec3 {
+pub(super) fn alpha(leaf: Vec3, own: Vec3, triangles: u32) -> Vec3 {
     if triangles < 2 {
         return Vec3::ONE;
     }
@@ -220,15 +234,14 @@ fn polynomial<const N: usize>(x: f32x4, coefficients: [f32; N]) -> f32x4 {
     sum
 }
 
-/// Expected BV tests of a subtree against a copy of itself, averaged over all overlapping placements:
+/// Expected BV tests of a subtree with half extents `own` against a copy of itself, averaged over all overlapping placements:
 /// `sum_l n_(l+1)^2 O_l / n_l^2`, `O_l = n_l^2 prod_k e_k(l) / e_k(0)` (the mean of the products replaced by the product
 /// of the means).
 #[inline(always)]
-fn self_cost(node: &Node, levels: &[LevelProfile]) -> f32 {
-    let own = node.extent();
+fn self_cost(own: [f32; 3], levels: &[LevelProfile]) -> f32 {
     let mut share = 1.0;
     let mut tests = 0.0;
-    for level in &levels[..usize::from(node.height)] {
+    for level in levels {
         tests += level.nodes * level.nodes * share;
         let [x, y, z] = per_axis!(k => if own[k] > 0.0 { (level.half_extent[k] / own[k]).min(1.0) } else { 1.0 });
         share = x * y * z;

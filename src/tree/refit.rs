@@ -1,4 +1,4 @@
-//! New vertices for the same triangles: nodes and orientations stay; boxes, profiles and alphas are computed anew.
+//! New vertices for the same triangles: nodes and orientations stay; boxes and profiles are computed anew.
 
 use super::update::update;
 use super::{Tree, Unit, next_identity};

@@ -1,11 +1,11 @@
-//! Boxes, profiles and alphas of all nodes, bottom-up in one pass: the end of a build and the whole of a refit.
+//! Boxes and profiles of all nodes, bottom-up in one pass: the end of a build and the whole of a refit.
 
 use super::eight::{Eight, present};
 use super::fit::{Extent, span};
 use super::profile::Profiles;
 use super::unit::Triangle;
 use super::wide::Node;
-use crate::math::lanes::{F8, Instructions, Kernel, Lanes};
+use crate::math::lanes::{F8, Instructions, Kernel, Lanes, per_axis};
 use wide::f32x4;
 
 /// Computes everything in `nodes` and `profiles` that depends on where the triangles are; places and orientations stay.
@@ -24,62 +24,80 @@ impl Kernel for Update<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
-        let Self { nodes, triangles, profiles } = self;
+    fn run<L: Lanes>(mut self, lanes: L) {
         let mut area = 0.0;
-        for index in (0..nodes.len()).rev() {
-            let Some((node, later)) = nodes[index..].split_first_mut() else { continue };
-            let (first, mut own) = (index + 1, Extent::EMPTY);
-            if node.is_cluster {
-                // All but a root are done with their parent.
-                if index == 0 {
-                    fit_cluster(lanes, node, &Eight::of_few(lanes, triangles));
-                    area += profiles.measure(lanes, 0, node, &[]);
-                }
-                continue;
+        for index in (0..self.nodes.len()).rev() {
+            if !self.nodes[index].is_cluster {
+                area += self.inner(lanes, index);
+            } else if index == 0 {
+                // All other clusters are done with their parents.
+                let triangles = Eight::of_few(lanes, self.triangles);
+                area += cluster(lanes, &mut self.nodes[0], &triangles, self.profiles).1;
             }
-            for lane in 0..usize::from(node.children) {
-                let number = node.first_child as usize + lane;
-                let child = &mut later[number - first];
-                let extent = if child.is_cluster {
-                    let eight = Eight::of_few(lanes, &triangles[child.triangle_range()]);
-                    let extent = fit_cluster(lanes, child, &eight);
-                    area += profiles.measure(lanes, number, child, &[]);
-                    if child.orientation == node.orientation { extent } else { span(lanes, &eight, node).extent() }
-                } else {
-                    Extent::of_subtree(lanes, &later[number - first], node, later, first, triangles)
-                };
-                let (center, half) = (extent.center(), extent.half());
-                for k in 0..3 {
-                    node.center[k][lane] = center[k];
-                    node.half[k][lane] = half[k];
-                }
-                own = own.union(extent);
-            }
-            set_own(node, &own);
-            area += profiles.measure(
-                lanes,
-                index,
-                node,
-                &later[node.first_child as usize - first..][..usize::from(node.children)],
-            );
         }
-        let root = nodes.first().map_or(0.0, |root| f64::from(root.size) * f64::from(root.size));
-        profiles.cost = if root > 0.0 { (area / root) as f32 } else { 0.0 };
+        let Some(root) = self.nodes.first_mut() else { return };
+        if !root.is_cluster {
+            set_own(root, &Extent::kept_in(root));
+        }
+        let whole = f64::from(root.size) * f64::from(root.size);
+        self.profiles.cost = if whole > 0.0 { (area / whole) as f32 } else { 0.0 };
     }
 }
 
-#[inline(always)]
-fn fit_cluster<L: Lanes>(lanes: L, node: &mut Node, triangles: &Eight<L>) -> Extent {
-    let span = span(lanes, triangles, node);
-    let half = present(lanes, node.children.into()) * F8::splat(lanes, 0.5);
-    for k in 0..3 {
-        node.center[k] = ((span.min[k] + span.max[k]) * half).store();
-        node.half[k] = ((span.max[k] - span.min[k]) * half).store();
+impl Update<'_> {
+    /// An inner node, whose inner children are done, and the clusters among its children. Returns the summed surface area
+    /// of the boxes below them.
+    ///
+    /// Until its parent is done an inner node keeps the ends of its box in the place of its centre and half extent: a parent
+    /// with the same axes needs them to the bit.
+    #[inline(always)]
+    fn inner<L: Lanes>(&mut self, lanes: L, index: usize) -> f64 {
+        let Some((node, later)) = self.nodes[index..].split_first_mut() else { return 0.0 };
+        let (first, mut own, mut area) = (index + 1, Extent::EMPTY, 0.0);
+        for lane in 0..usize::from(node.children) {
+            let number = node.first_child as usize + lane;
+            let child = &mut later[number - first];
+            let same = child.orientation == node.orientation;
+            let extent = if child.is_cluster {
+                let eight = Eight::of_few(lanes, &self.triangles[child.triangle_range()]);
+                let (extent, below) = cluster(lanes, child, &eight, self.profiles);
+                area += below;
+                if same { extent } else { span(lanes, &eight, node).extent() }
+            } else {
+                let ends = Extent::kept_in(child);
+                set_own(child, &ends);
+                if same {
+                    ends
+                } else {
+                    Extent::of_subtree(lanes, &later[number - first], node, later, first, self.triangles)
+                }
+            };
+            let (center, half) = (extent.center(), extent.half());
+            for k in 0..3 {
+                node.center[k][lane] = center[k];
+                node.half[k][lane] = half[k];
+            }
+            own = own.union(extent);
+        }
+        own.keep_in(node);
+        let children = &later[node.first_child as usize - first..][..usize::from(node.children)];
+        area + self.profiles.measure(lanes, node, own.center().to_array(), own.half().to_array(), children)
     }
+}
+
+/// Fits a cluster to its triangles. Returns its own box and the summed surface area of theirs.
+#[inline(always)]
+fn cluster<L: Lanes>(lanes: L, node: &mut Node, triangles: &Eight<L>, profiles: &mut Profiles) -> (Extent, f64) {
+    let span = span(lanes, triangles, node);
+    let part = present(lanes, node.children.into()) * F8::splat(lanes, 0.5);
+    let center = per_axis!(k => (span.min[k] + span.max[k]) * part);
+    let half = per_axis!(k => (span.max[k] - span.min[k]) * part);
+    node.center = per_axis!(k => center[k].store());
+    node.half = per_axis!(k => half[k].store());
     let own = span.extent();
     set_own(node, &own);
-    own
+    let area = profiles.measure_cluster(lanes, node, &center, &half);
+    (own, area)
 }
 
 #[inline(always)]

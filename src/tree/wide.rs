@@ -38,8 +38,8 @@ pub(crate) struct Node {
     pub profile: u32,
     /// Expected BV tests of this subtree against a copy of itself ([`super::profile`]).
     pub self_cost: f32,
-    /// End to end alpha, product of the axes.
-    pub alpha: f32,
+    /// Mean half extent of the triangles' boxes.
+    pub leaf: [f32; 3],
     /// The middle extent of the own box over the longest; 1 for a point.
     pub slimness: f32,
     /// Number of children.
@@ -74,6 +74,11 @@ impl Node {
     /// Half extents of the own box.
     pub fn extent(&self) -> Vec3 {
         xyz(self.own_half).into()
+    }
+
+    /// Diminishing factor per axis, end to end.
+    pub fn alpha(&self) -> Vec3 {
+        super::profile::alpha(self.leaf.into(), self.extent(), self.triangles)
     }
 
     /// The triangles of the subtree, in tree order.
