@@ -2,7 +2,7 @@
 
 use super::unit::{Triangle, Unit};
 use super::wide::WIDTH;
-use crate::math::lanes::{D8, F8, Instructions, Kernel, Lanes, per_axis};
+use crate::math::lanes::{D8, F8, Instructions, Kernel, Lanes, per_axis, per_lane};
 use crate::mesh::{Mesh, Vertices};
 use alloc::boxed::Box;
 
@@ -44,7 +44,7 @@ impl<V: Vertex> Kernel for Place<'_, V> {
             *triangles = rows(unit_corners(lanes, &unit, vertices, corners, ids));
         }
         if let Some(last) = ids_rest.len().checked_sub(1) {
-            let ids = core::array::from_fn(|i| ids_rest[i.min(last)]);
+            let ids = per_lane!(i => ids_rest[i.min(last)]);
             let triangles: [Triangle; WIDTH] = rows(unit_corners(lanes, &unit, vertices, corners, &ids));
             rest.copy_from_slice(&triangles[..=last]);
         }
@@ -53,28 +53,31 @@ impl<V: Vertex> Kernel for Place<'_, V> {
 
 /// A vertex as the mesh stores it.
 pub(super) trait Vertex: Copy {
-    /// Eight of them, component by component.
-    fn columns<L: Lanes>(lanes: L, vertices: [&Self; WIDTH]) -> [D8<L>; 3];
+    /// Eight of `vertices`, component by component.
+    fn columns<L: Lanes>(lanes: L, vertices: &[Self], numbers: [u32; WIDTH]) -> [D8<L>; 3];
 }
 
 impl Vertex for [f32; 3] {
     #[inline(always)]
-    fn columns<L: Lanes>(lanes: L, [a, b, c, d, e, f, g, h]: [&Self; WIDTH]) -> [D8<L>; 3] {
-        macro_rules! row {
-            ($x:ident) => {
-                &[$x[0], $x[1], $x[2], 0.0]
-            };
-        }
-        let rows = [row!(a), row!(b), row!(c), row!(d), row!(e), row!(f), row!(g), row!(h)];
-        let columns = F8::transpose(lanes, rows);
+    fn columns<L: Lanes>(lanes: L, vertices: &[Self], numbers: [u32; WIDTH]) -> [D8<L>; 3] {
+        // One load takes a vertex and a number behind it, which the last one lacks.
+        let [x, y, z] = vertices[vertices.len() - 1];
+        let last = [x, y, z, 0.0];
+        let numbers = per_lane!(i => 3 * numbers[i] as usize);
+        let all = vertices.as_flattened();
+        let columns = F8::transpose(
+            lanes,
+            per_lane!(i => all.get(numbers[i]..numbers[i] + 4).and_then(<[f32]>::first_chunk).unwrap_or(&last)),
+        );
         per_axis!(k => columns[k].widen())
     }
 }
 
 impl Vertex for [f64; 3] {
     #[inline(always)]
-    fn columns<L: Lanes>(lanes: L, [a, b, c, d, e, f, g, h]: [&Self; WIDTH]) -> [D8<L>; 3] {
-        per_axis!(k => D8::load(lanes, &[a[k], b[k], c[k], d[k], e[k], f[k], g[k], h[k]]))
+    fn columns<L: Lanes>(lanes: L, vertices: &[Self], numbers: [u32; WIDTH]) -> [D8<L>; 3] {
+        let rows = per_lane!(i => &vertices[numbers[i] as usize]);
+        per_axis!(k => D8::load(lanes, &per_lane!(i => rows[i][k])))
     }
 }
 
@@ -85,19 +88,13 @@ pub(super) fn unit_corners<L: Lanes, V: Vertex>(
     unit: &Unit,
     vertices: &[V],
     corners: &[[u32; 3]],
-    [a, b, c, d, e, f, g, h]: &[u32; WIDTH],
+    ids: &[u32; WIDTH],
 ) -> [[D8<L>; 3]; 3] {
     let origin = per_axis!(k => D8::splat(lanes, unit.origin[k]));
     let scale = D8::splat(lanes, unit.scale());
-    macro_rules! vertex {
-        ($id:ident, $corner:ident) => {
-            &vertices[corners[*$id as usize][$corner] as usize]
-        };
-    }
-    per_axis!(i => {
-        let (a, b, c, d) = (vertex!(a, i), vertex!(b, i), vertex!(c, i), vertex!(d, i));
-        let (e, f, g, h) = (vertex!(e, i), vertex!(f, i), vertex!(g, i), vertex!(h, i));
-        let x = V::columns(lanes, [a, b, c, d, e, f, g, h]);
+    let corners = per_lane!(i => &corners[ids[i] as usize]);
+    per_axis!(j => {
+        let x = V::columns(lanes, vertices, per_lane!(i => corners[i][j]));
         per_axis!(k => (x[k] - origin[k]) * scale)
     })
 }
@@ -111,8 +108,5 @@ fn rows<L: Lanes>([a, b, c]: [[D8<L>; 3]; 3]) -> [Triangle; WIDTH] {
     let first = F8::rows([p[0], p[1], p[2], e[0]]);
     let second = F8::rows([e[1], e[2], f[0], f[1]]);
     let third = F8::rows([f[2], rest[0], rest[1], rest[2]]);
-    macro_rules! triangles {
-        ($($i:literal),*) => { [$(Triangle([first[$i], second[$i], third[$i]])),*] };
-    }
-    triangles!(0, 1, 2, 3, 4, 5, 6, 7)
+    per_lane!(i => Triangle([first[i], second[i], third[i]]))
 }
