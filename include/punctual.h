@@ -55,6 +55,11 @@
 #define PUNCTUAL_MAX_DISTANCE_STEP_WORK 1040
 
 /**
+ * The triangle of a ray that hits none.
+ */
+#define PUNCTUAL_NO_TRIANGLE 4294967295
+
+/**
  * How a call ended. Unless it is `PUNCTUAL_STATUS_OK`, nothing was written to the outputs and nothing was changed
  * (but see `PUNCTUAL_STATUS_PANIC`), and `punctual_last_error` has a text that names the place.
  */
@@ -230,6 +235,35 @@ typedef uint32_t punctual_closer;
 #endif // __cplusplus
 
 /**
+ * The side of a triangle that a ray comes from.
+ */
+enum punctual_side
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * The one from which the corners appear counterclockwise.
+   */
+  PUNCTUAL_SIDE_FRONT = 0,
+  /**
+   * The other one.
+   */
+  PUNCTUAL_SIDE_BACK = 1,
+  /**
+   * None: the ray lies in the triangle's plane, or the triangle is a segment or a point.
+   */
+  PUNCTUAL_SIDE_EDGE = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_side punctual_side;
+#else
+typedef uint32_t punctual_side;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
  * A file format that can be read.
  */
 enum punctual_format
@@ -313,6 +347,35 @@ enum punctual_mode
 typedef enum punctual_mode punctual_mode;
 #else
 typedef uint32_t punctual_mode;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Which of its hits a ray is asked for.
+ */
+enum punctual_ray_mode
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * The one with the least `t`; of several with the same, the triangle with the least id.
+   */
+  PUNCTUAL_RAY_MODE_NEAREST = 0,
+  /**
+   * Any: whether there is one. Stops at the first that is found.
+   */
+  PUNCTUAL_RAY_MODE_ANY = 1,
+  /**
+   * All, each triangle once; not for batches.
+   */
+  PUNCTUAL_RAY_MODE_ALL = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_ray_mode punctual_ray_mode;
+#else
+typedef uint32_t punctual_ray_mode;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1172,6 +1235,217 @@ typedef struct punctual_contact {
 } punctual_contact;
 
 /**
+ * The question which way, and how far, B has to be moved until the surfaces no longer meet. Plain data, made by
+ * `punctual_push_out_query_new`, one for each pose; it borrows the trees.
+ */
+typedef struct punctual_push_out_query {
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * Stop after this many exact queries. UINT32_MAX by default: the search ends by itself.
+   */
+  uint32_t query_limit;
+  /**
+   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+   */
+  uint64_t poll_interval;
+} punctual_push_out_query;
+
+/**
+ * The answer: the shortest push found. There may be a shorter one.
+ */
+typedef struct punctual_push_out {
+  /**
+   * Whether the budget sufficed for one; if not, direction, distance and pose are zeros.
+   */
+  bool has_push;
+  /**
+   * Where B moves to, a unit vector in A's frame; the x axis if the surfaces do not meet anyway.
+   */
+  struct punctual_point direction;
+  /**
+   * How far, in the unit of the meshes; 0 if the surfaces do not meet anyway.
+   */
+  double distance;
+  /**
+   * The pose after the push. Proven: no triangle of A shares a point with one of B there.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * Exact queries that were run.
+   */
+  uint32_t queries;
+  /**
+   * Why it returned; STOP_REASON_FINISHED also at the limit of queries.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Units of work.
+   */
+  uint64_t work;
+  /**
+   * Time in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_push_out;
+
+/**
+ * A half-line from an origin in a direction of any length, or a segment between two points, in the frame of the mesh. Plain
+ * data, made by `punctual_ray_new` or `punctual_ray_segment`; checked wherever it is used, and then used as it is.
+ */
+typedef struct punctual_ray {
+  /**
+   * Where it begins.
+   */
+  struct punctual_point origin;
+  /**
+   * Its direction, not zero; of a segment, its end.
+   */
+  struct punctual_point target;
+  /**
+   * Hits before this parameter are left out. 0 by default.
+   */
+  double t_min;
+  /**
+   * Hits after this parameter are left out. Infinity by default. To end exactly at a point, take a segment.
+   */
+  double t_max;
+  /**
+   * 0: a half-line; else a segment, of which `t` goes from 0 to 1.
+   */
+  uint32_t is_segment;
+} punctual_ray;
+
+/**
+ * The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each ray; it borrows the tree. To resume a
+ * query all of it must be what it was.
+ *
+ * A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are given: closed triangles, edges
+ * and corners included.
+ */
+typedef struct punctual_ray_query {
+  /**
+   * The tree.
+   */
+  const struct punctual_tree *tree;
+  /**
+   * The ray.
+   */
+  struct punctual_ray ray;
+  /**
+   * A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
+   */
+  uint32_t mode;
+  /**
+   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+   */
+  uint64_t poll_interval;
+} punctual_ray_query;
+
+/**
+ * A triangle that a ray meets.
+ */
+typedef struct punctual_ray_hit {
+  /**
+   * Id of the input mesh, or PUNCTUAL_NO_TRIANGLE.
+   */
+  uint32_t triangle;
+  /**
+   * The side that the ray comes from; SIDE_FRONT without a hit.
+   */
+  punctual_side side;
+  /**
+   * The least parameter of a common point, which is `origin + t direction`, of a segment `origin + t (end - origin)`. Off by
+   * at most 1e-11 of the largest coordinate of the triangle seen from the origin, over the largest component of the
+   * direction. Infinite without a hit.
+   */
+  double t;
+} punctual_ray_hit;
+
+/**
+ * The answer of a ray query, wherever it stopped. All hits stay in the workspace: `punctual_workspace_ray_hits`.
+ */
+typedef struct punctual_ray_cast {
+  /**
+   * The nearest hit of those found; for RAY_MODE_ANY the one found.
+   */
+  struct punctual_ray_hit hit;
+  /**
+   * Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that were compared.
+   */
+  uint64_t found;
+  /**
+   * Proven: every hit that was not found is at this parameter or after it. For RAY_MODE_NEAREST never after the hit that was
+   * found. Infinite if there is none.
+   */
+  double free_until;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_ray_cast;
+
+/**
+ * The question what each of many rays hits, answered one after the other within one budget, in less time than a query for each.
+ * Plain data, made by `punctual_ray_batch_new`; it borrows the tree and the rays. To resume it all of it, and the rays, must be
+ * what they were.
+ */
+typedef struct punctual_ray_batch {
+  /**
+   * The tree.
+   */
+  const struct punctual_tree *tree;
+  /**
+   * The rays.
+   */
+  const struct punctual_ray *rays;
+  /**
+   * How many.
+   */
+  size_t count;
+  /**
+   * RAY_MODE_NEAREST, by default, or RAY_MODE_ANY.
+   */
+  uint32_t mode;
+  /**
+   * Least work between looks at the clock; PUNCTUAL_MAX_STEP_WORK by default.
+   */
+  uint64_t poll_interval;
+} punctual_ray_batch;
+
+/**
+ * The answer for many rays; their hits are in the caller's array.
+ */
+typedef struct punctual_ray_batch_outcome {
+  /**
+   * The first so many rays are done and their hits are written.
+   */
+  size_t done;
+  /**
+   * Why it returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * What it has done for all rays.
+   */
+  struct punctual_stats stats;
+} punctual_ray_batch_outcome;
+
+/**
  * Contacts that hang together: from each to the next their triangles of A have a corner in common or are the same, and their
  * triangles of B too. All of it is in A's frame, in the unit of the meshes.
  */
@@ -1675,6 +1949,19 @@ void punctual_memory_free(struct punctual_memory *memory);
 punctual_status punctual_memory_describe(const struct punctual_memory *memory, struct punctual_memory_facts *facts);
 
 /**
+ * Proven: how far apart the surfaces are at least at this pose, in the unit of the meshes, as far as distance queries with this
+ * memory have shown it of these trees: what they proved, less the longest way of a point of B since then. 0 if nothing is known.
+ * Costs some 50 operations. While it is more than 0, a `punctual_query` with this memory answers VERDICT_SEPARATED at once.
+ *
+ * Fails with NULL, BAD_POSE or POISONED.
+ */
+punctual_status punctual_memory_clearance(const struct punctual_memory *memory,
+                                          const struct punctual_tree *a,
+                                          const struct punctual_tree *b,
+                                          struct punctual_pose b_in_a,
+                                          double *clearance);
+
+/**
  * As much as it takes.
  */
 struct punctual_budget punctual_budget_unlimited(void);
@@ -1989,6 +2276,125 @@ punctual_status punctual_workspace_drain_contacts(struct punctual_workspace *wor
  * Fails with OUT_OF_MEMORY if there is not that much.
  */
 punctual_status punctual_workspace_reserve_contacts(struct punctual_workspace *workspace, size_t contacts);
+
+/**
+ * The question how `b` is pushed out of `a`, with the default options. Checked when it is run.
+ */
+struct punctual_push_out_query punctual_push_out_query_new(const struct punctual_tree *a,
+                                                           const struct punctual_tree *b,
+                                                           struct punctual_pose b_in_a);
+
+/**
+ * Looks for a push within a budget. More budget of work never gives a longer one. It does not allocate, lock or panic; afterwards
+ * the workspace holds nothing that could be resumed. `clock` may be null: the clock of the system.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ */
+punctual_status punctual_push_out_query_run(const struct punctual_push_out_query *query,
+                                            struct punctual_workspace *workspace,
+                                            struct punctual_budget budget,
+                                            const struct punctual_clock *clock,
+                                            struct punctual_push_out *push);
+
+/**
+ * The half-line from a point in a direction. Checked when it is used.
+ */
+struct punctual_ray punctual_ray_new(struct punctual_point origin, struct punctual_point direction);
+
+/**
+ * The segment between two points, both of them included. Checked when it is used.
+ */
+struct punctual_ray punctual_ray_segment(struct punctual_point from, struct punctual_point to);
+
+/**
+ * The question for the nearest hit of a ray. Checked when it is run.
+ */
+struct punctual_ray_query punctual_ray_query_new(const struct punctual_tree *tree, struct punctual_ray ray);
+
+/**
+ * Runs a ray query within a budget. The first one for all hits in a workspace makes room for 4,096 hits, unless
+ * `punctual_workspace_reserve_ray_hits` has made some; nothing else allocates. It does not lock or panic. `clock` may be null:
+ * the clock of the system.
+ *
+ * Under a time budget it returns at most one poll interval of work late, under a work budget at most
+ * PUNCTUAL_MAX_STEP_WORK units later.
+ *
+ * Fails with NULL, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ */
+punctual_status punctual_ray_query_run(const struct punctual_ray_query *query,
+                                       struct punctual_workspace *workspace,
+                                       struct punctual_budget budget,
+                                       const struct punctual_clock *clock,
+                                       struct punctual_ray_cast *cast);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget; after PAIRS_FULL drain the hits or make room first.
+ * However it is cut into pieces by work budgets, the outcome at the end is that of one uninterrupted run.
+ *
+ * Fails as `punctual_ray_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or is
+ * complete.
+ */
+punctual_status punctual_ray_query_resume(const struct punctual_ray_query *query,
+                                          struct punctual_workspace *workspace,
+                                          struct punctual_budget budget,
+                                          const struct punctual_clock *clock,
+                                          struct punctual_ray_cast *cast);
+
+/**
+ * The hits that the last query found, if it was a ray query for all hits, without those drained: in order of discovery, which is
+ * nearly that of `t`. As many as `capacity` allows are written to `hits`, and how many there are to `count`.
+ */
+punctual_status punctual_workspace_ray_hits(const struct punctual_workspace *workspace,
+                                            struct punctual_ray_hit *hits,
+                                            size_t capacity,
+                                            size_t *count);
+
+/**
+ * Forgets the hits, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
+ */
+punctual_status punctual_workspace_drain_ray_hits(struct punctual_workspace *workspace);
+
+/**
+ * Makes room for at least so many hits, 24 bytes each.
+ *
+ * Fails with OUT_OF_MEMORY if there is not that much.
+ */
+punctual_status punctual_workspace_reserve_ray_hits(struct punctual_workspace *workspace, size_t hits);
+
+/**
+ * The question for the nearest hit of each of `count` rays. Checked when it is run.
+ */
+struct punctual_ray_batch punctual_ray_batch_new(const struct punctual_tree *tree,
+                                                 const struct punctual_ray *rays,
+                                                 size_t count);
+
+/**
+ * Runs many rays within a budget, and writes the hits of those that are done to `hits`, which has room for all. The first batch of
+ * so many rays in a workspace makes room for them, about 100 bytes each; later ones do not allocate. It does not lock or panic.
+ * `clock` may be null: the clock of the system.
+ *
+ * Fails with NULL, BAD_ARGUMENT, which names the ray, OUT_OF_MEMORY or POISONED before it has begun.
+ */
+punctual_status punctual_ray_batch_run(const struct punctual_ray_batch *batch,
+                                       struct punctual_workspace *workspace,
+                                       struct punctual_budget budget,
+                                       const struct punctual_clock *clock,
+                                       struct punctual_ray_hit *hits,
+                                       struct punctual_ray_batch_outcome *outcome);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget. The hits of all rays that are done are written, those
+ * of earlier calls again.
+ *
+ * Fails as `punctual_ray_batch_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very batch or is
+ * complete.
+ */
+punctual_status punctual_ray_batch_resume(const struct punctual_ray_batch *batch,
+                                          struct punctual_workspace *workspace,
+                                          struct punctual_budget budget,
+                                          const struct punctual_clock *clock,
+                                          struct punctual_ray_hit *hits,
+                                          struct punctual_ray_batch_outcome *outcome);
 
 /**
  * Makes an empty set of patches, of which each will have at most so many points, at least 1; 4 are usual.

@@ -123,6 +123,14 @@ inline Result<punctual_pose> pose_at(const punctual_motion &motion, double time)
       [&](punctual_pose *pose) { return punctual_motion_pose(&motion, time, pose); });
 }
 
+inline punctual_ray ray(const punctual_point &origin, const punctual_point &direction) noexcept {
+  return punctual_ray_new(origin, direction);
+}
+
+inline punctual_ray segment(const punctual_point &from, const punctual_point &to) noexcept {
+  return punctual_ray_segment(from, to);
+}
+
 inline Result<bool> triangles_intersect(const punctual_triangle &a, const punctual_triangle &b) noexcept {
   return detail::filled<bool>([&](bool *intersect) { return punctual_triangles_intersect(a, b, intersect); });
 }
@@ -242,6 +250,12 @@ public:
     return detail::filled<punctual_memory_facts>(
         [&](punctual_memory_facts *facts) { return punctual_memory_describe(get(), facts); });
   }
+  /** Proven: how far apart the surfaces are at least at this pose; 0 if nothing is known. */
+  Result<double> clearance(const Tree &a, const Tree &b, const punctual_pose &b_in_a) const noexcept {
+    return detail::filled<double>([&](double *clearance) {
+      return punctual_memory_clearance(get(), a.get(), b.get(), b_in_a, clearance);
+    });
+  }
 };
 
 class Workspace : public detail::Handle<punctual_workspace, punctual_workspace_free> {
@@ -278,6 +292,15 @@ public:
   [[nodiscard]] punctual_status drain_contacts() noexcept { return punctual_workspace_drain_contacts(get()); }
   [[nodiscard]] punctual_status reserve_contacts(std::size_t contacts) noexcept {
     return punctual_workspace_reserve_contacts(get(), contacts);
+  }
+  /** Writes up to `capacity` hits of a ray; how many there are. */
+  Result<std::size_t> ray_hits(punctual_ray_hit *hits, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_workspace_ray_hits(get(), hits, capacity, count); });
+  }
+  [[nodiscard]] punctual_status drain_ray_hits() noexcept { return punctual_workspace_drain_ray_hits(get()); }
+  [[nodiscard]] punctual_status reserve_ray_hits(std::size_t hits) noexcept {
+    return punctual_workspace_reserve_ray_hits(get(), hits);
   }
 };
 
@@ -425,6 +448,63 @@ struct ContactQuery : punctual_contact_query {
                                  std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>([&](std::size_t *count) {
       return punctual_contact_query_open_boxes(this, workspace.get(), boxes, capacity, count);
+    });
+  }
+};
+
+/** Which way out? The fields of punctual_push_out_query are public; the trees must outlive it. */
+struct PushOutQuery : punctual_push_out_query {
+  PushOutQuery(const Tree &tree_a, const Tree &tree_b, const punctual_pose &pose_of_b) noexcept
+      : punctual_push_out_query(punctual_push_out_query_new(tree_a.get(), tree_b.get(), pose_of_b)) {}
+  PushOutQuery(const Tree &&, const Tree &, const punctual_pose &) = delete;
+  PushOutQuery(const Tree &, const Tree &&, const punctual_pose &) = delete;
+  PushOutQuery(const Tree &&, const Tree &&, const punctual_pose &) = delete;
+
+  Result<punctual_push_out> run(Workspace &workspace, punctual_budget budget,
+                                const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_push_out>([&](punctual_push_out *push) {
+      return punctual_push_out_query_run(this, workspace.get(), budget, clock, push);
+    });
+  }
+};
+
+/** What does a ray hit? The fields of punctual_ray_query are public; the tree must outlive it. */
+struct RayQuery : punctual_ray_query {
+  RayQuery(const Tree &of, const punctual_ray &along) noexcept
+      : punctual_ray_query(punctual_ray_query_new(of.get(), along)) {}
+  RayQuery(const Tree &&, const punctual_ray &) = delete;
+
+  Result<punctual_ray_cast> run(Workspace &workspace, punctual_budget budget,
+                                const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_ray_cast>([&](punctual_ray_cast *cast) {
+      return punctual_ray_query_run(this, workspace.get(), budget, clock, cast);
+    });
+  }
+  Result<punctual_ray_cast> resume(Workspace &workspace, punctual_budget budget,
+                                   const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_ray_cast>([&](punctual_ray_cast *cast) {
+      return punctual_ray_query_resume(this, workspace.get(), budget, clock, cast);
+    });
+  }
+};
+
+/** What does each of many rays hit? The fields of punctual_ray_batch are public; the tree and the rays must outlive it. */
+struct RayBatch : punctual_ray_batch {
+  RayBatch(const Tree &of, const punctual_ray *along, std::size_t ray_count) noexcept
+      : punctual_ray_batch(punctual_ray_batch_new(of.get(), along, ray_count)) {}
+  RayBatch(const Tree &&, const punctual_ray *, std::size_t) = delete;
+
+  /** `hits` has room for all rays; those of the rays that are done are written. */
+  Result<punctual_ray_batch_outcome> run(Workspace &workspace, punctual_budget budget, punctual_ray_hit *hits,
+                                         const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_ray_batch_outcome>([&](punctual_ray_batch_outcome *outcome) {
+      return punctual_ray_batch_run(this, workspace.get(), budget, clock, hits, outcome);
+    });
+  }
+  Result<punctual_ray_batch_outcome> resume(Workspace &workspace, punctual_budget budget, punctual_ray_hit *hits,
+                                            const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_ray_batch_outcome>([&](punctual_ray_batch_outcome *outcome) {
+      return punctual_ray_batch_resume(this, workspace.get(), budget, clock, hits, outcome);
     });
   }
 };

@@ -40,6 +40,23 @@ pub(crate) unsafe fn path<'a>(pointer: *const c_char, what: &'static str) -> Res
     text.to_str().map(Path::new).map_err(|_| Fault::NotUtf8(what))
 }
 
+/// An array to be written.
+///
+/// # Safety
+/// `pointer` is null or points to room for `capacity` elements that nothing else uses as long as the slice lives.
+pub(crate) unsafe fn room<'a, T>(
+    pointer: *mut T,
+    capacity: usize,
+    what: &'static str,
+) -> Result<&'a mut [MaybeUninit<T>], Fault> {
+    if capacity == 0 {
+        return Ok(&mut []);
+    }
+    check(pointer, capacity, what)?;
+    // SAFETY: as in `array`; `MaybeUninit` needs no value to be there.
+    Ok(unsafe { slice::from_raw_parts_mut(pointer.cast(), capacity) })
+}
+
 /// Writes as many items as there is room for. How many items there are.
 ///
 /// # Safety
@@ -50,12 +67,8 @@ pub(crate) unsafe fn fill<T>(
     what: &'static str,
     mut items: impl Iterator<Item = T>,
 ) -> Result<usize, Fault> {
-    let mut room: &mut [MaybeUninit<T>] = &mut [];
-    if capacity > 0 {
-        check(pointer, capacity, what)?;
-        // SAFETY: as in `array`; `MaybeUninit` needs no value to be there.
-        room = unsafe { slice::from_raw_parts_mut(pointer.cast(), capacity) };
-    }
+    // SAFETY: the caller's promise.
+    let room = unsafe { room(pointer, capacity, what) }?;
     let mut written = 0;
     for (place, item) in room.iter_mut().zip(&mut items) {
         place.write(item);

@@ -2,7 +2,9 @@
 
 use crate::handle::Handle;
 use crate::mesh::put;
+use crate::pose::punctual_pose;
 use crate::status::{door, free, given, punctual_status};
+use crate::tree::punctual_tree;
 use core::mem::MaybeUninit;
 use punctual::PairMemory;
 
@@ -50,6 +52,28 @@ pub extern "C" fn punctual_memory_describe(
             frames_undecided: memory.frames_undecided(),
             last_bv_tests: memory.last_bv_tests().map_or(-1, |tests| tests.min(i64::MAX as u64) as i64),
         });
+        Ok(())
+    })
+}
+
+/// Proven: how far apart the surfaces are at least at this pose, in the unit of the meshes, as far as distance queries with this
+/// memory have shown it of these trees: what they proved, less the longest way of a point of B since then. 0 if nothing is known.
+/// Costs some 50 operations. While it is more than 0, a `punctual_query` with this memory answers VERDICT_SEPARATED at once.
+///
+/// Fails with NULL, BAD_POSE or POISONED.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_memory_clearance(
+    memory: Option<&punctual_memory>,
+    a: Option<&punctual_tree>,
+    b: Option<&punctual_tree>,
+    b_in_a: punctual_pose,
+    clearance: Option<&mut MaybeUninit<f64>>,
+) -> punctual_status {
+    door("punctual_memory_clearance", || {
+        let memory = given(memory, "memory")?.0.get("memory")?;
+        let (a, b) = (given(a, "a")?.0.get("a")?, given(b, "b")?.0.get("b")?);
+        let clearance = given(clearance, "clearance")?;
+        clearance.write(memory.clearance(a, b, &b_in_a.check()?));
         Ok(())
     })
 }

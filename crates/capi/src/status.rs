@@ -3,7 +3,7 @@
 use core::cell::RefCell;
 use core::ffi::c_char;
 use core::fmt::{self, Write};
-use punctual::{MeshError, MotionError, PoseError, ResumeError, SceneError, TreeFault, TreeFileError};
+use punctual::{MeshError, MotionError, PoseError, RayError, ResumeError, SceneError, TreeFault, TreeFileError};
 use punctual_io::{FileError, ReadError};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -65,6 +65,8 @@ pub(crate) enum Fault {
     Mesh(MeshError),
     Pose(PoseError),
     Motion(MotionError),
+    /// Of an array, which one.
+    Ray(&'static str, Option<usize>, RayError),
     Scene(SceneError),
     Resume(ResumeError),
     Tree(TreeFault),
@@ -84,6 +86,7 @@ impl Fault {
             | Self::TooMany(..)
             | Self::Number(..)
             | Self::Negative(..)
+            | Self::Ray(..)
             | Self::NotUtf8(_) => punctual_status::BadArgument,
             Self::OutOfMemory => punctual_status::OutOfMemory,
             Self::Poisoned(_) => punctual_status::Poisoned,
@@ -118,6 +121,8 @@ impl fmt::Display for Fault {
             Self::Mesh(error) => error.fmt(f),
             Self::Pose(error) => error.fmt(f),
             Self::Motion(error) => error.fmt(f),
+            Self::Ray(what, Some(index), error) => write!(f, "{what}[{index}]: {error}"),
+            Self::Ray(what, None, error) => write!(f, "{what}: {error}"),
             Self::Scene(error) => error.fmt(f),
             Self::Resume(error) => error.fmt(f),
             Self::Tree(error) => error.fmt(f),

@@ -3,6 +3,7 @@
 use crate::arrays::find_room;
 use crate::handle::Handle;
 use crate::mesh::put;
+use crate::rays::Rays;
 use crate::status::{door, free, given, punctual_status};
 use core::mem::MaybeUninit;
 use punctual::Workspace;
@@ -10,7 +11,7 @@ use punctual::Workspace;
 /// Every buffer that a query needs, and what the last query found and left open. Allocated once: queries do not allocate. One
 /// thread at a time may use it.
 #[derive(Debug)]
-pub struct punctual_workspace(pub(crate) Handle<Workspace>);
+pub struct punctual_workspace(pub(crate) Handle<Workspace>, pub(crate) Rays);
 
 /// Two triangles that intersect: ids of the input meshes, from 0.
 #[repr(C)]
@@ -36,7 +37,9 @@ const _: () = assert!(size_of::<punctual_triangle_pair>() == 8 && align_of::<pun
 pub extern "C" fn punctual_workspace_new(
     workspace: Option<&mut MaybeUninit<Option<Box<punctual_workspace>>>>,
 ) -> punctual_status {
-    door("punctual_workspace_new", || put(workspace, || Ok(punctual_workspace(Handle::new(Workspace::new())))))
+    door("punctual_workspace_new", || {
+        put(workspace, || Ok(punctual_workspace(Handle::new(Workspace::new()), Rays::default())))
+    })
 }
 
 /// Makes a workspace with room for `queue` node pairs (a full queue costs order, no answer) and `pairs` found pairs, at
@@ -53,7 +56,7 @@ pub extern "C" fn punctual_workspace_with_capacity(
     door("punctual_workspace_with_capacity", || {
         put(workspace, || {
             find_room([(queue, 20), (pairs, 8), (1, 1 << 19)])?;
-            Ok(punctual_workspace(Handle::new(Workspace::with_capacity(queue, pairs))))
+            Ok(punctual_workspace(Handle::new(Workspace::with_capacity(queue, pairs)), Rays::default()))
         })
     })
 }

@@ -15,6 +15,8 @@ mod distances;
 mod motions;
 #[path = "capi/queries.rs"]
 mod queries;
+#[path = "capi/rays.rs"]
+mod rays;
 #[path = "capi/refusals.rs"]
 mod refusals;
 #[path = "capi/scenes.rs"]

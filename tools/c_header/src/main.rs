@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::{env, error::Error, fs};
 
 /// In the order of the header.
-const SOURCES: [&str; 17] = [
+const SOURCES: [&str; 19] = [
     "status",
     "pose",
     "mesh",
@@ -23,16 +23,19 @@ const SOURCES: [&str; 17] = [
     "motion",
     "estimate",
     "contacts",
+    "push_out",
+    "rays",
     "patches",
     "body",
     "scene",
 ];
 
 /// Enumerations that are passed as numbers, since C may pass any.
-const NUMBERS: [&str; 7] = [
+const NUMBERS: [&str; 8] = [
     "punctual_format",
     "punctual_effort",
     "punctual_mode",
+    "punctual_ray_mode",
     "punctual_order",
     "punctual_budget_kind",
     "punctual_body_kind",

@@ -1,19 +1,6 @@
 /* Every function of punctual.h is called from C: arguments and results pass the border as the header says they do. */
 
-#include <punctual.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#define CHECK(condition)                                                                                               \
-  do {                                                                                                                 \
-    if (!(condition)) {                                                                                                \
-      fprintf(stderr, "%s:%d: not so: %s (last error: %s)\n", __FILE__, __LINE__, #condition, punctual_last_error());  \
-      exit(1);                                                                                                         \
-    }                                                                                                                  \
-  } while (0)
-#define OK(call) CHECK((call) == PUNCTUAL_STATUS_OK)
-#define FAILS(call, status, text) CHECK((call) == PUNCTUAL_STATUS_##status && strcmp(punctual_last_error(), text) == 0)
+#include "check.h"
 
 static const float square[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
 static const uint32_t faces[] = {0, 1, 2, 1, 3, 2};
@@ -564,6 +551,7 @@ int main(int count, char **arguments) {
   distances();
   motions();
   contacts();
+  rays();
   scenes();
   punctual_mesh_free(NULL);
   punctual_tree_free(NULL);

@@ -34,6 +34,14 @@ static_assert(std::is_constructible_v<punctual::ContactQuery, const Tree &, Tree
 static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree, Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree &, Tree, Pose>);
 static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree, Tree, Pose>);
+static_assert(std::is_constructible_v<punctual::PushOutQuery, const Tree &, Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::PushOutQuery, Tree, Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::PushOutQuery, Tree &, Tree, Pose>);
+static_assert(!std::is_constructible_v<punctual::PushOutQuery, Tree, Tree, Pose>);
+static_assert(std::is_constructible_v<punctual::RayQuery, const Tree &, punctual_ray>);
+static_assert(!std::is_constructible_v<punctual::RayQuery, Tree, punctual_ray>);
+static_assert(std::is_constructible_v<punctual::RayBatch, const Tree &, const punctual_ray *, std::size_t>);
+static_assert(!std::is_constructible_v<punctual::RayBatch, Tree, const punctual_ray *, std::size_t>);
 static_assert(std::is_constructible_v<punctual::Body, const Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::Body, Tree, Pose>);
 
@@ -43,6 +51,12 @@ static_assert(std::is_trivially_copyable_v<punctual::DistanceQuery> &&
               sizeof(punctual::DistanceQuery) == sizeof(punctual_distance_query));
 static_assert(std::is_trivially_copyable_v<punctual::ContactQuery> &&
               sizeof(punctual::ContactQuery) == sizeof(punctual_contact_query));
+static_assert(std::is_trivially_copyable_v<punctual::PushOutQuery> &&
+              sizeof(punctual::PushOutQuery) == sizeof(punctual_push_out_query));
+static_assert(std::is_trivially_copyable_v<punctual::RayQuery> &&
+              sizeof(punctual::RayQuery) == sizeof(punctual_ray_query));
+static_assert(std::is_trivially_copyable_v<punctual::RayBatch> &&
+              sizeof(punctual::RayBatch) == sizeof(punctual_ray_batch));
 static_assert(std::is_trivially_copyable_v<punctual::Body> && sizeof(punctual::Body) == sizeof(punctual_body));
 
 } // namespace

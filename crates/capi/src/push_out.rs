@@ -1,0 +1,111 @@
+//! Push-out: two trees, a pose and a budget in; a translation that parts the surfaces out.
+
+use crate::clock::punctual_clock;
+use crate::mesh::punctual_point;
+use crate::pose::punctual_pose;
+use crate::query::{answer, nanoseconds, punctual_budget, punctual_stop_reason};
+use crate::status::{Fault, door, given, punctual_status};
+use crate::tree::punctual_tree;
+use crate::workspace::punctual_workspace;
+use core::mem::MaybeUninit;
+use punctual::glam::DVec3;
+use punctual::{MAX_STEP_WORK, PushOut, PushOutQuery};
+
+/// The question which way, and how far, B has to be moved until the surfaces no longer meet. Plain data, made by
+/// `punctual_push_out_query_new`, one for each pose; it borrows the trees.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct punctual_push_out_query<'t> {
+    /// Tree A.
+    pub a: Option<&'t punctual_tree>,
+    /// Tree B; it may be the same.
+    pub b: Option<&'t punctual_tree>,
+    /// Brings coordinates of B into those of A.
+    pub b_in_a: punctual_pose,
+    /// Stop after this many exact queries. UINT32_MAX by default: the search ends by itself.
+    pub query_limit: u32,
+    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+    pub poll_interval: u64,
+}
+
+/// The answer: the shortest push found. There may be a shorter one.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_push_out {
+    /// Whether the budget sufficed for one; if not, direction, distance and pose are zeros.
+    pub has_push: bool,
+    /// Where B moves to, a unit vector in A's frame; the x axis if the surfaces do not meet anyway.
+    pub direction: punctual_point,
+    /// How far, in the unit of the meshes; 0 if the surfaces do not meet anyway.
+    pub distance: f64,
+    /// The pose after the push. Proven: no triangle of A shares a point with one of B there.
+    pub b_in_a: punctual_pose,
+    /// Exact queries that were run.
+    pub queries: u32,
+    /// Why it returned; STOP_REASON_FINISHED also at the limit of queries.
+    pub stop: punctual_stop_reason,
+    /// Units of work.
+    pub work: u64,
+    /// Time in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    pub elapsed: i64,
+}
+
+/// The question how `b` is pushed out of `a`, with the default options. Checked when it is run.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_push_out_query_new<'t>(
+    a: Option<&'t punctual_tree>,
+    b: Option<&'t punctual_tree>,
+    b_in_a: punctual_pose,
+) -> punctual_push_out_query<'t> {
+    punctual_push_out_query { a, b, b_in_a, query_limit: u32::MAX, poll_interval: MAX_STEP_WORK }
+}
+
+/// Looks for a push within a budget. More budget of work never gives a longer one. It does not allocate, lock or panic; afterwards
+/// the workspace holds nothing that could be resumed. `clock` may be null: the clock of the system.
+///
+/// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_push_out_query_run(
+    query: Option<&punctual_push_out_query>,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    push: Option<&mut MaybeUninit<punctual_push_out>>,
+) -> punctual_status {
+    door("punctual_push_out_query_run", || {
+        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for clocks.
+        unsafe {
+            answer(workspace, None, budget, clock, push, |workspace, _, budget, clock| {
+                Ok(query.run_with(workspace, budget, clock))
+            })
+        }
+    })
+}
+
+impl punctual_push_out_query<'_> {
+    fn check(&self) -> Result<PushOutQuery<'_>, Fault> {
+        let a = given(self.a, "query->a")?.0.get("query->a")?;
+        let b = given(self.b, "query->b")?.0.get("query->b")?;
+        let query = PushOutQuery::new(a, b, self.b_in_a.check()?);
+        Ok(query.query_limit(self.query_limit).poll_interval(self.poll_interval))
+    }
+}
+
+impl From<PushOut> for punctual_push_out {
+    fn from(found: PushOut) -> Self {
+        let (direction, distance, b_in_a) = found
+            .push
+            .map_or((DVec3::ZERO, 0.0, [0.0; 12]), |push| (push.direction, push.distance, push.b_in_a.to_row_major()));
+        Self {
+            has_push: found.push.is_some(),
+            direction: direction.into(),
+            distance,
+            b_in_a: punctual_pose { m: b_in_a },
+            queries: found.queries,
+            stop: found.stop.into(),
+            work: found.work,
+            elapsed: nanoseconds(found.elapsed),
+        }
+    }
+}

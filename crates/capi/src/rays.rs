@@ -1,0 +1,436 @@
+//! Ray queries: a tree and a ray, or many, in; triangles and parameters out.
+
+use crate::arrays::{array, fill, find_room, room};
+use crate::clock::punctual_clock;
+use crate::mesh::punctual_point;
+use crate::query::{answer, punctual_budget, punctual_stats, punctual_stop_reason};
+use crate::status::{Fault, door, given, punctual_status};
+use crate::tree::punctual_tree;
+use crate::workspace::punctual_workspace;
+use core::mem::{MaybeUninit, take};
+use punctual::{
+    MAX_STEP_WORK, Ray, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Side, Tree,
+};
+
+/// The triangle of a ray that hits none.
+pub const PUNCTUAL_NO_TRIANGLE: u32 = 0xFFFF_FFFF;
+
+/// Which of its hits a ray is asked for.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_ray_mode {
+    /// The one with the least `t`; of several with the same, the triangle with the least id.
+    Nearest = 0,
+    /// Any: whether there is one. Stops at the first that is found.
+    Any = 1,
+    /// All, each triangle once; not for batches.
+    All = 2,
+}
+
+/// The side of a triangle that a ray comes from.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_side {
+    /// The one from which the corners appear counterclockwise.
+    Front = 0,
+    /// The other one.
+    Back = 1,
+    /// None: the ray lies in the triangle's plane, or the triangle is a segment or a point.
+    Edge = 2,
+}
+
+/// A half-line from an origin in a direction of any length, or a segment between two points, in the frame of the mesh. Plain
+/// data, made by `punctual_ray_new` or `punctual_ray_segment`; checked wherever it is used, and then used as it is.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_ray {
+    /// Where it begins.
+    pub origin: punctual_point,
+    /// Its direction, not zero; of a segment, its end.
+    pub target: punctual_point,
+    /// Hits before this parameter are left out. 0 by default.
+    pub t_min: f64,
+    /// Hits after this parameter are left out. Infinity by default. To end exactly at a point, take a segment.
+    pub t_max: f64,
+    /// 0: a half-line; else a segment, of which `t` goes from 0 to 1.
+    pub is_segment: u32,
+}
+
+/// A triangle that a ray meets.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_ray_hit {
+    /// Id of the input mesh, or PUNCTUAL_NO_TRIANGLE.
+    pub triangle: u32,
+    /// The side that the ray comes from; SIDE_FRONT without a hit.
+    pub side: punctual_side,
+    /// The least parameter of a common point, which is `origin + t direction`, of a segment `origin + t (end - origin)`. Off by
+    /// at most 1e-11 of the largest coordinate of the triangle seen from the origin, over the largest component of the
+    /// direction. Infinite without a hit.
+    pub t: f64,
+}
+
+/// The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each ray; it borrows the tree. To resume a
+/// query all of it must be what it was.
+///
+/// A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are given: closed triangles, edges
+/// and corners included.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct punctual_ray_query<'t> {
+    /// The tree.
+    pub tree: Option<&'t punctual_tree>,
+    /// The ray.
+    pub ray: punctual_ray,
+    /// A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
+    pub mode: u32,
+    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
+    pub poll_interval: u64,
+}
+
+/// The answer of a ray query, wherever it stopped. All hits stay in the workspace: `punctual_workspace_ray_hits`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_ray_cast {
+    /// The nearest hit of those found; for RAY_MODE_ANY the one found.
+    pub hit: punctual_ray_hit,
+    /// Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that were compared.
+    pub found: u64,
+    /// Proven: every hit that was not found is at this parameter or after it. For RAY_MODE_NEAREST never after the hit that was
+    /// found. Infinite if there is none.
+    pub free_until: f64,
+    /// Why the query returned.
+    pub stop: punctual_stop_reason,
+    /// What it has done.
+    pub stats: punctual_stats,
+}
+
+/// The question what each of many rays hits, answered one after the other within one budget, in less time than a query for each.
+/// Plain data, made by `punctual_ray_batch_new`; it borrows the tree and the rays. To resume it all of it, and the rays, must be
+/// what they were.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct punctual_ray_batch<'t> {
+    /// The tree.
+    pub tree: Option<&'t punctual_tree>,
+    /// The rays.
+    pub rays: *const punctual_ray,
+    /// How many.
+    pub count: usize,
+    /// RAY_MODE_NEAREST, by default, or RAY_MODE_ANY.
+    pub mode: u32,
+    /// Least work between looks at the clock; PUNCTUAL_MAX_STEP_WORK by default.
+    pub poll_interval: u64,
+}
+
+/// The answer for many rays; their hits are in the caller's array.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct punctual_ray_batch_outcome {
+    /// The first so many rays are done and their hits are written.
+    pub done: usize,
+    /// Why it returned.
+    pub stop: punctual_stop_reason,
+    /// What it has done for all rays.
+    pub stats: punctual_stats,
+}
+
+/// The half-line from a point in a direction. Checked when it is used.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_ray_new(origin: punctual_point, direction: punctual_point) -> punctual_ray {
+    punctual_ray { origin, target: direction, t_min: 0.0, t_max: f64::INFINITY, is_segment: 0 }
+}
+
+/// The segment between two points, both of them included. Checked when it is used.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_ray_segment(from: punctual_point, to: punctual_point) -> punctual_ray {
+    punctual_ray { is_segment: 1, ..punctual_ray_new(from, to) }
+}
+
+/// The question for the nearest hit of a ray. Checked when it is run.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_ray_query_new<'t>(
+    tree: Option<&'t punctual_tree>,
+    ray: punctual_ray,
+) -> punctual_ray_query<'t> {
+    punctual_ray_query { tree, ray, mode: punctual_ray_mode::Nearest as u32, poll_interval: MAX_STEP_WORK }
+}
+
+/// Runs a ray query within a budget. The first one for all hits in a workspace makes room for 4,096 hits, unless
+/// `punctual_workspace_reserve_ray_hits` has made some; nothing else allocates. It does not lock or panic. `clock` may be null:
+/// the clock of the system.
+///
+/// Under a time budget it returns at most one poll interval of work late, under a work budget at most
+/// PUNCTUAL_MAX_STEP_WORK units later.
+///
+/// Fails with NULL, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_ray_query_run(
+    query: Option<&punctual_ray_query>,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    cast: Option<&mut MaybeUninit<punctual_ray_cast>>,
+) -> punctual_status {
+    door("punctual_ray_query_run", || {
+        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for clocks.
+        unsafe {
+            answer(workspace, None, budget, clock, cast, |workspace, _, budget, clock| {
+                Ok(query.run_with(workspace, budget, clock))
+            })
+        }
+    })
+}
+
+/// Goes on with the stopped run that the workspace holds, with a fresh budget; after PAIRS_FULL drain the hits or make room first.
+/// However it is cut into pieces by work budgets, the outcome at the end is that of one uninterrupted run.
+///
+/// Fails as `punctual_ray_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or is
+/// complete.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_ray_query_resume(
+    query: Option<&punctual_ray_query>,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    cast: Option<&mut MaybeUninit<punctual_ray_cast>>,
+) -> punctual_status {
+    door("punctual_ray_query_resume", || {
+        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for clocks.
+        unsafe {
+            answer(workspace, None, budget, clock, cast, |workspace, _, budget, clock| {
+                Ok(query.resume_with(workspace, budget, clock)?)
+            })
+        }
+    })
+}
+
+/// The hits that the last query found, if it was a ray query for all hits, without those drained: in order of discovery, which is
+/// nearly that of `t`. As many as `capacity` allows are written to `hits`, and how many there are to `count`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_workspace_ray_hits(
+    workspace: Option<&punctual_workspace>,
+    hits: *mut punctual_ray_hit,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_workspace_ray_hits", || {
+        let found = given(workspace, "workspace")?.0.get("workspace")?.ray_hits();
+        let count = given(count, "count")?;
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(hits, capacity, "hits", found.iter().map(|&hit| Some(hit).into())) }?);
+        Ok(())
+    })
+}
+
+/// Forgets the hits, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_workspace_drain_ray_hits(workspace: Option<&mut punctual_workspace>) -> punctual_status {
+    door("punctual_workspace_drain_ray_hits", || {
+        given(workspace, "workspace")?.0.change("workspace", |workspace| {
+            drop(workspace.drain_ray_hits());
+            Ok(())
+        })
+    })
+}
+
+/// Makes room for at least so many hits, 24 bytes each.
+///
+/// Fails with OUT_OF_MEMORY if there is not that much.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_workspace_reserve_ray_hits(
+    workspace: Option<&mut punctual_workspace>,
+    hits: usize,
+) -> punctual_status {
+    door("punctual_workspace_reserve_ray_hits", || {
+        given(workspace, "workspace")?.0.change("workspace", |workspace| {
+            find_room([(hits, size_of::<RayHit>())])?;
+            workspace.reserve_ray_hits(hits);
+            Ok(())
+        })
+    })
+}
+
+/// The question for the nearest hit of each of `count` rays. Checked when it is run.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_ray_batch_new<'t>(
+    tree: Option<&'t punctual_tree>,
+    rays: *const punctual_ray,
+    count: usize,
+) -> punctual_ray_batch<'t> {
+    let mode = punctual_ray_mode::Nearest as u32;
+    punctual_ray_batch { tree, rays, count, mode, poll_interval: MAX_STEP_WORK }
+}
+
+/// Runs many rays within a budget, and writes the hits of those that are done to `hits`, which has room for all. The first batch of
+/// so many rays in a workspace makes room for them, about 100 bytes each; later ones do not allocate. It does not lock or panic.
+/// `clock` may be null: the clock of the system.
+///
+/// Fails with NULL, BAD_ARGUMENT, which names the ray, OUT_OF_MEMORY or POISONED before it has begun.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_ray_batch_run(
+    batch: Option<&punctual_ray_batch>,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    hits: *mut punctual_ray_hit,
+    outcome: Option<&mut MaybeUninit<punctual_ray_batch_outcome>>,
+) -> punctual_status {
+    door("punctual_ray_batch_run", || {
+        // SAFETY: the contract of the header for arrays and clocks.
+        unsafe { given(batch, "batch")?.spend(false, workspace, budget, clock, hits, outcome) }
+    })
+}
+
+/// Goes on with the stopped run that the workspace holds, with a fresh budget. The hits of all rays that are done are written, those
+/// of earlier calls again.
+///
+/// Fails as `punctual_ray_batch_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very batch or is
+/// complete.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_ray_batch_resume(
+    batch: Option<&punctual_ray_batch>,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    hits: *mut punctual_ray_hit,
+    outcome: Option<&mut MaybeUninit<punctual_ray_batch_outcome>>,
+) -> punctual_status {
+    door("punctual_ray_batch_resume", || {
+        // SAFETY: the contract of the header for arrays and clocks.
+        unsafe { given(batch, "batch")?.spend(true, workspace, budget, clock, hits, outcome) }
+    })
+}
+
+/// The rays of a batch and their hits, as the library has them; kept in the workspace, so that batches do not allocate.
+#[derive(Debug, Default)]
+pub(crate) struct Rays {
+    rays: Vec<Ray>,
+    hits: Vec<Option<RayHit>>,
+}
+
+impl Rays {
+    /// Takes the rays over; the hits are those of a run that goes on.
+    fn read(&mut self, rays: &[punctual_ray]) -> Result<(), Fault> {
+        self.rays.clear();
+        self.rays.try_reserve_exact(rays.len()).map_err(|_| Fault::OutOfMemory)?;
+        for (index, ray) in rays.iter().enumerate() {
+            self.rays.push(ray.check("batch->rays", Some(index))?);
+        }
+        Ok(())
+    }
+
+    /// Makes room for a hit of each.
+    fn begin(&mut self) -> Result<(), Fault> {
+        let more = self.rays.len().saturating_sub(self.hits.len());
+        self.hits.try_reserve_exact(more).map_err(|_| Fault::OutOfMemory)?;
+        self.hits.clear();
+        self.hits.resize(self.rays.len(), None);
+        Ok(())
+    }
+}
+
+impl punctual_ray_batch<'_> {
+    /// # Safety
+    /// The contract of the header for the rays, the hits and the clock.
+    unsafe fn spend(
+        &self,
+        resumes: bool,
+        workspace: Option<&mut punctual_workspace>,
+        budget: punctual_budget,
+        clock: Option<&punctual_clock>,
+        hits: *mut punctual_ray_hit,
+        outcome: Option<&mut MaybeUninit<punctual_ray_batch_outcome>>,
+    ) -> Result<(), Fault> {
+        let tree = given(self.tree, "batch->tree")?.0.get("batch->tree")?;
+        let any = match check_mode(self.mode, "batch->mode")? {
+            RayMode::All => return Err(Fault::Value("batch->mode", self.mode)),
+            mode => mode == RayMode::Any,
+        };
+        // SAFETY: the caller's promise.
+        let (rays, written) =
+            unsafe { (array(self.rays, self.count, "batch->rays")?, room(hits, self.count, "hits")?) };
+        let outcome = given(outcome, "outcome")?;
+        let workspace = given(workspace, "workspace")?;
+        let mut held = take(&mut workspace.1);
+        let result = held.read(rays).and_then(|()| {
+            // SAFETY: the caller's promise.
+            unsafe {
+                answer(Some(workspace), None, budget, clock, Some(&mut *outcome), |workspace, _, budget, clock| {
+                    if !resumes {
+                        held.begin()?;
+                    } else if held.hits.len() != held.rays.len() {
+                        return Err(ResumeError.into());
+                    }
+                    let batch = RayBatch::new(tree, &held.rays).poll_interval(self.poll_interval);
+                    let batch = if any { batch.any() } else { batch };
+                    let answer = match resumes {
+                        true => batch.resume_with(workspace, &mut held.hits, budget, clock)?,
+                        false => batch.run_with(workspace, &mut held.hits, budget, clock),
+                    };
+                    for (place, &hit) in written.iter_mut().zip(&held.hits[..answer.done]) {
+                        place.write(hit.into());
+                    }
+                    Ok(answer)
+                })
+            }
+        });
+        workspace.1 = held;
+        result
+    }
+}
+
+impl punctual_ray {
+    /// `what` and `index` name it for the error.
+    fn check(&self, what: &'static str, index: Option<usize>) -> Result<Ray, Fault> {
+        let [origin, target] = [self.origin, self.target].map(|point| [point.x, point.y, point.z]);
+        let ray = if self.is_segment != 0 { Ray::segment(origin, target) } else { Ray::new(origin, target) };
+        Ok(ray.map_err(|error| Fault::Ray(what, index, error))?.within(self.t_min, self.t_max))
+    }
+}
+
+impl punctual_ray_query<'_> {
+    fn check(&self) -> Result<RayQuery<'_>, Fault> {
+        let tree: &Tree = given(self.tree, "query->tree")?.0.get("query->tree")?;
+        let query = RayQuery::new(tree, self.ray.check("query->ray", None)?);
+        Ok(query.mode(check_mode(self.mode, "query->mode")?).poll_interval(self.poll_interval))
+    }
+}
+
+fn check_mode(value: u32, what: &'static str) -> Result<RayMode, Fault> {
+    match value {
+        x if x == punctual_ray_mode::Nearest as u32 => Ok(RayMode::Nearest),
+        x if x == punctual_ray_mode::Any as u32 => Ok(RayMode::Any),
+        x if x == punctual_ray_mode::All as u32 => Ok(RayMode::All),
+        unknown => Err(Fault::Value(what, unknown)),
+    }
+}
+
+impl From<Option<RayHit>> for punctual_ray_hit {
+    fn from(hit: Option<RayHit>) -> Self {
+        let Some(RayHit { triangle, t, side, .. }) = hit else {
+            return Self { triangle: PUNCTUAL_NO_TRIANGLE, side: punctual_side::Front, t: f64::INFINITY };
+        };
+        let side = match side {
+            Side::Front => punctual_side::Front,
+            Side::Back => punctual_side::Back,
+            Side::Edge => punctual_side::Edge,
+        };
+        Self { triangle, side, t }
+    }
+}
+
+impl From<RayCast> for punctual_ray_cast {
+    fn from(cast: RayCast) -> Self {
+        let RayCast { hit, found, free_until, stop, stats, .. } = cast;
+        Self { hit: hit.into(), found, free_until, stop: stop.into(), stats: stats.into() }
+    }
+}
+
+impl From<RayBatchOutcome> for punctual_ray_batch_outcome {
+    fn from(outcome: RayBatchOutcome) -> Self {
+        Self { done: outcome.done, stop: outcome.stop.into(), stats: outcome.stats.into() }
+    }
+}
