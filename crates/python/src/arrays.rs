@@ -60,13 +60,13 @@ fn rows<'py, T: Element, D: Copy>(
     Ok(array.rows().into_iter().map(convert).collect())
 }
 
-/// Vertices of a mesh, `(N, 3)`.
-pub fn vertices(given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
+/// Points or vectors, `(N, 3)`.
+pub fn vectors(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<[f64; 3]>> {
     // What is empty has any type and shape: `numpy.asarray([])` is a row of floats.
     if as_array(given)?.is_empty() {
         return Ok(Vec::new());
     }
-    rows(&floats(given, "vertices", "(N, 3)")?, "vertices", |row| [row[0], row[1], row[2]])
+    rows(&floats(given, what, "(N, 3)")?, what, |row| [row[0], row[1], row[2]])
 }
 
 /// Triangles of a mesh, `(N, 3)` integers of any type; checked against the number of vertices where they do not fit.
@@ -93,7 +93,7 @@ fn triangles(given: &Bound<'_, PyAny>, vertices: usize) -> PyResult<Vec<[u32; 3]
 
 /// The mesh of vertices and faces, checked.
 pub fn mesh(given: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Mesh> {
-    let vertices = vertices(given)?;
+    let vertices = vectors(given, "vertices")?;
     let triangles = triangles(faces, vertices.len())?;
     Mesh::from_f64(vertices, triangles).map_err(value_error)
 }

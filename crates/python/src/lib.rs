@@ -18,8 +18,10 @@ mod estimate;
 mod limit;
 mod memory;
 mod motion;
+mod push_out;
 mod query;
 mod query_batch;
+mod rays;
 mod scene;
 mod shapes;
 mod tree;
@@ -44,9 +46,13 @@ mod _punctual {
     #[pymodule_export]
     use super::motion::{Passage, motion};
     #[pymodule_export]
+    use super::push_out::{PushOut, push_out};
+    #[pymodule_export]
     use super::query::{Collision, Query, collide};
     #[pymodule_export]
     use super::query_batch::{CollisionBatch, collide_batch};
+    #[pymodule_export]
+    use super::rays::{RayHits, rays};
     #[pymodule_export]
     use super::scene::{Report, Scene};
     #[pymodule_export]

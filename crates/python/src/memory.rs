@@ -1,5 +1,7 @@
 //! What one frame tells the next.
 
+use crate::arrays::Transform;
+use crate::tree::Tree;
 use punctual::PairMemory;
 use pyo3::prelude::*;
 
@@ -28,6 +30,17 @@ impl Memory {
     #[getter]
     fn frames_undecided(&self) -> u32 {
         self.0.frames_undecided()
+    }
+
+    /// Proven: how far apart the surfaces of a and b are at least at T, as far as `distance` with this memory has shown it,
+    /// here or at another pose; 0 if nothing is known.
+    ///
+    /// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. Raises ValueError if it is
+    /// not rigid.
+    #[pyo3(signature = (a, b, T=None))]
+    #[expect(non_snake_case, reason = "the name of the argument in Python")]
+    fn clearance(&self, a: PyRef<'_, Tree>, b: PyRef<'_, Tree>, T: Option<Transform>) -> f64 {
+        self.0.clearance(&a.0, &b.0, &T.unwrap_or_default().0)
     }
 
     /// How often the verdict changes from one decided frame to the next, 0 to 1.

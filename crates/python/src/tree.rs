@@ -1,6 +1,6 @@
 //! Meshes with their trees.
 
-use crate::arrays::{mesh, table, vertices};
+use crate::arrays::{mesh, table, vectors};
 use crate::errors::value_error;
 use numpy::PyArray2;
 use punctual::{BuildOptions, Mesh};
@@ -93,7 +93,7 @@ impl Tree {
     /// Moves the vertices: (V, 3), as many as before. Takes a fraction of the time of a build. Copies of this tree in
     /// scenes keep the old ones.
     fn refit(&mut self, py: Python<'_>, vertices: &Bound<'_, PyAny>) -> PyResult<()> {
-        let vertices = self::vertices(vertices)?;
+        let vertices = vectors(vertices, "vertices")?;
         let tree = &mut self.0;
         py.detach(|| Arc::make_mut(tree).refit_f64(&vertices)).map_err(value_error)
     }

@@ -22,8 +22,10 @@ from ._punctual import (
     Memory,
     Passage,
     Prediction,
+    PushOut,
     Quantiles,
     Query,
+    RayHits,
     Report,
     ResumeError,
     Scene,
@@ -37,6 +39,8 @@ from ._punctual import (
     distance,
     distance_batch,
     motion,
+    push_out,
+    rays,
 )
 from .collision_manager import CollisionManager
 
@@ -54,8 +58,10 @@ __all__ = [
     "Memory",
     "Passage",
     "Prediction",
+    "PushOut",
     "Quantiles",
     "Query",
+    "RayHits",
     "Report",
     "ResumeError",
     "Scene",
@@ -69,5 +75,7 @@ __all__ = [
     "distance",
     "distance_batch",
     "motion",
+    "push_out",
+    "rays",
     "shapes",
 ]
