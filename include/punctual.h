@@ -1576,7 +1576,8 @@ typedef struct punctual_pair_report {
 } punctual_pair_report;
 
 /**
- * What a frame found. Bodies that are not in `pairs` together, and may meet, do not: their boxes are apart.
+ * What a frame found. If `unplaced`, `unpaired` and `unlisted` are 0, bodies that are not in `pairs` together, and may meet, do
+ * not: their boxes are apart. Otherwise the budget ended in the broad phase, which goes on in the next frame.
  */
 typedef struct punctual_report {
   /**
@@ -1607,6 +1608,22 @@ typedef struct punctual_report {
    * The largest age of a pair.
    */
   uint64_t worst_age;
+  /**
+   * Bodies that changed and whose boxes are not up to date: the next frames place them.
+   */
+  size_t unplaced;
+  /**
+   * Bodies that not all partners are known of: they moved on, and the search for pairs is not at its end.
+   */
+  size_t unpaired;
+  /**
+   * Known pairs that were not looked at. They are not in `pairs`, and are undecided.
+   */
+  size_t unlisted;
+  /**
+   * Whether pairs were left out because there are as many as a scene keeps, 1,048,576.
+   */
+  bool is_full;
   /**
    * Work done, without the broad phase.
    */
@@ -2599,8 +2616,8 @@ punctual_status punctual_scene_detect(struct punctual_scene *scene,
 punctual_status punctual_scene_report(const struct punctual_scene *scene, struct punctual_report *report);
 
 /**
- * What the last frame found about two bodies, by binary search. `listed` says whether it has the pair; if not, their boxes
- * are apart or they may not meet, and `pair` is left alone.
+ * What the last frame found about two bodies, by binary search. `listed` says whether it has the pair; if not, `pair` is left
+ * alone.
  */
 punctual_status punctual_scene_pair(const struct punctual_scene *scene,
                                     struct punctual_body_id x,

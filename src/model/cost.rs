@@ -80,6 +80,27 @@ pub(crate) const LEAST_WORK: u64 = WORK_PER_QUERY + MAX_STEP_WORK;
 /// Work that takes as long as planning another round of a scene's frame, for each pair.
 pub(crate) const WORK_PER_PLANNED_PAIR: u64 = 15;
 
+/// Work that the broad phase of a scene's frame may do beyond the budget of work: about 24 us, so that a small budget is for
+/// queries, and a large one is not passed by much.
+pub(crate) const BROAD_PHASE_WORK: u64 = 1 << 16;
+
+/// Work in the broad phase of a scene, about what each takes: the box of a body, or of its way; a fat AABB that is replaced; a
+/// body in each level of a tree that is built; an inner node that is refitted; a node pair that is opened in the search; a key
+/// in each pass of a sort; a pair that is copied to the next list; one that is looked at, and one that gets into the report.
+pub(crate) const WORK_PER_BOX: u64 = 120;
+pub(crate) const WORK_PER_SWEPT_BOX: u64 = 400;
+pub(crate) const WORK_PER_NEW_PLACE: u64 = 150;
+pub(crate) const WORK_PER_BUILT_LEVEL: u64 = 20;
+pub(crate) const WORK_PER_REFIT: u64 = 30;
+pub(crate) const WORK_PER_SEARCH: u64 = 30;
+pub(crate) const WORK_PER_SORTED_KEY: u64 = 15;
+pub(crate) const WORK_PER_MERGED_PAIR: u64 = 10;
+pub(crate) const WORK_PER_PAIR_APART: u64 = 15;
+pub(crate) const WORK_PER_LISTED_PAIR: u64 = 80;
+
+/// Work of making room for a pair.
+pub(crate) const WORK_PER_STATE: u64 = 600;
+
 /// Nanoseconds of a unit of work, the median over 8,373 queries (`docs/performance.md`).
 pub(crate) const TYPICAL_UNIT: f64 = 0.36;
 

@@ -95,6 +95,12 @@ impl<'c> Deadline<'c> {
         self.left >= work && self.safe >= work
     }
 
+    /// Work that there is room for, done as slowly as it may be.
+    pub fn room(&mut self) -> u64 {
+        self.safe = if self.is_timed() { self.safe_work().unwrap_or(0) } else { self.safe };
+        self.left.min(self.safe)
+    }
+
     /// Looks at the clock before the next step, however far the end.
     pub fn look_next(&mut self) {
         if self.is_timed() {

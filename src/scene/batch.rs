@@ -5,7 +5,7 @@
 
 use super::body::Bodies;
 use super::id::{PairKey, bodies_of};
-use super::pairs::{PairState, Spent, Turn};
+use super::state::{PairState, Spent, Turn};
 use crate::math::Pose;
 use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::query::{Clock, Deadline, Mode, Query, StopReason, Workspace};

@@ -3,6 +3,7 @@
 use super::error::SceneError;
 use super::id::BodyId;
 use super::room::reserve;
+use super::waiting::Waiting;
 use crate::math::tolerance::{SCENE_REACH, SCENE_ROTATION_TOLERANCE};
 use crate::math::{Pose, rotation_deviation};
 use crate::tree::Tree;
@@ -92,7 +93,7 @@ pub(super) struct Placed {
     pub body: Body,
     /// Of the pose.
     pub inverse: Pose,
-    /// The pose of the last frame.
+    /// The pose that it had in the frame before its last change.
     pub last: Pose,
 }
 
@@ -106,6 +107,8 @@ impl Placed {
 /// What is new about a body, as far as pairs are concerned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) enum Change {
+    /// Its box may be smaller than it is: that of its way, after it came to rest.
+    Settle,
     /// Its box, at most.
     #[default]
     None,
@@ -120,7 +123,7 @@ pub(super) enum Change {
 pub(super) struct Facts {
     /// The frame in which pose or tree were last new.
     pub changed: u64,
-    /// The change that the next frame takes account of.
+    /// The change that is not taken account of yet.
     pending: Option<Change>,
     pub generation: u32,
     pub importance: f32,
@@ -130,6 +133,16 @@ pub(super) struct Facts {
 }
 
 impl Facts {
+    /// Whether its box may be of another pose or tree than it has.
+    pub fn is_changed(&self) -> bool {
+        self.pending > Some(Change::Settle)
+    }
+
+    /// Whether its slot had another body when its box was made.
+    pub fn is_another(&self) -> bool {
+        self.pending == Some(Change::Body)
+    }
+
     pub fn may_meet(&self, other: &Self) -> bool {
         let (a, b) = (self.filter, other.filter);
         a.groups & b.mask != 0 && b.groups & a.mask != 0
@@ -142,8 +155,11 @@ pub(super) struct Bodies {
     slots: Vec<Option<Placed>>,
     facts: Vec<Facts>,
     free: Vec<u32>,
-    /// Slots with a pending change, each once.
-    pending: Vec<u32>,
+    /// Slots with a pending change, each once, and how many of them are not just to settle.
+    pending: Waiting,
+    changed: usize,
+    /// Those that settle in the next frame.
+    settling: Vec<u32>,
     len: usize,
     /// The frame of the last new slot.
     grown: u64,
@@ -162,7 +178,8 @@ impl Bodies {
         reserve(&mut self.slots, bodies);
         reserve(&mut self.facts, bodies);
         reserve(&mut self.free, bodies);
-        reserve(&mut self.pending, bodies);
+        self.pending.reserve(bodies);
+        reserve(&mut self.settling, bodies);
     }
 
     /// How many bodies there is room for.
@@ -214,7 +231,13 @@ impl Bodies {
 
     /// Changes a body in a way that may change its box or its verdicts from `frame` on.
     pub fn change(&mut self, id: BodyId, frame: u64, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
-        self.update(id, change)?;
+        let first = self.facts.get(id.index()).is_some_and(|facts| facts.changed < frame);
+        self.update(id, |placed| {
+            if first {
+                placed.last = placed.body.pose;
+            }
+            change(placed);
+        })?;
         self.facts[id.index()].changed = frame;
         self.set_pending(id.index, Change::None);
         Ok(())
@@ -243,22 +266,37 @@ impl Bodies {
 
     /// Leaves a change to the next frame.
     pub fn set_pending(&mut self, index: u32, change: Change) {
-        let pending = &mut self.facts[index as usize].pending;
-        if pending.is_none() {
-            self.pending.push(index);
+        let facts = &mut self.facts[index as usize];
+        if facts.pending.is_none() {
+            self.pending.push(index, facts.importance);
         }
-        *pending = (*pending).max(Some(change));
+        self.changed += usize::from(change > Change::Settle && !facts.is_changed());
+        facts.pending = facts.pending.max(Some(change));
     }
 
-    /// How many changes are pending.
-    pub fn pending(&self) -> usize {
-        self.pending.len()
+    /// Leaves the box of a body that was on its way to the next frame.
+    pub fn settle_next(&mut self, index: u32) {
+        self.settling.push(index);
     }
 
-    /// Takes the pending change in a place, where the last one goes then.
-    pub fn take_pending(&mut self, place: usize) -> (u32, Change) {
-        let index = self.pending.swap_remove(place);
-        (index, self.facts[index as usize].pending.take().unwrap_or_default())
+    /// Ends the changes of a frame.
+    pub fn end_changes(&mut self) {
+        while let Some(index) = self.settling.pop() {
+            self.set_pending(index, Change::Settle);
+        }
+    }
+
+    /// How many bodies are not what their boxes are of.
+    pub fn changed(&self) -> usize {
+        self.changed
+    }
+
+    /// Takes the next pending change.
+    pub fn take_pending(&mut self) -> Option<(u32, Change)> {
+        let index = self.pending.pop()?;
+        let facts = &mut self.facts[index as usize];
+        self.changed -= usize::from(facts.is_changed());
+        Some((index, facts.pending.take().unwrap_or_default()))
     }
 
     pub fn get(&self, id: BodyId) -> Result<&Placed, SceneError> {

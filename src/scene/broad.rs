@@ -1,54 +1,70 @@
 //! The broad phase: which bodies may meet at all.
 //!
-//! Each body has its box and a fat AABB around it; while the box stays inside that, the tree is left alone. The fat AABBs are
-//! the leaves of a balanced binary tree. When some bodies have left theirs, the tree is refitted along their paths, and one
-//! descent of the tree against itself finds the overlapping pairs of fat AABBs that have a new one among them: all subtrees
-//! without one are passed by, and so are those of fixed bodies among themselves. The pairs found ([`super::pairs`]) stay until
-//! one of their bodies leaves its fat AABB again.
+//! Each body has its box and a fat AABB around it; while the box stays inside that, nothing else is done. Bodies that have left
+//! theirs wait, and go through the tree of fat AABBs ([`super::fat_tree`]) as a *generation* of newcomers: their leaves are
+//! renewed, the tree is refitted along their paths or built anew, and one descent of the tree against itself finds the pairs of
+//! overlapping fat AABBs that have a new one among them. All subtrees without one are passed by, and so are those of fixed
+//! bodies among themselves. The pairs found are sorted and merged into those known ([`super::pairs`]), which stay until one of
+//! their bodies leaves its fat AABB again.
+//!
+//! Every step ends when its share of the frame does, and goes on in the next frame. A body whose generation is not at its end is
+//! *open*: not all of its partners may be known. Where many pairs are found, they are merged in portions, so that the first of
+//! them are known long before the last.
 //!
 //! Cost: nothing for bodies that rest; `O(log n)` expected for a body that leaves its fat AABB, and as much, spread over
 //! the frames, for building the tree anew when its bodies have moved about.
 
 use super::body::{Bodies, Change};
-use super::id::{PairKey, pair_key};
+use super::fat_tree::{FatTree, MOST_FOUND, Searched};
+use super::id::PairKey;
+use super::node::Proxy;
 use super::room::reserve;
+use super::sort::Sort;
+use super::waiting::Waiting;
 use crate::math::Aabb;
+use crate::model::cost::{WORK_PER_NEW_PLACE, WORK_PER_REFIT};
+use crate::query::Deadline;
 use alloc::vec::Vec;
 use glam::DVec3;
-
-const NONE: u32 = u32::MAX;
 
 /// How far the fat AABB of a moving body reaches beyond its box, on each side, relative to the longest edge.
 const SLACK: f64 = 0.05;
 
-/// Times that a body leaves its fat AABB, on average, before the tree is built anew.
-const MOVES_BEFORE_REBUILD: usize = 6;
+/// Newcomers of a generation in a frame whose time or work is limited: at least so many, one for so many known pairs (it takes
+/// about as long to find the pairs of one as to merge them), and as many as there is room for.
+const GENERATION: usize = 16;
+const GENERATION_PART: usize = 64;
+const WORK_PER_NEWCOMER: u64 = 1_000;
 
-/// A node of the tree, one cache line. Its children are the next node and `second`.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-struct Node {
-    bounds: Aabb,
-    /// [`NONE`] for a leaf.
-    second: u32,
-    /// [`NONE`] for a root.
-    parent: u32,
-    /// The body of a leaf.
-    body: u32,
-    /// Whether there is a new fat AABB below.
-    new: bool,
-    /// Whether there is a moving body below.
-    moving: bool,
-}
+/// Bodies of a step.
+const STEP: usize = 8;
 
-const _: () = assert!(size_of::<Node>() == 64);
+/// Pairs of a portion, at least, and for so many known pairs one.
+const PORTION: usize = 4096;
+const PORTION_PART: usize = 4;
 
-/// A body in the broad phase.
-#[derive(Clone, Copy, Debug)]
-struct Proxy {
-    fat: Aabb,
-    leaf: u32,
-    moving: bool,
+/// What comes next for the newcomers of a generation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Stage {
+    /// There are none.
+    #[default]
+    Idle,
+    /// Those from this one on are put into the tree.
+    Renew(usize),
+    Build,
+    /// Those from this one on are marked in the tree that was built.
+    Mark(usize),
+    Refit,
+    Search,
+    /// A portion was found; whether it is the last.
+    Sort {
+        last: bool,
+    },
+    Merge {
+        last: bool,
+    },
+    /// The last so many of them become bodies like others.
+    Settle,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -56,265 +72,247 @@ pub(super) struct Broad {
     /// The boxes of all bodies, empty for those that are not there.
     boxes: Vec<Aabb>,
     proxies: Vec<Proxy>,
-    /// What is new about each body, and those of whom something is.
-    news: Vec<Change>,
+    waiting: Waiting,
     newcomers: Vec<u32>,
-    nodes: Vec<Node>,
-    /// The root of the tree, then a one-leaf tree for each body inserted or teleported since the last rebuild.
-    roots: Vec<u32>,
-    /// Leaves with a new box.
-    marked: Vec<u32>,
-    moves: usize,
-    /// Buffer for building the tree.
-    order: Vec<u32>,
+    stage: Stage,
+    tree: FatTree,
     found: Vec<PairKey>,
+    sort: Sort,
+    /// Whether pairs of this generation were left out, and the bodies of such generations.
+    crops: bool,
+    cropped: Vec<u32>,
+    /// Whether the pairs that the newcomers had before are gone.
+    purged: bool,
+    open: usize,
 }
 
 impl Broad {
-    /// The box of a body that is there.
+    /// The box of a body that was placed.
     pub fn bounds(&self, body: u32) -> &Aabb {
         &self.boxes[body as usize]
     }
 
-    /// What is new about a body since the [`Broad::update`] before the last.
+    /// What is new about a body in this generation.
     pub fn news(&self, body: u32) -> Change {
-        self.news[body as usize]
+        self.proxies[body as usize].news
+    }
+
+    /// Whether another body was in the slot when the pairs known were found.
+    pub fn is_another(&self, body: u32) -> bool {
+        let proxy = &self.proxies[body as usize];
+        proxy.next == Change::Body || !self.purged && proxy.news == Change::Body
+    }
+
+    /// Whether the pairs that the newcomers had before are gone: the first portion of this generation was merged.
+    pub fn is_purged(&self) -> bool {
+        self.purged
+    }
+
+    /// Whether all partners of a body may be known.
+    pub fn is_closed(&self, body: u32) -> bool {
+        self.proxies.get(body as usize).is_some_and(|proxy| !proxy.open)
+    }
+
+    /// Bodies that not all partners are known of.
+    pub fn open(&self) -> usize {
+        self.open
+    }
+
+    /// Whether there were more pairs than there may be.
+    pub fn has_cropped(&self) -> bool {
+        !self.cropped.is_empty()
+    }
+
+    /// Whether two bodies overlap and may meet, by what the tree has of them.
+    pub fn overlap(&self, bodies: &Bodies, [a, b]: [u32; 2]) -> bool {
+        let [x, y] = [a, b].map(|body| &self.proxies[body as usize]);
+        (x.moving || y.moving)
+            && self.tree.bounds(x).intersects(&self.tree.bounds(y))
+            && bodies.facts(a).may_meet(bodies.facts(b))
     }
 
     /// Makes room for bodies of indices below `bodies`.
-    ///
-    /// A tree has less than `2 bodies` nodes. Beside it there are no more roots than [`Broad::update`] allows, which is less
-    /// than `bodies + 64`, and those of bodies that came in this frame. Each newcomer has at most two leaves that are marked.
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.boxes, bodies);
         reserve(&mut self.proxies, bodies);
-        reserve(&mut self.news, bodies);
         reserve(&mut self.newcomers, bodies);
-        reserve(&mut self.order, bodies);
-        reserve(&mut self.marked, 2 * bodies);
-        reserve(&mut self.roots, 2 * bodies + 64);
-        reserve(&mut self.nodes, 4 * bodies + 64);
+        reserve(&mut self.cropped, bodies);
+        self.waiting.reserve(bodies);
+        self.tree.reserve(bodies);
     }
 
     /// Makes room for this many pairs found in a frame.
     pub fn reserve_found(&mut self, pairs: usize) {
         reserve(&mut self.found, pairs);
+        self.sort.reserve(pairs);
+    }
+
+    /// Takes a body in that has no box yet.
+    pub fn insert(&mut self, body: u32) {
+        if body as usize == self.boxes.len() {
+            self.boxes.push(Aabb::EMPTY);
+            self.proxies.push(Proxy::NOWHERE);
+        }
     }
 
     /// Gives a body its box; an empty box takes it away.
-    pub fn place(&mut self, body: u32, bounds: Aabb, moving: bool, news: Change) {
-        let at = body as usize;
-        if at >= self.boxes.len() {
-            self.boxes.resize(at + 1, Aabb::EMPTY);
-            self.proxies.resize(at + 1, Proxy { fat: Aabb::EMPTY, leaf: NONE, moving });
-            self.news.resize(at + 1, Change::None);
-        }
-        self.boxes[at] = bounds;
-        let proxy = &mut self.proxies[at];
+    pub fn place(&mut self, body: u32, bounds: Aabb, moving: bool, news: Change, importance: f32) {
+        self.boxes[body as usize] = bounds;
+        let proxy = &mut self.proxies[body as usize];
         proxy.moving = moving;
         let inside = proxy.fat.min.cmple(bounds.min).all() && bounds.max.cmple(proxy.fat.max).all();
-        if inside && news == Change::None && !bounds.is_empty() {
+        if inside && news <= Change::None && !bounds.is_empty() {
             return;
         }
         let slack = DVec3::splat(if moving { SLACK * bounds.extents().max_element() } else { 0.0 });
         proxy.fat = Aabb { min: bounds.min - slack, max: bounds.max + slack };
-        if self.news[at] == Change::None {
-            self.newcomers.push(body);
+        proxy.next = proxy.next.max(news).max(Change::Place);
+        if !proxy.waiting {
+            self.waiting.push(body, importance);
+            proxy.waiting = true;
         }
-        self.news[at] = self.news[at].max(news).max(Change::Place);
+        self.open += usize::from(!proxy.open);
+        proxy.open = true;
     }
 
-    pub fn has_news(&self) -> bool {
-        !self.newcomers.is_empty()
+    /// Lets bodies wait again whose pairs were left out for want of room.
+    pub fn retry(&mut self, bodies: &Bodies, deadline: &mut Deadline) {
+        while deadline.has_room(WORK_PER_NEW_PLACE)
+            && let Some(body) = self.cropped.pop()
+        {
+            deadline.spend(WORK_PER_NEW_PLACE);
+            let proxy = &mut self.proxies[body as usize];
+            proxy.cropped = false;
+            if proxy.open && !proxy.waiting {
+                (proxy.waiting, proxy.next) = (true, Change::Place);
+                self.waiting.push(body, bodies.facts(body).importance);
+            }
+        }
     }
 
-    /// All pairs that may meet of fat AABBs that overlap and have a new one among them, ascending, as of the last update.
+    /// Finds pairs that may meet, of fat AABBs that overlap and have a new one among them: whether there is a portion of them in
+    /// [`Broad::found`], or else none is left or the deadline came first. `known`: pairs known, and the most that there may be.
+    pub fn find(&mut self, bodies: &Bodies, known: [usize; 2], deadline: &mut Deadline) -> bool {
+        self.find_portion(bodies, known, deadline).is_some()
+    }
+
+    /// A portion of pairs, ascending.
     pub fn found(&self) -> &[PairKey] {
         &self.found
     }
 
-    /// Brings the tree up to date. The news stay until [`Broad::forget_news`].
-    pub fn update(&mut self, bodies: &Bodies) {
+    fn find_portion(&mut self, bodies: &Bodies, known: [usize; 2], deadline: &mut Deadline) -> Option<()> {
+        loop {
+            self.stage = match self.stage {
+                Stage::Idle => self.begin_generation(known[0], deadline)?,
+                Stage::Renew(next) => self.renew(next, deadline)?,
+                Stage::Build => self.tree.build(&mut self.proxies, deadline).then_some(Stage::Mark(0))?,
+                Stage::Mark(next) => self.mark(next, deadline)?,
+                Stage::Refit => {
+                    self.tree.refit(deadline).then_some(())?;
+                    self.tree.begin_search();
+                    Stage::Search
+                }
+                Stage::Search => self.search(bodies, known, deadline)?,
+                Stage::Sort { last } => {
+                    self.sort.advance(&mut self.found, deadline).then_some(Stage::Merge { last })?
+                }
+                Stage::Merge { .. } => return Some(()),
+                Stage::Settle => self.settle(deadline)?,
+            };
+        }
+    }
+
+    /// Ends a portion that was merged; `left_out`: not all of it, for want of room.
+    pub fn end_portion(&mut self, left_out: bool) {
+        self.crops |= left_out;
         self.found.clear();
-        if self.newcomers.is_empty() {
-            return;
-        }
-        self.moves += self.newcomers.len();
-        for i in 0..self.newcomers.len() {
-            self.renew(self.newcomers[i]);
-        }
-        let leaves = self.nodes.len() / 2;
-        if self.roots.len().pow(2) > leaves + 64 || self.moves > MOVES_BEFORE_REBUILD * leaves + 64 {
-            self.rebuild();
-        }
-        self.roots.iter().for_each(|&root| refit(&mut self.nodes, root));
-        let mut search = Search { nodes: &self.nodes, bodies, found: &mut self.found };
-        for (i, &root) in self.roots.iter().enumerate() {
-            search.within(root);
-            for &other in &self.roots[..i] {
-                search.across(root, other);
-            }
-        }
-        self.found.sort_unstable();
+        let last = self.stage == (Stage::Merge { last: true });
+        self.stage = if last { Stage::Settle } else { Stage::Search };
+        self.purged = true;
     }
 
-    /// Ends the frame of an update.
-    pub fn forget_news(&mut self) {
-        for body in self.newcomers.drain(..) {
-            self.news[body as usize] = Change::None;
+    fn begin_generation(&mut self, known: usize, deadline: &mut Deadline) -> Option<Stage> {
+        self.purged = false;
+        let room = usize::try_from(deadline.room() / WORK_PER_NEWCOMER).unwrap_or(usize::MAX);
+        let most = if is_limited(deadline) { GENERATION.max(known / GENERATION_PART).max(room) } else { usize::MAX };
+        while self.newcomers.len() < most
+            && let Some(body) = self.waiting.pop()
+        {
+            let proxy = &mut self.proxies[body as usize];
+            (proxy.news, proxy.next, proxy.waiting) = (proxy.next, Change::None, false);
+            self.newcomers.push(body);
         }
-        for mut at in self.marked.drain(..) {
-            while let Some(node) = self.nodes.get_mut(at as usize).filter(|node| node.new) {
-                node.new = false;
-                at = node.parent;
-            }
-        }
+        (!self.newcomers.is_empty()).then_some(Stage::Renew(0))
     }
 
-    /// Puts a body's fat AABB into its leaf, or into a one-leaf tree if it was teleported.
-    fn renew(&mut self, body: u32) {
-        let proxy = self.proxies[body as usize];
-        if let Some(leaf) = self.nodes.get(proxy.leaf as usize) {
-            let moved = leaf.bounds.intersects(&proxy.fat);
-            self.set_leaf(proxy.leaf, if moved { proxy.fat } else { Aabb::EMPTY }, proxy.moving);
-            if moved {
-                return;
+    fn renew(&mut self, mut next: usize, deadline: &mut Deadline) -> Option<Stage> {
+        while let Some(&body) = self.newcomers.get(next) {
+            if !deadline.has_room(WORK_PER_NEW_PLACE) {
+                self.stage = Stage::Renew(next);
+                return None;
             }
+            deadline.spend(WORK_PER_NEW_PLACE);
+            self.tree.renew(body, &mut self.proxies[body as usize]);
+            next += 1;
         }
-        self.proxies[body as usize].leaf = NONE;
-        if !proxy.fat.is_empty() {
-            let leaf = self.nodes.len() as u32;
-            self.proxies[body as usize].leaf = leaf;
-            self.roots.push(leaf);
-            self.nodes.push(Node { bounds: Aabb::EMPTY, second: NONE, parent: NONE, body, new: false, moving: false });
-            self.set_leaf(leaf, proxy.fat, proxy.moving);
-        }
+        Some(if self.tree.begin_update() { Stage::Build } else { Stage::Refit })
     }
 
-    /// Sets a leaf and marks the path to it.
-    fn set_leaf(&mut self, leaf: u32, bounds: Aabb, moving: bool) {
-        let node = &mut self.nodes[leaf as usize];
-        (node.bounds, node.moving) = (bounds, moving);
-        self.marked.push(leaf);
-        let mut at = leaf;
-        while let Some(node) = self.nodes.get_mut(at as usize).filter(|node| !node.new) {
-            node.new = true;
-            at = node.parent;
+    fn mark(&mut self, next: usize, deadline: &mut Deadline) -> Option<Stage> {
+        deadline.has_room(WORK_PER_NEW_PLACE).then_some(())?;
+        deadline.spend(WORK_PER_NEW_PLACE);
+        let end = self.newcomers.len().min(next + STEP);
+        for &body in &self.newcomers[next..end] {
+            self.tree.mark(&self.proxies[body as usize]);
+        }
+        Some(if end < self.newcomers.len() { Stage::Mark(end) } else { Stage::Refit })
+    }
+
+    fn search(&mut self, bodies: &Bodies, [known, most]: [usize; 2], deadline: &mut Deadline) -> Option<Stage> {
+        if self.crops {
+            // There is no room for more.
+            self.tree.end_search();
+            return Some(Stage::Settle);
+        }
+        let portion = if is_limited(deadline) { PORTION.max(known / PORTION_PART) } else { usize::MAX };
+        match self.tree.search(bodies, &mut self.found, portion.min(most).max(MOST_FOUND), deadline) {
+            Searched::All => Some(Stage::Sort { last: true }),
+            Searched::Full => Some(Stage::Sort { last: false }),
+            Searched::Stopped => None,
         }
     }
 
-    /// Builds the tree of all bodies that are there.
-    fn rebuild(&mut self) {
-        self.moves = 0;
-        self.roots.clear();
-        self.nodes.clear();
-        self.order.clear();
-        for (body, proxy) in (0..).zip(&mut self.proxies) {
-            proxy.leaf = NONE;
-            if !proxy.fat.is_empty() {
-                self.order.push(body);
+    /// Ends a generation.
+    fn settle(&mut self, deadline: &mut Deadline) -> Option<Stage> {
+        loop {
+            if !deadline.has_room(STEP as u64 * WORK_PER_REFIT) {
+                return None;
+            }
+            deadline.spend(STEP as u64 * WORK_PER_REFIT);
+            let unmarked = self.tree.unmark(STEP);
+            let rest = self.newcomers.len().saturating_sub(STEP);
+            for body in self.newcomers.drain(rest..) {
+                let proxy = &mut self.proxies[body as usize];
+                proxy.news = Change::None;
+                if self.crops {
+                    if !proxy.cropped {
+                        self.cropped.push(body);
+                    }
+                    proxy.cropped = true;
+                } else if !proxy.waiting {
+                    self.open -= usize::from(proxy.open);
+                    proxy.open = false;
+                }
+            }
+            if unmarked && self.newcomers.is_empty() {
+                self.crops = false;
+                return Some(Stage::Idle);
             }
         }
-        if !self.order.is_empty() {
-            self.roots.push(build(&mut self.nodes, &mut self.proxies, &self.news, &mut self.order, NONE));
-        }
-        self.marked.clear();
-        let leaves = self.newcomers.iter().map(|&body| self.proxies[body as usize].leaf);
-        self.marked.extend(leaves.filter(|&leaf| leaf != NONE));
     }
 }
 
-/// Builds the subtree of `order`, which is not empty, by halves along the longest axis: balanced, so recursion is short.
-fn build(nodes: &mut Vec<Node>, proxies: &mut [Proxy], news: &[Change], order: &mut [u32], parent: u32) -> u32 {
-    let at = nodes.len() as u32;
-    if let [body] = *order {
-        let proxy = &mut proxies[body as usize];
-        proxy.leaf = at;
-        let new = news[body as usize] != Change::None;
-        nodes.push(Node { bounds: proxy.fat, second: NONE, parent, body, new, moving: proxy.moving });
-        return at;
-    }
-    let middle = |body: u32| proxies[body as usize].fat.min * 0.5 + proxies[body as usize].fat.max * 0.5;
-    let axis = Aabb::from_points(order.iter().map(|&body| middle(body))).extents().max_position();
-    let half = order.len() / 2;
-    order.select_nth_unstable_by(half, |&a, &b| middle(a)[axis].total_cmp(&middle(b)[axis]).then(a.cmp(&b)));
-    let empty = Node { bounds: Aabb::EMPTY, second: NONE, parent, body: NONE, new: false, moving: false };
-    nodes.push(empty);
-    let (left, right) = order.split_at_mut(half);
-    let first = build(nodes, proxies, news, left, at);
-    let second = build(nodes, proxies, news, right, at);
-    let (first, other) = (nodes[first as usize], nodes[second as usize]);
-    let node = &mut nodes[at as usize];
-    node.bounds = first.bounds.union(&other.bounds);
-    node.second = second;
-    node.new = first.new || other.new;
-    node.moving = first.moving || other.moving;
-    at
-}
-
-/// Makes the boxes on marked paths fit again.
-fn refit(nodes: &mut [Node], at: u32) {
-    let node = nodes[at as usize];
-    if !node.new || node.second == NONE {
-        return;
-    }
-    refit(nodes, at + 1);
-    refit(nodes, node.second);
-    let (first, second) = (nodes[at as usize + 1], nodes[node.second as usize]);
-    let node = &mut nodes[at as usize];
-    node.bounds = first.bounds.union(&second.bounds);
-    node.moving = first.moving || second.moving;
-}
-
-/// The search for pairs that may meet.
-struct Search<'b> {
-    nodes: &'b [Node],
-    bodies: &'b Bodies,
-    found: &'b mut Vec<PairKey>,
-}
-
-impl Search<'_> {
-    /// Pairs below one node.
-    fn within(&mut self, at: u32) {
-        let node = &self.nodes[at as usize];
-        if node.new && node.moving && node.second != NONE {
-            self.within(at + 1);
-            self.within(node.second);
-            self.across(at + 1, node.second);
-        }
-    }
-
-    /// Pairs of one body below each of two nodes.
-    #[inline(always)]
-    fn across(&mut self, x: u32, y: u32) {
-        let (a, b) = (&self.nodes[x as usize], &self.nodes[y as usize]);
-        // Most pairs end here, before a call is made for them.
-        if (a.new | b.new) & (a.moving | b.moving) && a.bounds.intersects(&b.bounds) {
-            if a.second != NONE || b.second != NONE {
-                self.below(x, y);
-            } else if self.bodies.facts(a.body).may_meet(self.bodies.facts(b.body)) {
-                self.found.push(pair_key(a.body, b.body));
-            }
-        }
-    }
-
-    /// Pairs below two nodes that are not both leaves.
-    fn below(&mut self, x: u32, y: u32) {
-        match (self.nodes[x as usize].second, self.nodes[y as usize].second) {
-            (NONE, second) => {
-                self.across(x, y + 1);
-                self.across(x, second);
-            }
-            (second, NONE) => {
-                self.across(x + 1, y);
-                self.across(second, y);
-            }
-            (of_x, of_y) => {
-                self.across(x + 1, y + 1);
-                self.across(x + 1, of_y);
-                self.across(of_x, y + 1);
-                self.across(of_x, of_y);
-            }
-        }
-    }
+fn is_limited(deadline: &Deadline) -> bool {
+    deadline.is_timed() || deadline.work_left() < u64::MAX / 2
 }

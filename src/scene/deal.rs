@@ -20,6 +20,7 @@ pub(super) struct Deal<'s> {
     pub jobs: &'s mut [Job],
     pub batches: &'s mut [Batch],
     pub pairs: &'s mut Pairs,
+    pub frame: u64,
     /// Buffer: sort keys and indices of jobs.
     pub order: &'s mut Vec<(u64, u32)>,
     /// The job whose turn it is.
@@ -143,7 +144,7 @@ impl Deal<'_> {
     /// Puts a job into the batch that holds its stopped run, or else into the one given. The work that is expected.
     fn deal(&mut self, index: usize, batch: usize) -> u64 {
         let job = &mut self.jobs[index];
-        let Some(mut state) = self.pairs.take(job.slot) else { return 0 };
+        let mut state = self.pairs.take(job.place as usize, self.frame);
         state.turn = job.dealt(index as u32);
         let batch = job.home.take().map_or(batch, usize::from);
         self.batches[batch].turns.push(state);

@@ -1,6 +1,6 @@
 //! What a pair is expected to cost, and how likely it intersects.
 
-use super::pairs::PairState;
+use super::state::PairState;
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_QUERY};
 use crate::query::Verdict;
 

@@ -2,15 +2,15 @@
 
 use super::forecast::Forecast;
 use super::id::PairKey;
-use super::pairs::{Spent, Turn};
+use super::state::{Spent, Turn};
 
 /// A pair that was not at its end when the frame began.
 #[derive(Debug)]
 pub(super) struct Job {
     pub key: PairKey,
-    /// Its place in the report, and that of its state.
+    /// Its place in the report, and that among the known pairs.
+    pub listed: u32,
     pub place: u32,
-    pub slot: u32,
     pub forecast: Forecast,
     /// Sorts by importance, then by the chance of finding an intersection per expected work, both descending.
     pub rank: u64,

@@ -1,22 +1,38 @@
 //! Many bodies, one budget a frame.
 //!
-//! A [`Scene`] holds bodies ([`body`]), finds those whose boxes overlap ([`broad`], [`pairs`]), shares the budget of the frame
-//! among them ([`schedule`], [`deal`]), and runs each pair through the one query ([`batch`]), on one thread or on several
-//! ([`workers`]). Of two bodies there is a state that is kept, a job of the frame, and a report.
+//! A [`Scene`] holds bodies ([`body`]). A frame ([`frame`]) places those that changed ([`bounds`]), finds pairs of them that are
+//! near each other ([`broad`], [`fat_tree`], [`pairs`]), lists those whose boxes overlap ([`listing`]), shares the budget among
+//! them ([`schedule`], [`deal`]), and runs each through the one query ([`batch`]), on one thread or on several ([`workers`]). Of
+//! two bodies there is a state that is kept from their first turn on, a job of the frame, and a report.
+//!
+//! Each of these steps has a part of the budget ([`share`]), stops when that is spent, and goes on in the next frame where it
+//! stopped. What was not reached is counted: bodies that are not placed, bodies whose partners are not known, pairs that are not
+//! listed, and pairs that are not decided.
 
+mod asked;
 mod batch;
 mod body;
 mod bounds;
 mod broad;
+mod build;
 mod deal;
 mod error;
+mod fat_tree;
 mod forecast;
+mod frame;
 mod id;
 mod job;
+mod listing;
+mod node;
 mod pairs;
 mod report;
 mod room;
 mod schedule;
+mod share;
+mod sort;
+mod state;
+mod turns;
+mod waiting;
 #[cfg(feature = "parallel")]
 mod workers;
 
@@ -34,11 +50,10 @@ use crate::query::{Budget, Clock, Mode, Verdict, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
-use batch::{Batch, Round};
 use body::{Bodies, Change, Placed, checked_importance, checked_inverse};
 use broad::Broad;
 use pairs::Pairs;
-use schedule::{Frame, Schedule};
+use schedule::Schedule;
 
 /// Which boxes the broad phase compares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -138,6 +153,22 @@ impl Scene {
         self.reach = reach;
     }
 
+    /// The most pairs of near bodies that are kept; by default 1,048,576. A pair takes 56 bytes, and about 500 more from its
+    /// first turn on.
+    ///
+    /// Pairs beyond that are left out, and [`Report::is_full`] says so, until an eighth of the room is free again. Those that
+    /// are kept already stay.
+    #[must_use]
+    pub fn max_pairs(mut self, pairs: usize) -> Self {
+        self.set_max_pairs(pairs);
+        self
+    }
+
+    /// Keeps this many pairs at the most: [`Scene::max_pairs`].
+    pub fn set_max_pairs(&mut self, pairs: usize) {
+        self.pairs.most = pairs.min(pairs::LIMIT);
+    }
+
     /// Shares the work of [`Scene::detect`] among `threads` threads, the caller's included. They wait between frames.
     ///
     /// # Errors
@@ -170,6 +201,8 @@ impl Scene {
         let frame = self.next_frame();
         let last = body.pose;
         self.bodies_mut().insert(Placed { body: Body { importance, ..body }, inverse, last }, frame);
+        self.broad.reserve(self.bodies.room());
+        self.broad.insert(id.index);
         Ok(id)
     }
 
@@ -256,18 +289,29 @@ impl Scene {
 
     /// Finds out which bodies meet, within a budget for the whole frame.
     ///
-    /// Under a budget of time it ends in time as long as the broad phase alone does; under a budget of work, which does not
-    /// count the broad phase, it gives the same report on any number of threads.
+    /// Nothing runs past the budget: placing bodies, finding pairs and listing them are work like the queries, stop when their
+    /// part of the frame is spent, and go on in the next frame. Under a budget of time they have up to three quarters of it.
+    /// Under a budget of work, `B` units are for queries, as if all pairs were known, and the broad phase may do `B + 65,536`
+    /// units of its own ([`Report::broad_phase_work`]); the report is the same on any number of threads and on every machine.
+    ///
+    /// If the broad phase was cut, the report [is not whole](Report::is_whole) and says how many bodies are not placed
+    /// ([`Report::unplaced`]), how many have partners that may not be known ([`Report::unpaired`]), and how many known pairs it
+    /// did not look at ([`Report::unlisted`]). What it says about the pairs in it is as true as ever. Bodies of an importance
+    /// above 0 go first, but for one in four; none waits for ever. What rests is known after some frames, as without a budget.
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of overlapping boxes, than any
     /// before it, and, to be ready for more, in the 64 frames after it had more bodies than ever. Buffers then get room for
-    /// twice as many, so there are few such frames; within the room made by [`Scene::reserve`] there are none.
+    /// twice as many, so there are few such frames; within the room made by [`Scene::reserve`] there are none. There are never
+    /// more than [`Scene::max_pairs`] pairs.
     ///
     /// **Guarantee: no pair starves.** Let `B` be the budget of each frame, of work (at least 602 units) or the time that the
     /// broad phase leaves; `R = B/8`; and `C` the sum over the overlapping pairs of what each takes to its end, or is
     /// expected to take if that is more, with 602 units for every frame in which it goes on. Then each pair has a turn within
     /// **`K = 2 ⌈C/R⌉ + 1`** frames, and a pair that rests, or that takes no more than `R`, is decided at least once in `K`
     /// frames.
+    ///
+    /// If the broad phase is cut, this holds from the frame on in which a pair is known, with `K` plus twice the frames that it
+    /// takes to list all known pairs once.
     #[cfg(feature = "std")]
     pub fn detect(&mut self, budget: Budget) -> &Report {
         let clock = SystemClock::default();
@@ -295,6 +339,17 @@ impl Scene {
     /// What the last frame found.
     pub fn report(&self) -> &Report {
         &self.report
+    }
+
+    /// Whether the last frame knew all bodies that this one may meet: it was placed where it is, and the search for its partners
+    /// came to its end. Of two such bodies that are not in [`Report::pairs`] together the boxes are apart if
+    /// [`Report::unlisted`] is 0 and neither was changed since.
+    ///
+    /// # Errors
+    /// If the body is not in the scene.
+    pub fn partners_known(&self, id: BodyId) -> Result<bool, SceneError> {
+        self.bodies.get(id)?;
+        Ok(self.broad.is_closed(id.index) && !self.bodies.facts(id.index).is_changed())
     }
 
     /// The correction of the probabilities that estimates tell: [`PairReport::probability`] of a pair whose query was stopped
@@ -329,7 +384,8 @@ impl Scene {
         let [index_a, index_b] = [a, b].map(|body| body.index() as u32);
         let (facts_a, facts_b) = (self.bodies.facts(index_a), self.bodies.facts(index_b));
         let moving = [placed_a, placed_b].iter().any(|placed| placed.body.kind == BodyKind::Moving);
-        let looked_at = moving && facts_a.may_meet(facts_b);
+        let known = self.partners_known(a)? && self.partners_known(b)? && self.report.unlisted == 0;
+        let looked_at = moving && facts_a.may_meet(facts_b) && (known || self.report.pair(a, b).is_some());
         if !looked_at || facts_a.changed.max(facts_b.changed).max(self.asked_since) > self.report.frame {
             let [here, there] = [placed_a, placed_b].map(|placed| bounds::at(&placed.body.tree, &placed.body.pose));
             return Ok(whole(&here.intersection(&there)));
@@ -357,47 +413,6 @@ impl Scene {
     fn change(&mut self, id: BodyId, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
         let frame = self.next_frame();
         self.bodies_mut().change(id, frame, change)
-    }
-
-    fn frame(
-        &mut self,
-        budget: Budget,
-        clock: &dyn Clock,
-        threads: usize,
-        mut execute: impl FnMut(&mut [Batch], &Round, &Arc<Bodies>, &mut Box<Workspace>),
-    ) {
-        let started = budget.time_limit().map(|_| clock.now());
-        self.report.frame += 1;
-        self.place_moved();
-        let Self { pairs, broad, bodies, schedule, scratch, report, .. } = self;
-        pairs.update(broad, bodies, report.frame);
-        let (number, mode, asked_since) = (report.frame, self.mode, self.asked_since);
-        let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
-        schedule.run(&frame, pairs, report, |batches, round| execute(batches, round, bodies, scratch));
-        report.elapsed = started.map(|started| clock.now().saturating_sub(started));
-    }
-
-    /// Gives their boxes to all bodies that moved, came or went.
-    fn place_moved(&mut self) {
-        let bodies = Arc::make_mut(&mut self.bodies);
-        self.broad.reserve(bodies.room());
-        for place in (0..bodies.pending()).rev() {
-            let (index, news) = bodies.take_pending(place);
-            let Some(Placed { body, last, .. }) = bodies.at_mut(index) else {
-                self.broad.place(index, Aabb::EMPTY, false, news);
-                continue;
-            };
-            let from = core::mem::replace(last, body.pose);
-            let bounds = match self.reach {
-                Reach::Here => bounds::at(&body.tree, &body.pose),
-                Reach::Swept => bounds::swept(&body.tree, &from, &body.pose),
-            };
-            self.broad.place(index, bounds, body.kind == BodyKind::Moving, news);
-            if self.reach == Reach::Swept && from != body.pose {
-                // In the next frame it has come from here.
-                bodies.set_pending(index, Change::None);
-            }
-        }
     }
 }
 

@@ -1,178 +1,179 @@
-//! The pairs of bodies whose fat AABBs overlap, and what is kept about those whose boxes do.
+//! The pairs of bodies whose fat AABBs overlap, and where the states of those are that had a turn.
 
 use super::body::{Bodies, Change};
 use super::broad::Broad;
 use super::id::{PairKey, bodies_of};
 use super::room::{Room, reserve};
-use crate::model::calibration::Calibration;
-use crate::model::cost::WORK_PER_WITNESS;
-use crate::query::{PairMemory, StopReason, Verdict, Workspace};
+use super::state::PairState;
+use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
+use crate::query::{Deadline, ManualClock};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
-use arrayvec::ArrayVec;
+use core::mem;
 
-/// Work and BV tests.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Spent {
-    pub work: u64,
-    pub bv_tests: u64,
-}
+/// The slot of a pair whose boxes are apart, and of one whose boxes overlap but that had no turn yet.
+const APART: u32 = u32::MAX;
+const BLANK: u32 = u32::MAX - 1;
 
-impl Spent {
-    /// All that the query in a workspace has done.
-    pub fn of(workspace: &Workspace) -> Self {
-        Self { work: workspace.work(), bv_tests: workspace.bv_tests() }
-    }
+/// Pairs of a step.
+const STEP: usize = 32;
 
-    pub fn add(&mut self, other: Self) {
-        self.work += other.work;
-        self.bv_tests += other.bv_tests;
-    }
+/// From so many pairs on there is room for all that may be kept, so that no frame moves many of them.
+const MANY: usize = 8192;
 
-    pub fn since(self, before: Self) -> Self {
-        Self { work: self.work - before.work, bv_tests: self.bv_tests - before.bv_tests }
-    }
-}
+/// The most pairs that are kept if no other limit is set, and the most that there may be: places and slots are 32-bit numbers.
+pub(super) const MOST_PAIRS: usize = 1 << 20;
+pub(super) const LIMIT: usize = BLANK as usize - 1;
 
-/// Most estimates of a pair that are kept until their truth comes out.
-const TOLD: usize = 8;
-
-/// The turn of a pair in a batch.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Turn {
-    pub key: PairKey,
-    /// The place of its job among those of the frame.
-    pub index: u32,
-    /// Work that it is expected to take.
-    pub median: u64,
-    /// Whether its last witness is likely to decide it, and has not been tested yet.
-    pub witnessed: bool,
-    pub spent: Spent,
-}
-
-/// What is kept about two bodies as long as their boxes overlap.
-#[derive(Clone, Debug)]
-pub(super) struct PairState {
-    pub memory: PairMemory,
-    /// What the last frame that decided it found.
-    pub verdict: Verdict,
-    pub found: u64,
-    /// The last frame that ran it to its end; 0 if none did.
-    pub completed: u64,
-    /// The last frame that decided it; before, the one before the first.
-    pub decided: u64,
-    /// The last frame in which its last witnesses were tested and did not meet.
-    pub refuted: u64,
-    /// Work of the last run to the end; 0 if there was none.
-    pub cost: u64,
-    /// Work of the last run that no remembered witness cut short; a lower bound while that run is unfinished.
-    pub search: u64,
-    /// What the run that is not at its end has spent.
-    pub pending: Spent,
-    /// Probabilities that estimates told of the bodies as they are, until their truth comes out.
-    pub told: ArrayVec<f64, TOLD>,
-    /// While it is in a batch.
-    pub turn: Turn,
-}
-
-impl PairState {
-    /// Of a pair that overlaps for the first time in `frame`.
-    fn new(frame: u64) -> Self {
-        Self {
-            memory: PairMemory::new(),
-            verdict: Verdict::Undecided,
-            found: 0,
-            completed: 0,
-            decided: frame - 1,
-            refuted: 0,
-            cost: 0,
-            search: 0,
-            pending: Spent::default(),
-            told: ArrayVec::new(),
-            turn: Turn::default(),
-        }
-    }
-
-    /// Teaches what was told, if `frame` has decided the pair.
-    pub fn teach(&mut self, calibration: &mut Calibration, frame: u64) {
-        if self.decided == frame {
-            let met = self.verdict != Verdict::Separated;
-            self.told.drain(..).for_each(|told| calibration.learn(told, met));
-        }
-    }
-
-    /// Takes note of a witness that still meets in `frame`.
-    pub fn meets(&mut self, witness: [u32; 2], frame: u64) {
-        (self.decided, self.completed, self.cost, self.pending) = (frame, frame, WORK_PER_WITNESS, Spent::default());
-        (self.verdict, self.found) = (Verdict::Intersecting { witness }, 1);
-    }
-
-    /// Takes note of a call in `frame` that ended for this reason; whether the run is over.
-    pub fn note(&mut self, workspace: &Workspace, stop: StopReason, frame: u64) -> bool {
-        let spent = Spent::of(workspace);
-        if stop.is_final() {
-            (self.completed, self.cost, self.pending) = (frame, spent.work, Spent::default());
-            if spent.bv_tests > 0 {
-                self.search = spent.work;
-            }
-        } else {
-            self.search = self.search.max(2 * spent.work);
-            self.pending = spent;
-        }
-        let verdict = workspace.verdict(stop);
-        if verdict != Verdict::Undecided {
-            (self.decided, self.verdict, self.found) = (frame, verdict, workspace.found());
-        }
-        stop.is_final()
-    }
-}
-
-/// The slot of a pair whose boxes are apart, and of one whose boxes overlap since this frame.
-const NONE: u32 = u32::MAX;
-const NEW: u32 = u32::MAX - 1;
-
-/// Two bodies whose fat AABBs overlap, and where the state of those is whose boxes do.
+/// Two bodies whose fat AABBs overlap, and where their state is.
 #[derive(Clone, Copy, Debug)]
-struct Candidate {
+struct Known {
     key: PairKey,
     slot: u32,
+    /// The frame since which their boxes overlap, its low bits.
+    since: u32,
 }
 
-#[derive(Debug, Default)]
+const _: () = assert!(size_of::<Known>() == 16);
+
+/// How far a portion of new pairs is merged: places of the next of those known, and of those found.
+#[derive(Clone, Copy, Debug, Default)]
+struct Merge {
+    known: usize,
+    found: usize,
+    /// Whether some did not fit.
+    left_out: bool,
+}
+
+#[derive(Debug)]
 pub(super) struct Pairs {
     /// Ascending.
-    candidates: Vec<Candidate>,
-    merged: Vec<Candidate>,
+    known: Vec<Known>,
+    /// The list that comes after it, as far as it is merged.
+    merged: Vec<Known>,
+    merge: Merge,
     /// A state is away while its pair is run.
     states: Vec<Option<Box<PairState>>>,
     free: Vec<u32>,
-    /// Pairs that there is room for: candidates, and states.
+    /// What stands for the state of a pair that has none.
+    blank: PairState,
+    /// Pairs that there is room for: known ones, and states.
     room: [Room; 2],
+    /// The most that are kept.
+    pub most: usize,
+}
+
+impl Default for Pairs {
+    fn default() -> Self {
+        Self {
+            known: Vec::new(),
+            merged: Vec::new(),
+            merge: Merge::default(),
+            states: Vec::new(),
+            free: Vec::new(),
+            blank: PairState::new(1),
+            room: [Room::default(); 2],
+            most: MOST_PAIRS,
+        }
+    }
 }
 
 impl Pairs {
-    pub fn state(&mut self, slot: u32) -> Option<&mut PairState> {
-        self.states[slot as usize].as_deref_mut()
+    /// How many pairs of overlapping fat AABBs are known.
+    pub fn len(&self) -> usize {
+        self.merged.len() + self.known.len() - self.merge.known
     }
 
-    /// Takes a state out.
-    pub fn take(&mut self, slot: u32) -> Option<Box<PairState>> {
-        self.states[slot as usize].take()
+    /// One of them, ascending. While a portion is merged, they are those merged and those that are still to be.
+    fn at(&self, place: usize) -> &Known {
+        let merged = self.merged.len();
+        if place < merged { &self.merged[place] } else { &self.known[place - merged + self.merge.known] }
     }
 
-    pub fn put_back(&mut self, slot: u32, state: Box<PairState>) {
+    fn at_mut(&mut self, place: usize) -> &mut Known {
+        let merged = self.merged.len();
+        if place < merged { &mut self.merged[place] } else { &mut self.known[place - merged + self.merge.known] }
+    }
+
+    pub fn key(&self, place: usize) -> PairKey {
+        self.at(place).key
+    }
+
+    /// The place of the first one that is not below a key.
+    pub fn place(&self, key: PairKey) -> usize {
+        let merged = self.merged.partition_point(|known| known.key < key);
+        if merged < self.merged.len() {
+            return merged;
+        }
+        merged + self.known[self.merge.known..].partition_point(|known| known.key < key)
+    }
+
+    /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what is known about it if they do.
+    #[inline]
+    pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut PairState> {
+        let known = self.at_mut(place);
+        let slot = known.slot;
+        if overlap {
+            if slot == APART {
+                (known.slot, known.since) = (BLANK, frame as u32);
+            }
+            return Some(self.state(place, frame));
+        }
+        if slot != APART {
+            known.slot = APART;
+            if slot != BLANK {
+                self.free.push(slot);
+            }
+        }
+        None
+    }
+
+    /// Whether the boxes of a pair overlapped when they were last compared.
+    pub fn overlapped(&self, place: usize) -> bool {
+        self.at(place).slot != APART
+    }
+
+    /// What is known about a pair whose boxes overlap.
+    #[inline]
+    pub fn state(&mut self, place: usize, frame: u64) -> &mut PairState {
+        let &Known { slot, since, .. } = self.at(place);
+        if let Some(Some(state)) = self.states.get_mut(slot as usize) {
+            return state;
+        }
+        self.blank.decided = began(since, frame) - 1;
+        &mut self.blank
+    }
+
+    /// Takes a state out; a pair that had no turn gets one.
+    pub fn take(&mut self, place: usize, frame: u64) -> Box<PairState> {
+        let &Known { slot, since, .. } = self.at(place);
+        if let Some(state) = self.states.get_mut(slot as usize).and_then(Option::take) {
+            return state;
+        }
+        let new = PairState::new(began(since, frame));
+        let slot = self.free.pop().unwrap_or_else(|| {
+            self.states.push(None);
+            self.states.len() as u32 - 1
+        });
+        self.at_mut(place).slot = slot;
+        match self.states[slot as usize].take() {
+            Some(mut state) => {
+                *state = new;
+                state
+            }
+            None => Box::new(new),
+        }
+    }
+
+    /// Puts a state back, or lets others have it if the turn of its pair did not come.
+    pub fn put_back(&mut self, place: usize, state: Box<PairState>) {
+        let known = self.at_mut(place);
+        let slot = known.slot;
+        if state.is_blank() {
+            known.slot = BLANK;
+            self.free.push(slot);
+        }
         self.states[slot as usize] = Some(state);
-    }
-
-    /// Pairs whose fat AABBs overlap.
-    pub fn candidates(&self) -> usize {
-        self.candidates.len()
-    }
-
-    /// One of them, in ascending order, and the slot of its state; `None` if their boxes are apart in this frame.
-    pub fn overlapping(&self, candidate: usize) -> Option<(PairKey, u32)> {
-        let Candidate { key, slot } = self.candidates[candidate];
-        (slot != NONE).then_some((key, slot))
     }
 
     /// Pairs whose boxes overlap that there is room for.
@@ -180,91 +181,109 @@ impl Pairs {
         self.room[1].pairs
     }
 
-    /// Makes room for this many pairs whose fat AABBs overlap.
+    /// Makes room for this many pairs whose fat AABBs overlap, and for their states.
     pub fn reserve(&mut self, broad: &mut Broad, most: usize) {
         self.room.iter_mut().for_each(|room| room.ask(most));
-        self.make_room(broad);
+        self.reserve_known(broad);
+        self.reserve_states(&mut Deadline::at(None, u64::MAX, &ManualClock::new()));
     }
 
-    /// Finds the pairs whose boxes overlap in `frame`.
-    pub fn update(&mut self, broad: &mut Broad, bodies: &Bodies, frame: u64) {
-        broad.update(bodies);
-        self.merge(broad);
-        let mut overlapping = 0;
-        for Candidate { key, slot } in &mut self.candidates {
-            let [a, b] = bodies_of(*key);
-            if broad.bounds(a).intersects(broad.bounds(b)) {
-                overlapping += 1;
-                if *slot == NONE {
-                    *slot = NEW;
-                }
-            } else if *slot != NONE {
-                self.free.push(*slot);
-                *slot = NONE;
-            }
+    /// Makes room for as many pairs as are known, and for the states of so many whose boxes overlap, or more if the scene is
+    /// `young`.
+    pub fn grow(&mut self, broad: &mut Broad, overlapping: usize, young: bool, deadline: &mut Deadline) {
+        self.room[0].grow(self.len(), young);
+        if self.room[0].pairs > MANY {
+            // Later they would have to be copied; memory that is not touched costs next to nothing.
+            self.room[0].ask(self.most.min(self.room[0].pairs.max(MOST_PAIRS)));
         }
-        broad.forget_news();
-        let young = bodies.is_young(frame);
-        self.room[0].grow(self.candidates.len(), young);
         self.room[1].grow(overlapping, young);
-        self.make_room(broad);
-        for candidate in self.candidates.iter_mut().filter(|candidate| candidate.slot == NEW) {
-            candidate.slot = new_state(&mut self.states, &mut self.free, frame);
+        self.reserve_known(broad);
+        self.reserve_states(deadline);
+    }
+
+    fn reserve_known(&mut self, broad: &mut Broad) {
+        let most = self.room[0].pairs;
+        broad.reserve_found(most);
+        reserve(&mut self.known, most);
+        reserve(&mut self.merged, most);
+    }
+
+    fn reserve_states(&mut self, deadline: &mut Deadline) {
+        let most = self.room[1].pairs;
+        reserve(&mut self.states, most);
+        reserve(&mut self.free, most);
+        while self.states.len() < most && deadline.has_room(WORK_PER_STATE) {
+            deadline.spend(WORK_PER_STATE);
+            self.free.push(self.states.len() as u32);
+            self.states.push(Some(Box::new(PairState::new(1))));
         }
     }
 
-    fn make_room(&mut self, broad: &mut Broad) {
-        let [candidates, states] = self.room.map(|room| room.pairs);
-        broad.reserve_found(candidates);
-        reserve(&mut self.candidates, candidates);
-        reserve(&mut self.merged, candidates);
-        reserve(&mut self.states, states);
-        reserve(&mut self.free, states);
-        let new = self.states.len()..states;
-        self.free.extend(new.clone().rev().map(|slot| slot as u32));
-        self.states.extend(new.map(|_| Some(Box::new(PairState::new(1)))));
+    /// Brings the list of known pairs up to date, as far as the deadline allows.
+    pub fn update(&mut self, broad: &mut Broad, bodies: &Bodies, deadline: &mut Deadline) {
+        if broad.has_cropped() && self.len() < self.most - self.most / 8 {
+            broad.retry(bodies, deadline);
+        }
+        while broad.find(bodies, [self.len(), self.most], deadline) && self.merge(broad, bodies, deadline) {
+            mem::swap(&mut self.known, &mut self.merged);
+            self.merged.clear();
+            broad.end_portion(mem::take(&mut self.merge).left_out);
+        }
     }
 
-    /// Replaces the candidates that have a body with news by those found now.
-    fn merge(&mut self, broad: &Broad) {
-        if !broad.has_news() {
-            return;
-        }
-        let mut found = broad.found().iter().copied().peekable();
-        self.merged.clear();
-        for &candidate in &self.candidates {
-            while let Some(key) = found.next_if(|&key| key < candidate.key) {
-                self.merged.push(Candidate { key, slot: NONE });
+    /// Merges a portion of new pairs with those known; whether it is done. Before the first portion of a generation, pairs of
+    /// its newcomers are dropped whose fat AABBs do not overlap any more.
+    fn merge(&mut self, broad: &Broad, bodies: &Bodies, deadline: &mut Deadline) -> bool {
+        let found = broad.found();
+        const WORK: u64 = STEP as u64 * WORK_PER_MERGED_PAIR;
+        while self.merge.known < self.known.len() || self.merge.found < found.len() {
+            if !deadline.has_room(WORK) {
+                return false;
             }
-            let again = found.next_if_eq(&candidate.key).is_some();
-            let [a, b] = bodies_of(candidate.key);
-            match broad.news(a).max(broad.news(b)) {
-                Change::None => self.merged.push(candidate),
-                Change::Place if again => self.merged.push(candidate),
-                news => {
-                    if candidate.slot != NONE {
-                        self.free.push(candidate.slot);
+            deadline.spend(WORK);
+            for _ in 0..STEP {
+                let (known, new) = (self.known.get(self.merge.known).copied(), found.get(self.merge.found).copied());
+                match (known, new) {
+                    (Some(known), new) if new.is_none_or(|new| known.key <= new) => {
+                        self.merge.known += 1;
+                        if self.stays(&known, broad, bodies) {
+                            self.merge.found += usize::from(new == Some(known.key));
+                            self.merged.push(known);
+                        }
                     }
-                    if again && news == Change::Body {
-                        self.merged.push(Candidate { key: candidate.key, slot: NONE });
+                    (_, Some(key)) => {
+                        self.merge.found += 1;
+                        if self.merged.len() + self.known.len() - self.merge.known < self.most {
+                            self.merged.push(Known { key, slot: APART, since: 0 });
+                        } else {
+                            self.merge.left_out = true;
+                        }
                     }
+                    _ => break,
                 }
             }
         }
-        self.merged.extend(found.map(|key| Candidate { key, slot: NONE }));
-        core::mem::swap(&mut self.candidates, &mut self.merged);
+        true
+    }
+
+    /// Whether a pair stays; its state is given up if it does not.
+    #[inline]
+    fn stays(&mut self, known: &Known, broad: &Broad, bodies: &Bodies) -> bool {
+        let pair = bodies_of(known.key);
+        let stays = broad.is_purged()
+            || match pair.map(|body| broad.news(body)).into_iter().max() {
+                None | Some(Change::Settle | Change::None) => true,
+                Some(Change::Place) => broad.overlap(bodies, pair),
+                Some(Change::Body) => false,
+            };
+        if !stays && known.slot < BLANK {
+            self.free.push(known.slot);
+        }
+        stays
     }
 }
 
-/// A slot with a new state; those of pairs that are apart are used again.
-fn new_state(states: &mut Vec<Option<Box<PairState>>>, free: &mut Vec<u32>, frame: u64) -> u32 {
-    let slot = free.pop().unwrap_or_else(|| {
-        states.push(None);
-        states.len() as u32 - 1
-    });
-    match &mut states[slot as usize] {
-        Some(state) => **state = PairState::new(frame),
-        empty => *empty = Some(Box::new(PairState::new(frame))),
-    }
-    slot
+/// A frame by its low bits, not later than `frame` and not 2^32 frames before.
+fn began(low: u32, frame: u64) -> u64 {
+    frame - u64::from((frame as u32).wrapping_sub(low))
 }

@@ -1,7 +1,7 @@
 //! What a frame says.
 
 use super::id::BodyId;
-use super::pairs::{PairState, Spent};
+use super::state::{PairState, Spent};
 use crate::query::{Estimate, Verdict};
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -35,14 +35,16 @@ pub struct PairReport {
 
 /// What [`crate::Scene::detect`] found in a frame.
 ///
-/// Bodies that are not in [`Report::pairs`] together, and may meet, do not: their boxes are apart.
+/// If it [is whole](Report::is_whole), bodies that are not in [`Report::pairs`] together, and may meet, do not: their boxes are
+/// apart. Otherwise the budget ended in the broad phase, or there is no room for all pairs; then this is so for two bodies whose
+/// partners are [known](crate::Scene::partners_known) if [`Report::unlisted`] is 0.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Report {
     /// Frames so far, this one included.
     pub frame: u64,
-    /// All pairs of bodies whose boxes overlap and that may meet, ascending by index.
+    /// All pairs of bodies whose boxes overlap and that may meet, ascending by index, as far as they are known and listed.
     pub pairs: Vec<PairReport>,
     /// How many of them are decided in this frame.
     pub decided: usize,
@@ -50,10 +52,22 @@ pub struct Report {
     pub intersecting: usize,
     /// How many of them are complete.
     pub complete: usize,
-    /// The largest age of a pair.
+    /// The largest age of a pair in `pairs`.
     pub worst_age: u64,
+    /// Bodies that changed and whose boxes are not up to date: the next frames place them.
+    pub unplaced: usize,
+    /// Bodies that not all partners are known of: they moved on, and the search for pairs is not at its end.
+    pub unpaired: usize,
+    /// Known pairs that were not looked at: they are not in `pairs`, and count as undecided. Their bodies are near each other;
+    /// their boxes may overlap.
+    pub unlisted: usize,
+    /// Whether pairs were left out because there are [as many as there may be](crate::Scene::max_pairs). Their bodies are
+    /// among the unpaired ones.
+    pub is_full: bool,
     /// Work done: that of the queries ([`crate::Budget::work`]) and 250 for each that was begun. Not the broad phase.
     pub work: u64,
+    /// Work of the broad phase: placing bodies, finding pairs and listing them.
+    pub broad_phase_work: u64,
     /// BV tests of the queries.
     pub bv_tests: u64,
     /// Time of the frame; measured only under a time budget.
@@ -106,12 +120,17 @@ impl Report {
         }
     }
 
-    /// How many pairs are not decided.
+    /// How many known pairs are not decided.
     pub fn undecided(&self) -> usize {
-        self.pairs.len() - self.decided
+        self.pairs.len() - self.decided + self.unlisted
     }
 
-    /// What it says about two bodies; `None` if their boxes are apart or they may not meet.
+    /// Whether the broad phase came to its end, so that all pairs of bodies whose boxes overlap are in `pairs`.
+    pub fn is_whole(&self) -> bool {
+        (self.unplaced, self.unpaired, self.unlisted) == (0, 0, 0)
+    }
+
+    /// What it says about two bodies; `None` if they are not in [`Report::pairs`] together.
     pub fn pair(&self, x: BodyId, y: BodyId) -> Option<&PairReport> {
         let (a, b) = if x.index() < y.index() { (x, y) } else { (y, x) };
         let at = self.pairs.binary_search_by_key(&(a.index(), b.index()), |pair| (pair.a.index(), pair.b.index()));

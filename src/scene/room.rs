@@ -1,5 +1,6 @@
 //! Room in the buffers of a scene.
 
+use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 
 /// How many pairs buffers are made for. Those of a scene grow together, and seldom, so that they are done with it soon.
@@ -27,4 +28,9 @@ impl Room {
 /// Makes room for `most` elements.
 pub(super) fn reserve<T>(buffer: &mut Vec<T>, most: usize) {
     buffer.reserve_exact(most.saturating_sub(buffer.len()));
+}
+
+/// The same for a queue.
+pub(super) fn reserve_queue<T>(queue: &mut VecDeque<T>, most: usize) {
+    queue.reserve_exact(most.saturating_sub(queue.len()));
 }

@@ -19,19 +19,22 @@
 //! - A turn cut short is the first of the next frame. So in any two frames the round robin spends more than `R` on turns that
 //!   end, and it is round in `K` frames.
 
+use super::asked::Frame;
 use super::batch::{Batch, Round, query};
-use super::body::Bodies;
+use super::broad::Broad;
 use super::deal::{BATCHES, Deal};
-use super::forecast::Forecast;
 use super::id::{PairKey, bodies_of};
-use super::job::{Job, rank};
+use super::job::Job;
+use super::listing::Listing;
 use super::pairs::Pairs;
 use super::report::{PairCertificate, Report};
 use super::room::reserve;
+use super::share::{Share, Step};
+use super::turns::RoundRobin;
 use crate::math::Pose;
 use crate::model::calibration::Calibration;
 use crate::model::cost::{LEAST_WORK, TYPICAL_UNIT, WORK_PER_PLANNED_PAIR};
-use crate::query::{Budget, Clock, Mode, Verdict};
+use crate::query::{Deadline, Mode};
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use core::cell::Cell;
@@ -40,47 +43,13 @@ use core::time::Duration;
 /// The guaranteed share of the round robin is this part of the budget.
 const GUARANTEED: u64 = 8;
 
-/// The least time of a frame that affords estimates of its stopped queries, the part of it that is kept for them, and the most
-/// of that for each thread.
-const ESTIMATES: Duration = Duration::from_millis(1);
-const ESTIMATES_PART: u32 = 32;
-const ESTIMATES_MOST: Duration = Duration::from_micros(50);
-
 /// Most rounds of a frame. Leftovers are small after two or three.
 const ROUNDS: u64 = 8;
 
-/// What a frame asks of the schedule.
-pub(super) struct Frame<'f> {
-    pub number: u64,
-    pub mode: Mode,
-    /// The frame in which this mode was first asked for; what older ones found is of another question.
-    pub asked_since: u64,
-    pub budget: Budget,
-    /// When it began, for a budget of time.
-    pub started: Option<Duration>,
-    pub clock: &'f dyn Clock,
-    pub bodies: &'f Bodies,
-    pub threads: usize,
-}
-
-impl Frame<'_> {
-    /// When the budget ends, less what has to be kept for the rest of the frame.
-    fn end(&self, rest: Duration) -> Option<Duration> {
-        let end = self.started.zip(self.budget.time_limit()).map(|(start, limit)| start.saturating_add(limit));
-        end.map(|end| end.saturating_sub(rest))
-    }
-
-    /// Time that is kept for asking stopped queries how sure they are; none if they are not asked.
-    fn for_estimates(&self) -> Option<Duration> {
-        let limit = self.budget.time_limit().unwrap_or(Duration::MAX);
-        (limit >= ESTIMATES).then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads as u32))
-    }
-
-    /// The last frame in which something about a pair was new.
-    fn changed(&self, key: PairKey) -> u64 {
-        let [a, b] = bodies_of(key).map(|body| self.bodies.facts(body).changed);
-        a.max(b).max(self.asked_since)
-    }
+/// What the broad phase has found.
+pub(super) struct Found<'f> {
+    pub broad: &'f mut Broad,
+    pub pairs: &'f mut Pairs,
 }
 
 /// How fast a thread works, as measured: sums that fade.
@@ -128,9 +97,7 @@ pub(super) struct Schedule {
     jobs: Vec<Job>,
     /// Buffer for dealing them.
     order: Vec<(u64, u32)>,
-    /// The pair that the round robin begins with, and whether it has used up a guaranteed share.
-    cursor: PairKey,
-    overspent: bool,
+    turns: RoundRobin,
     speed: Speed,
     /// Time from the end of the last batch to that of the frame, without that of estimates before they are cut short.
     rest: Kept,
@@ -165,11 +132,13 @@ impl Schedule {
     pub fn run(
         &mut self,
         frame: &Frame,
-        pairs: &mut Pairs,
+        found: &mut Found,
+        share: &mut Share,
         report: &mut Report,
         mut execute: impl FnMut(&mut [Batch], &Round),
     ) {
-        self.gather(frame, pairs, report);
+        share.run(Step::List, |deadline| self.list(frame, found, report, deadline));
+        let pairs = &mut *found.pairs;
         let estimates = frame.for_estimates();
         let end = frame.end(self.rest.0 + estimates.unwrap_or_default());
         let mut round = Round { frame: frame.number, mode: frame.mode, to_the_end: true, witnesses_only: false, end };
@@ -201,19 +170,23 @@ impl Schedule {
             }
         }
         let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, pairs, report));
+        self.turns.end_frame(&self.jobs);
         report.finish();
         if let Some(ended) = last {
             let took = frame.clock.now().saturating_sub(ended).saturating_sub(estimating);
-            let most = Duration::from_nanos(2_000 + 20 * report.pairs.len() as u64) + estimates.unwrap_or_default();
+            let most = Duration::from_nanos(2_000 + 40 * report.pairs.len() as u64) + estimates.unwrap_or_default();
             self.rest.learn(took, most);
+        } else {
+            // It may have been so much that no round began.
+            self.rest.learn(Duration::ZERO, Duration::ZERO);
         }
     }
 
     /// Decides what the round is for and deals the jobs.
     fn plan(&mut self, frame: &Frame, round: &mut Round, left: u64, reserve: u64, first: bool, pairs: &mut Pairs) {
-        let Self { jobs, batches, order, cursor, .. } = self;
-        let first_turn = jobs.partition_point(|job| job.key < *cursor);
-        let mut deal = Deal { jobs, batches, pairs, order, first_turn };
+        let Self { jobs, batches, order, turns, .. } = self;
+        let first_turn = jobs.partition_point(|job| job.key < turns.cursor);
+        let mut deal = Deal { jobs, batches, pairs, frame: frame.number, order, first_turn };
         let timed = round.end.map(|_| frame.threads);
         let [expected, high] = deal.expected();
         (round.to_the_end, round.witnesses_only) = (high <= left - reserve, false);
@@ -246,14 +219,14 @@ impl Schedule {
             if !goes_on() {
                 break;
             }
-            let (place, slot) = (self.jobs[at].place, self.jobs[at].slot);
+            let Job { place, listed, .. } = self.jobs[at];
             let query = query([&a.body.tree, &b.body.tree], a.relative(b), frame.mode);
-            let Some(state) = pairs.state(slot) else { continue };
+            let state = pairs.state(place as usize, frame.number);
             if let Ok(mut estimate) = query.estimate_while(workspace, Some(&state.memory), &goes_on) {
                 // More than there is room for are not needed.
                 let _ = state.told.try_push(estimate.probability);
                 estimate.probability = self.calibration.apply(estimate.probability);
-                report.estimate(place as usize, &estimate);
+                report.estimate(listed as usize, &estimate);
             }
         }
         let interrupted = end.map_or(began, |end| end.min(last_look.get()));
@@ -268,59 +241,22 @@ impl Schedule {
         in_time.min(frame.budget.work_limit().map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
     }
 
-    /// Begins the report; what is known already is in it, the other pairs become jobs.
-    fn gather(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) {
-        self.jobs.clear();
-        report.begin();
-        self.reserve(pairs.room(), report);
+    /// Lists the pairs of the frame, and makes room for more of them.
+    fn list(&mut self, frame: &Frame, found: &mut Found, report: &mut Report, deadline: &mut Deadline) {
         for batch in &mut self.batches {
             // A stopped run of a body that changed is of an older pose or tree.
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
         }
-        // Without a budget, on one thread, nothing depends on what is expected.
-        let forecasts = frame.threads > 1 || frame.budget != Budget::unlimited();
-        for candidate in 0..pairs.candidates() {
-            let Some((key, slot)) = pairs.overlapping(candidate) else { continue };
-            let Some(state) = pairs.state(slot) else { continue };
-            let changed = frame.changed(key);
-            if self.overspent && key == self.cursor {
-                // Its turn ended without an answer. If a body moved, the run would begin anew, so the next pair has its turn.
-                self.cursor += u64::from(changed == frame.number);
-                self.overspent = false;
-            }
-            let [a, b] = bodies_of(key);
-            if changed == frame.number {
-                state.told.clear();
-            }
-            let complete = state.completed >= changed;
-            let mut probability = 0.0;
-            if complete {
-                state.decided = frame.number;
-            } else {
-                let (x, y) = (frame.bodies.facts(a), frame.bodies.facts(b));
-                let age = frame.number - state.decided;
-                let hit = frame.mode == Mode::Any && matches!(state.verdict, Verdict::Intersecting { .. });
-                let forecast =
-                    if forecasts { Forecast::new(state, [x.size, y.size], age) } else { Forecast::default() };
-                probability = if hit && state.refuted >= changed { forecast.chance } else { forecast.still };
-                self.jobs.push(Job {
-                    key,
-                    place: report.pairs.len() as u32,
-                    slot,
-                    forecast,
-                    rank: rank(x.importance.max(y.importance), &forecast),
-                    home: None,
-                    witnessed: hit && state.refuted < changed,
-                    open: true,
-                });
-            }
-            report.push([a, b].map(|body| frame.bodies.id(body)), state, probability, complete);
-        }
+        let Found { broad, pairs } = found;
+        let Self { jobs, turns, .. } = self;
+        Listing { frame, broad, pairs, jobs, report, turns }.run(deadline);
+        pairs.grow(broad, report.pairs.len(), frame.bodies.is_young(frame.number), deadline);
+        self.reserve(pairs.room(), report);
     }
 
     /// Finds the jobs that have a stopped run somewhere. The one whose turn it is gets it into the batch of the round robin.
     fn find_homes(&mut self) {
-        let first = self.jobs.partition_point(|job| job.key < self.cursor);
+        let first = self.jobs.partition_point(|job| job.key < self.turns.cursor);
         if let Some(first) = self.jobs.get(first).or(self.jobs.first())
             && let [round_robin, others @ ..] = &mut self.batches[..]
             && let Some(home) = others.iter_mut().find(|batch| batch.held == Some(first.key))
@@ -339,7 +275,7 @@ impl Schedule {
     fn collect(&mut self, round: &Round, total: u64, pairs: &mut Pairs, report: &mut Report) -> u64 {
         // Without a budget all have had their turn, however they were dealt.
         if !round.witnesses_only && total < u64::MAX {
-            self.advance(round.frame, total / GUARANTEED);
+            self.turns.advance(&self.batches[0], round.frame, total / GUARANTEED);
         }
         let before = report.work;
         for mut state in self.batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
@@ -349,20 +285,11 @@ impl Schedule {
             job.open = !complete;
             if !state.turn.witnessed && core::mem::replace(&mut job.witnessed, false) {
                 job.forecast.median = job.forecast.search;
-                report.pairs[job.place as usize].probability = job.forecast.chance.into();
+                report.pairs[job.listed as usize].probability = job.forecast.chance.into();
             }
-            report.note(job.place as usize, &state, state.turn.spent, complete);
-            pairs.put_back(job.slot, state);
+            report.note(job.listed as usize, &state, state.turn.spent, complete);
+            pairs.put_back(job.place as usize, state);
         }
         report.work - before
-    }
-
-    /// Moves the cursor past the turns that have ended.
-    fn advance(&mut self, frame: u64, guaranteed: u64) {
-        let turns = &self.batches[0].turns;
-        let Some(last) = turns.last() else { return };
-        let waiting = turns.iter().position(|state| state.completed != frame);
-        self.cursor = waiting.map_or(last.turn.key + 1, |at| turns[at].turn.key);
-        self.overspent = waiting == Some(0) && turns[0].turn.spent.work + 2 * LEAST_WORK >= guaranteed;
     }
 }

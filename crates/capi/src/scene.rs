@@ -71,7 +71,8 @@ impl From<&PairReport> for punctual_pair_report {
     }
 }
 
-/// What a frame found. Bodies that are not in `pairs` together, and may meet, do not: their boxes are apart.
+/// What a frame found. If `unplaced`, `unpaired` and `unlisted` are 0, bodies that are not in `pairs` together, and may meet, do
+/// not: their boxes are apart. Otherwise the budget ended in the broad phase, which goes on in the next frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_report {
@@ -89,6 +90,14 @@ pub struct punctual_report {
     pub complete: usize,
     /// The largest age of a pair.
     pub worst_age: u64,
+    /// Bodies that changed and whose boxes are not up to date: the next frames place them.
+    pub unplaced: usize,
+    /// Bodies that not all partners are known of: they moved on, and the search for pairs is not at its end.
+    pub unpaired: usize,
+    /// Known pairs that were not looked at. They are not in `pairs`, and are undecided.
+    pub unlisted: usize,
+    /// Whether pairs were left out because there are as many as a scene keeps, 1,048,576.
+    pub is_full: bool,
     /// Work done, without the broad phase.
     pub work: u64,
     /// BV tests of the queries.
@@ -107,6 +116,10 @@ impl punctual_report {
             intersecting: report.intersecting,
             complete: report.complete,
             worst_age: report.worst_age,
+            unplaced: report.unplaced,
+            unpaired: report.unpaired,
+            unlisted: report.unlisted,
+            is_full: report.is_full,
             work: report.work,
             bv_tests: report.bv_tests,
             elapsed: nanoseconds(report.elapsed),
@@ -395,8 +408,8 @@ pub extern "C" fn punctual_scene_report(
     })
 }
 
-/// What the last frame found about two bodies, by binary search. `listed` says whether it has the pair; if not, their boxes
-/// are apart or they may not meet, and `pair` is left alone.
+/// What the last frame found about two bodies, by binary search. `listed` says whether it has the pair; if not, `pair` is left
+/// alone.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_scene_pair(
     scene: Option<&punctual_scene>,

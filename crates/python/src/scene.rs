@@ -17,8 +17,8 @@ use std::sync::Arc;
 #[pyclass(module = "punctual")]
 pub struct Scene(punctual::Scene);
 
-/// What a frame found: a row for each pair of bodies whose boxes overlap. Bodies that are not in it together do not
-/// meet.
+/// What a frame found: a row for each pair of bodies whose boxes overlap. If whole, bodies that are not in it together
+/// do not meet.
 #[pyclass(module = "punctual", frozen, get_all)]
 pub struct Report {
     /// Frames so far, this one included.
@@ -35,6 +35,12 @@ pub struct Report {
     probability: Py<PyArray1<f64>>,
     /// (N,) uint64: frames since the pair was decided; 0 if it was in this one.
     age: Py<PyArray1<u64>>,
+    /// Whether all bodies were placed, all pairs found, and all of them listed.
+    whole: bool,
+    /// Bodies whose boxes are not up to date; bodies that not all partners are known of; known pairs that have no row.
+    unplaced: usize,
+    unpaired: usize,
+    unlisted: usize,
     /// Units of work done.
     work: u64,
     /// Seconds; None without a budget of time.
@@ -53,6 +59,10 @@ impl Report {
             found: counts(|pair| pair.found),
             probability: column(py, pairs.iter().map(|pair| pair.probability).collect()).unbind(),
             age: counts(|pair| pair.age),
+            whole: report.is_whole(),
+            unplaced: report.unplaced,
+            unpaired: report.unpaired,
+            unlisted: report.unlisted,
             work: report.work,
             elapsed: report.elapsed.map(|elapsed| elapsed.as_secs_f64()),
         })
@@ -72,7 +82,7 @@ impl Scene {
     #[new]
     #[pyo3(signature = (*, mode=None))]
     fn new(mode: Option<ModeName>) -> Self {
-        Self(punctual::Scene::new().mode(mode.map_or(Mode::Any, |ModeName(mode)| mode)))
+        Self(punctual::Scene::new().max_pairs(usize::MAX).mode(mode.map_or(Mode::Any, |ModeName(mode)| mode)))
     }
 
     /// Puts a body into the scene and returns its name.

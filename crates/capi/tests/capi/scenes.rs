@@ -108,6 +108,8 @@ impl Both {
         );
         assert_eq!((report.complete, report.worst_age), (expected.complete, expected.worst_age));
         assert_eq!((report.work, report.bv_tests, report.elapsed), (expected.work, expected.bv_tests, -1));
+        let missed = (report.unplaced, report.unpaired, report.unlisted, report.is_full);
+        assert_eq!(missed, (expected.unplaced, expected.unpaired, expected.unlisted, expected.is_full));
         let undecided = expected.undecided();
         // SAFETY: the scene is not used meanwhile but to be read.
         let pairs = unsafe { std::slice::from_raw_parts(report.pairs, report.pair_count) };

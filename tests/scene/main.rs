@@ -1,6 +1,9 @@
 //! A scene against a naive model: all pairs of bodies, each asked with all the time it wants.
 
+mod broad_phase;
+#[path = "../common/mod.rs"]
 mod common;
+mod promises;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -145,7 +148,9 @@ fn assert_sound(report: &Report, truth: &[(usize, usize, u64)], complete: bool) 
     assert_eq!(decided, report.decided);
     assert_eq!(report.worst_age, report.pairs.iter().map(|pair| pair.age).max().unwrap_or(0));
     let listed = |key: (usize, usize)| report.pairs.iter().any(|pair| (pair.a.index(), pair.b.index()) == key);
-    assert!(truth.iter().all(|&(a, b, _)| listed((a, b))), "a pair was lost by the broad phase");
+    assert!(report.is_whole() || !complete);
+    let lost = || truth.iter().any(|&(a, b, _)| !listed((a, b)));
+    assert!(!report.is_whole() || !lost(), "a pair was lost by the broad phase");
     assert_eq!(report.intersecting, report.intersecting_pairs().count());
     assert!(!complete || report.intersecting == truth.len());
 }
@@ -317,8 +322,8 @@ fn a_deadline_ends_the_frame() {
         for (body, &id) in ids.iter().enumerate() {
             scene.set_pose(id, swing(body, frame)).unwrap();
         }
-        // Each look at the clock takes 5 us of 100.
-        let clock = ManualClock::ticking(Duration::from_micros(5));
+        // Each look at the clock takes 2 us of 100, and each of 16 batches looks once.
+        let clock = ManualClock::ticking(Duration::from_micros(2));
         let report = scene.detect_with(Budget::time(Duration::from_micros(100)), &clock);
         let elapsed = report.elapsed.unwrap();
         assert!(elapsed < Duration::from_micros(150), "{elapsed:?}");

@@ -1,0 +1,46 @@
+//! What a frame asks.
+
+use super::body::Bodies;
+use super::id::{PairKey, bodies_of};
+use crate::query::{Budget, Clock, Mode};
+use core::time::Duration;
+
+/// The least time of a frame that affords estimates of its stopped queries, the part of it that is kept for them, and the most
+/// of that for each thread.
+const ESTIMATES: Duration = Duration::from_millis(1);
+const ESTIMATES_PART: u32 = 32;
+const ESTIMATES_MOST: Duration = Duration::from_micros(50);
+
+/// A frame: what is asked, of which bodies, within which budget.
+pub(super) struct Frame<'f> {
+    pub number: u64,
+    pub mode: Mode,
+    /// The frame in which this mode was first asked for; what older ones found is of another question.
+    pub asked_since: u64,
+    pub budget: Budget,
+    /// When it began, for a budget of time.
+    pub started: Option<Duration>,
+    pub clock: &'f dyn Clock,
+    pub bodies: &'f Bodies,
+    pub threads: usize,
+}
+
+impl Frame<'_> {
+    /// When the budget ends, less what has to be kept for the rest of the frame.
+    pub fn end(&self, rest: Duration) -> Option<Duration> {
+        let end = self.started.zip(self.budget.time_limit()).map(|(start, limit)| start.saturating_add(limit));
+        end.map(|end| end.saturating_sub(rest))
+    }
+
+    /// Time that is kept for asking stopped queries how sure they are; none if they are not asked.
+    pub fn for_estimates(&self) -> Option<Duration> {
+        let limit = self.budget.time_limit().unwrap_or(Duration::MAX);
+        (limit >= ESTIMATES).then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads as u32))
+    }
+
+    /// The last frame in which something about a pair was new.
+    pub fn changed(&self, key: PairKey) -> u64 {
+        let [a, b] = bodies_of(key).map(|body| self.bodies.facts(body).changed);
+        a.max(b).max(self.asked_since)
+    }
+}

@@ -1,0 +1,65 @@
+//! One frame, step by step.
+
+use super::asked::Frame;
+use super::batch::{Batch, Round};
+use super::body::{Bodies, Facts, Placed};
+use super::schedule::Found;
+use super::share::{Share, Step};
+use super::{BodyKind, Reach, Scene, bounds};
+use crate::math::Aabb;
+use crate::model::cost::{WORK_PER_BOX, WORK_PER_SWEPT_BOX};
+use crate::query::{Budget, Clock, Deadline, Workspace};
+use alloc::boxed::Box;
+use alloc::sync::Arc;
+
+impl Scene {
+    /// Runs a frame; `execute` runs batches.
+    pub(super) fn frame(
+        &mut self,
+        budget: Budget,
+        clock: &dyn Clock,
+        threads: usize,
+        mut execute: impl FnMut(&mut [Batch], &Round, &Arc<Bodies>, &mut Box<Workspace>),
+    ) {
+        let started = budget.time_limit().map(|_| clock.now());
+        self.report.frame += 1;
+        let mut share = Share::new(budget, started, clock);
+        share.run(Step::Place, |deadline| self.place_changed(deadline));
+        let Self { pairs, broad, bodies, schedule, scratch, report, .. } = self;
+        share.run(Step::Pair, |deadline| pairs.update(broad, bodies, deadline));
+        (report.unplaced, report.unpaired, report.is_full) = (bodies.changed(), broad.open(), broad.has_cropped());
+        let (number, mode, asked_since) = (report.frame, self.mode, self.asked_since);
+        let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
+        let mut found = Found { broad, pairs };
+        let execute = |batches: &mut [Batch], round: &Round| execute(batches, round, bodies, scratch);
+        schedule.run(&frame, &mut found, &mut share, report, execute);
+        report.broad_phase_work = share.spent;
+        report.elapsed = started.map(|started| clock.now().saturating_sub(started));
+    }
+
+    /// Gives their boxes to bodies that moved, came or went.
+    fn place_changed(&mut self, deadline: &mut Deadline) {
+        let work = if self.reach == Reach::Swept { WORK_PER_SWEPT_BOX } else { WORK_PER_BOX };
+        let bodies = Arc::make_mut(&mut self.bodies);
+        while deadline.has_room(work)
+            && let Some((index, news)) = bodies.take_pending()
+        {
+            deadline.spend(work);
+            let Facts { changed, importance, .. } = *bodies.facts(index);
+            let Some(Placed { body, last, .. }) = bodies.at(index) else {
+                self.broad.place(index, Aabb::EMPTY, false, news, importance);
+                continue;
+            };
+            let moves = self.reach == Reach::Swept && changed == self.report.frame && *last != body.pose;
+            let bounds = match moves {
+                true => bounds::swept(&body.tree, last, &body.pose),
+                false => bounds::at(&body.tree, &body.pose),
+            };
+            self.broad.place(index, bounds, body.kind == BodyKind::Moving, news, importance);
+            if moves {
+                bodies.settle_next(index);
+            }
+        }
+        bodies.end_changes();
+    }
+}

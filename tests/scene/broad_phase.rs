@@ -1,0 +1,291 @@
+//! A broad phase that is cut short by its budget, or by the room for pairs: nothing it says is false, and nothing is lost.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::common::random::Random;
+use punctual::glam::{DMat3, DVec3};
+use punctual::{
+    Body, BodyId, Budget, Filter, ManualClock, PairReport, Pose, Reach, Report, Scene, Tree, Verdict, shapes,
+};
+
+/// What the broad phase may spend beyond a budget of work.
+const BROAD_PHASE_WORK: u64 = 1 << 16;
+
+fn detect(scene: &mut Scene, budget: Budget) -> &Report {
+    scene.detect_with(budget, &ManualClock::new())
+}
+
+fn at(place: DVec3) -> Pose {
+    Pose::new(DMat3::IDENTITY, place).unwrap()
+}
+
+fn ball() -> Arc<Tree> {
+    Arc::new(Tree::new(shapes::icosphere(0)))
+}
+
+/// Balls of radius 1 somewhere in a cube, every fifth fixed.
+fn crowd(scenes: &mut [&mut Scene], bodies: usize, half: f64, random: &mut Random) -> Vec<BodyId> {
+    let ball = ball();
+    let mut insert = |i: usize| {
+        let make = if i % 5 == 4 { Body::fixed } else { Body::moving };
+        let body = make(Arc::clone(&ball), at(half * random.vector()));
+        scenes.iter_mut().map(|scene| scene.insert(body.clone()).unwrap()).last().unwrap()
+    };
+    (0..bodies).map(&mut insert).collect()
+}
+
+fn meets(pair: &PairReport) -> bool {
+    matches!(pair.verdict, Verdict::Intersecting { .. })
+}
+
+/// Nothing that a report says is false, by that of an unlimited frame, and what it does not know it does not claim.
+#[track_caller]
+fn assert_honest(scene: &Scene, truth: &Report) {
+    let report = scene.report();
+    assert!(
+        report.pairs.windows(2).all(|two| (two[0].a.index(), two[0].b.index()) < (two[1].a.index(), two[1].b.index()))
+    );
+    for pair in report.pairs.iter().filter(|pair| pair.verdict != Verdict::Undecided) {
+        assert_eq!(meets(pair), truth.pair(pair.a, pair.b).is_some_and(meets), "{pair:?}");
+        assert_eq!(pair.age, 0);
+    }
+    let known = |id| scene.partners_known(id).unwrap();
+    for pair in truth.pairs.iter().filter(|pair| report.pair(pair.a, pair.b).is_none()) {
+        let claimed = known(pair.a) && known(pair.b) && report.unlisted == 0;
+        assert!(!claimed && !report.is_whole(), "{pair:?} is lost");
+        assert!(scene.certificate(pair.a, pair.b).unwrap().upper_bound >= pair.found);
+    }
+    let open = scene.bodies().filter(|&(id, _)| !known(id)).count();
+    assert!(open <= report.unplaced + report.unpaired, "{open} bodies");
+    assert_eq!(report.is_whole(), open == 0 && report.unlisted == 0 && (report.unplaced, report.unpaired) == (0, 0));
+    let decided = report.pairs.iter().filter(|pair| pair.verdict != Verdict::Undecided).count();
+    assert_eq!(report.undecided(), report.pairs.len() - decided + report.unlisted);
+}
+
+#[test]
+fn nothing_runs_past_the_budget_with_2000_bodies_in_one_place() {
+    for (budget, limit) in [(20_000, 1 << 20), (400_000, 30_000)] {
+        let (mut scene, mut random) = (Scene::new().max_pairs(limit), Random::new(1));
+        let ids = crowd(&mut [&mut scene], 2_000, 0.2, &mut random);
+        let mut decided = 0;
+        for frame in 0..60 {
+            if frame > 30 {
+                for &id in &ids {
+                    scene.set_pose(id, at(0.2 * random.vector())).unwrap();
+                }
+            }
+            let report = detect(&mut scene, Budget::work(budget));
+            assert!(report.work <= budget, "{} of {budget}", report.work);
+            let allowed = budget + BROAD_PHASE_WORK;
+            assert!(report.broad_phase_work <= allowed, "{} of {allowed}", report.broad_phase_work);
+            assert!(!report.is_whole() && report.undecided() + report.unpaired + report.unplaced > 0);
+            assert!(report.pairs.len() + report.unlisted <= limit);
+            decided += report.decided;
+        }
+        assert!(decided > 100, "{decided} decided with {budget}");
+    }
+}
+
+#[test]
+fn bodies_not_looked_at_are_undecided() {
+    let (mut scene, mut free, mut random) = (Scene::new(), Scene::new(), Random::new(2));
+    let ids = crowd(&mut [&mut scene, &mut free], 1_500, 6.0, &mut random);
+    let budget = Budget::work(2_000);
+    let first = detect(&mut scene, budget).clone();
+    let truth = detect(&mut free, Budget::unlimited()).clone();
+    assert!(truth.is_whole() && truth.intersecting > 1_000);
+    assert!(first.unplaced > 500 && first.unpaired > 100 && first.pairs.is_empty() && !first.is_whole());
+    assert_honest(&scene, &truth);
+    let known = ids.iter().filter(|&&id| scene.partners_known(id).unwrap()).count();
+    assert_eq!(known, 0);
+    let certificate = scene.certificate(ids[0], ids[1]).unwrap();
+    assert!(certificate.upper_bound > 0, "nothing is proven of them");
+}
+
+/// Within small budgets, what rests is known after some frames, as without a budget.
+#[test]
+fn a_cut_broad_phase_loses_nothing() {
+    for (seed, reach) in [(3, Reach::Here), (4, Reach::Swept)] {
+        let (mut scene, mut free, mut random) = (Scene::new().reach(reach), Scene::new(), Random::new(seed));
+        let ids = crowd(&mut [&mut scene, &mut free], 1_000, 9.0, &mut random);
+        for round in 0..4 {
+            for &id in ids.iter().filter(|_| round > 0) {
+                let pose = at(9.0 * random.vector());
+                scene.set_pose(id, pose).unwrap();
+                free.set_pose(id, pose).unwrap();
+            }
+            let truth = detect(&mut free, Budget::unlimited()).clone();
+            let (mut frames, mut cut, mut said) = (0, 0, BTreeMap::new());
+            let key = |pair: &PairReport| (pair.a.index(), pair.b.index());
+            let decided = |pair: &&PairReport| pair.verdict != Verdict::Undecided;
+            while !truth.pairs.iter().all(|pair| said.contains_key(&key(pair))) {
+                let report = detect(&mut scene, Budget::work(3_000 + 40_000 * round));
+                said.extend(report.pairs.iter().filter(decided).map(|pair| (key(pair), meets(pair))));
+                cut += usize::from(!report.is_whole());
+                frames += 1;
+                assert!(frames < 4_000, "{} {} {}", report.unplaced, report.unpaired, report.unlisted);
+                assert_honest(&scene, &truth);
+            }
+            assert!(cut > 1, "the broad phase was not cut");
+            assert!(truth.pairs.iter().all(|pair| said[&key(pair)] == meets(pair)));
+            assert_eq!((scene.report().unplaced, scene.report().unpaired), (0, 0));
+        }
+    }
+}
+
+/// Bodies that move, come, go, jump and change whom they meet.
+#[test]
+fn moving_bodies_with_a_cut_broad_phase_never_give_a_false_verdict() {
+    let ball = ball();
+    for seed in 5..9 {
+        let (mut scene, mut free, mut random) = (Scene::new(), Scene::new(), Random::new(seed));
+        let mut ids = crowd(&mut [&mut scene, &mut free], 700, 7.0, &mut random);
+        let (mut cut, mut decided) = (0, 0);
+        for frame in 0..60 {
+            for slot in &mut ids {
+                let id = *slot;
+                let place = scene.body(id).unwrap().pose.translation();
+                match random.below(400) {
+                    0 => {
+                        let new = Body::moving(Arc::clone(&ball), at(7.0 * random.vector()));
+                        for scene in [&mut scene, &mut free] {
+                            scene.remove(id).unwrap();
+                            *slot = scene.insert(new.clone()).unwrap();
+                        }
+                        continue;
+                    }
+                    1 => {
+                        let filter = Filter::new(1 << random.below(3), random.bits() as u32 | 1);
+                        scene.set_filter(id, filter).unwrap();
+                        free.set_filter(id, filter).unwrap();
+                    }
+                    2 => scene.set_importance(id, random.signed() as f32).unwrap(),
+                    _ => {}
+                }
+                let jumps = random.below(100) == 0;
+                let pose = at(if jumps { 7.0 * random.vector() } else { place + 0.04 * random.vector() });
+                if frame % 20 < 15 {
+                    scene.set_pose(id, pose).unwrap();
+                    free.set_pose(id, pose).unwrap();
+                }
+            }
+            let truth = detect(&mut free, Budget::unlimited()).clone();
+            let report = detect(&mut scene, Budget::work(1 << (9 + random.below(9))));
+            cut += usize::from(!report.is_whole());
+            decided += report.decided;
+            assert_honest(&scene, &truth);
+        }
+        assert!(cut > 20 && decided > 1_000, "{cut} frames were cut, {decided} pairs decided");
+    }
+}
+
+#[test]
+fn the_limit_of_pairs_is_told_and_room_is_used_again() {
+    const LIMIT: usize = 2_000;
+    let (mut scene, mut free, mut random) = (Scene::new().max_pairs(LIMIT), Scene::new(), Random::new(9));
+    let ids = crowd(&mut [&mut scene, &mut free], 150, 0.1, &mut random);
+    let truth = detect(&mut free, Budget::unlimited()).clone();
+    assert!(truth.pairs.len() > 5 * LIMIT);
+    for budget in [Budget::unlimited(), Budget::work(50_000), Budget::unlimited()] {
+        let report = detect(&mut scene, budget);
+        assert!(report.is_full && !report.is_whole() && report.unpaired > 0);
+        assert!(report.pairs.len() <= LIMIT && report.pairs.len() + report.unlisted == LIMIT);
+        assert_honest(&scene, &truth);
+    }
+    // There is room as soon as they are apart,
+    for (i, &id) in ids.iter().enumerate() {
+        for scene in [&mut scene, &mut free] {
+            scene.set_pose(id, at(DVec3::X * 1.5 * i as f64)).unwrap();
+        }
+    }
+    let truth = detect(&mut free, Budget::unlimited()).clone();
+    let frames = (0..10).position(|_| detect(&mut scene, Budget::unlimited()).is_whole());
+    assert!(frames.is_some_and(|frames| frames < 3) && !scene.report().is_full);
+    let all = |report: &Report| report.pairs.iter().map(|pair| (pair.a, pair.b, meets(pair))).collect::<Vec<_>>();
+    assert_eq!(all(scene.report()), all(&truth));
+    // or when more is allowed.
+    for &id in &ids {
+        for scene in [&mut scene, &mut free] {
+            scene.set_pose(id, at(DVec3::ZERO)).unwrap();
+        }
+    }
+    assert!(detect(&mut scene, Budget::unlimited()).is_full);
+    scene.set_max_pairs(20_000);
+    assert!(detect(&mut scene, Budget::unlimited()).is_whole());
+    let truth = detect(&mut free, Budget::unlimited());
+    assert_eq!(scene.report().pairs.len(), truth.pairs.len());
+}
+
+#[test]
+fn important_bodies_are_placed_first() {
+    let (mut scene, mut random) = (Scene::new(), Random::new(10));
+    let ids = crowd(&mut [&mut scene], 3_000, 40.0, &mut random);
+    let important: Vec<_> = ids.iter().copied().step_by(250).collect();
+    for &id in &important {
+        scene.set_importance(id, 1.0).unwrap();
+    }
+    detect(&mut scene, Budget::unlimited());
+    let mut known = [0, 0];
+    for _ in 0..30 {
+        for &id in &ids {
+            let place = scene.body(id).unwrap().pose.translation();
+            scene.set_pose(id, at(place + 0.05 * random.vector())).unwrap();
+        }
+        let report = detect(&mut scene, Budget::work(10_000));
+        assert!(report.unplaced > 1_000);
+        for (known, bodies) in known.iter_mut().zip([&important, &ids]) {
+            *known += bodies.iter().filter(|&&id| scene.partners_known(id).unwrap()).count();
+        }
+    }
+    let [first, all] = [known[0] as f64 / (30 * important.len()) as f64, known[1] as f64 / (30 * ids.len()) as f64];
+    assert!(first > 0.5 && all < 0.1, "partners known: {first} of the important ones, {all} of all");
+}
+
+/// A pair that rests is decided, however many others keep the frames busy.
+#[test]
+fn no_pair_starves_beside_more_than_a_frame_can_look_at() {
+    let (mut scene, mut random) = (Scene::new(), Random::new(11));
+    let ids = crowd(&mut [&mut scene], 150, 0.5, &mut random);
+    let rest = [DVec3::splat(9.0), DVec3::splat(9.9)];
+    let [a, b] = rest.map(|place| scene.insert(Body::moving(ball(), at(place))).unwrap());
+    while !detect(&mut scene, Budget::unlimited()).is_whole() {}
+    let last = DVec3::new(9.0, 9.0, 10.0);
+    scene.set_pose(b, at(last)).unwrap();
+    for frame in 0..2_000 {
+        for &id in &ids {
+            let place = scene.body(id).unwrap().pose.translation();
+            scene.set_pose(id, at(place + 1e-3 * random.vector())).unwrap();
+        }
+        let report = detect(&mut scene, Budget::work(300_000));
+        assert!(report.unlisted > 3_000);
+        if report.pair(a, b).is_some_and(|pair| pair.verdict != Verdict::Undecided) {
+            assert!(frame > 0);
+            return;
+        }
+    }
+    panic!("the pair had no turn");
+}
+
+#[cfg(feature = "parallel")]
+#[test]
+fn a_cut_broad_phase_is_the_same_on_any_number_of_threads() {
+    let play = |threads| {
+        let (mut scene, mut random) = (Scene::new(), Random::new(12));
+        scene.use_threads(threads).unwrap();
+        let ids = crowd(&mut [&mut scene], 800, 6.0, &mut random);
+        let mut reports = Vec::new();
+        for _ in 0..25 {
+            for &id in &ids {
+                let place = scene.body(id).unwrap().pose.translation();
+                scene.set_pose(id, at(place + 0.1 * random.vector())).unwrap();
+            }
+            let report = scene.detect(Budget::work(20_000)).clone();
+            assert!(!report.is_whole());
+            reports.push((report.pairs, report.work, report.broad_phase_work, report.unlisted));
+        }
+        reports
+    };
+    let alone = play(1);
+    assert!(play(2) == alone && play(3) == alone);
+}
