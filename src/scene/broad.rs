@@ -108,6 +108,11 @@ impl Broad {
         self.purged
     }
 
+    /// Whether the portion at hand is all that is found of its generation.
+    pub fn has_found_all(&self) -> bool {
+        !self.purged && self.stage == (Stage::Merge { last: true })
+    }
+
     /// Whether all partners of a body may be known.
     pub fn is_closed(&self, body: u32) -> bool {
         self.proxies.get(body as usize).is_some_and(|proxy| !proxy.open)

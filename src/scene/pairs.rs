@@ -246,8 +246,9 @@ impl Pairs {
                 match (known, new) {
                     (Some(known), new) if new.is_none_or(|new| known.key <= new) => {
                         self.merge.known += 1;
-                        if self.stays(&known, broad, bodies) {
-                            self.merge.found += usize::from(new == Some(known.key));
+                        let again = new == Some(known.key);
+                        if self.stays(&known, again, broad, bodies) {
+                            self.merge.found += usize::from(again);
                             self.merged.push(known);
                         }
                     }
@@ -266,14 +267,14 @@ impl Pairs {
         true
     }
 
-    /// Whether a pair stays; its state is given up if it does not.
+    /// Whether a pair stays, which was found `again` or not; its state is given up if it does not.
     #[inline]
-    fn stays(&mut self, known: &Known, broad: &Broad, bodies: &Bodies) -> bool {
+    fn stays(&mut self, known: &Known, again: bool, broad: &Broad, bodies: &Bodies) -> bool {
         let pair = bodies_of(known.key);
         let stays = broad.is_purged()
             || match pair.map(|body| broad.news(body)).into_iter().max() {
                 None | Some(Change::Settle | Change::None) => true,
-                Some(Change::Place) => broad.overlap(bodies, pair),
+                Some(Change::Place) => again || !broad.has_found_all() && broad.overlap(bodies, pair),
                 Some(Change::Body) => false,
             };
         if !stays && known.slot < BLANK {

@@ -11,6 +11,7 @@ use super::files::Recording;
 /// What is measured and counted of one frame.
 #[derive(Clone, Debug, Default)]
 pub struct FrameRow {
+    /// Known pairs, listed or not.
     pub broad_pairs: usize,
     pub decided: usize,
     pub hits: usize,
@@ -73,10 +74,11 @@ pub fn play(
                 scene.set_pose(id, pose)?;
             }
             let posed = cpu.elapsed();
-            let report = match settings.clock {
+            match settings.clock {
                 ClockName::Wall => scene.detect(settings.budget),
                 ClockName::Cpu => scene.detect_with(settings.budget, &cpu_clock),
             };
+            let report = scene.report();
             let (wall, cpu) = (wall.elapsed(), cpu.elapsed());
             let detect_cpu = cpu - posed;
             if let Some(row) = rows.get_mut(number) {
@@ -85,7 +87,7 @@ pub fn play(
                 continue;
             }
             let mut row = FrameRow {
-                broad_pairs: report.pairs.len(),
+                broad_pairs: report.pairs.len() + report.unlisted,
                 decided: report.decided,
                 hits: report.intersecting,
                 worst_age: report.worst_age,
@@ -97,7 +99,8 @@ pub fn play(
                 ..FrameRow::default()
             };
             if let Some(truth) = &recording.truth {
-                compare(&report.pairs, &truth[number], &mut row);
+                let known = |body: u32| report.unlisted == 0 && scene.partners_known(ids[body as usize]) == Ok(true);
+                compare(&report.pairs, &truth[number], known, &mut row);
             }
             for reported in &report.pairs {
                 pair(number, reported)?;
@@ -116,8 +119,9 @@ fn set_up(recording: &Recording, settings: &Settings) -> Result<(Scene, Vec<Body
     Ok((scene, ids))
 }
 
-/// Bodies were inserted in the order of their numbers, so those are their indices.
-fn compare(pairs: &[PairReport], truth: &[[u32; 2]], row: &mut FrameRow) {
+/// Bodies were inserted in the order of their numbers, so those are their indices. `known`: whether the report has all pairs of
+/// a body with others of which it has all.
+fn compare(pairs: &[PairReport], truth: &[[u32; 2]], known: impl Fn(u32) -> bool, row: &mut FrameRow) {
     row.true_hits = truth.len();
     for pair in pairs {
         let meets = truth.binary_search(&[pair.a.index() as u32, pair.b.index() as u32]).is_ok();
@@ -128,10 +132,10 @@ fn compare(pairs: &[PairReport], truth: &[[u32; 2]], row: &mut FrameRow) {
             _ => row.wrong += 1,
         }
     }
-    // A pair that is not listed is reported as apart.
+    // A pair of known bodies that is not listed is reported as apart.
     let listed = |key: &&[u32; 2]| {
         let key = (key[0] as usize, key[1] as usize);
         pairs.binary_search_by_key(&key, |pair| (pair.a.index(), pair.b.index())).is_ok()
     };
-    row.wrong += truth.iter().filter(|key| !listed(key)).count();
+    row.wrong += truth.iter().filter(|key| known(key[0]) && known(key[1]) && !listed(key)).count();
 }
