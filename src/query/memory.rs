@@ -11,6 +11,7 @@ use crate::math::Pose;
 use crate::model::confidence::History;
 use crate::tree::Tree;
 use crate::triangle::triangles_intersect;
+use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
 /// Most witnesses of [`Mode::Any`] that are remembered, and tested before anything else: a batch.
@@ -52,9 +53,9 @@ pub struct PairMemory {
     witnesses: ArrayVec<[u32; 2], PATHS>,
     /// The triangle pair (tree order) that was closest.
     nearest: Option<[u32; 2]>,
-    /// What distance queries have proven, as of one pose.
+    /// What distance queries have proven, as of one pose. Apart, since few memories have it and scenes have many of these.
     #[cfg_attr(feature = "serde", serde(skip))]
-    clearance: Option<Clearance>,
+    clearance: Option<Box<Clearance>>,
     last_verdict: Option<bool>,
     last_bv_tests: Option<(Mode, u64)>,
     /// Work of the last finished query of the distance.
@@ -166,7 +167,7 @@ impl PairMemory {
     ///
     /// [`DistanceQuery::run_with_memory`]: crate::DistanceQuery::run_with_memory
     pub fn clearance(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
-        self.clearance.map_or(0.0, |known| known.at(a, b, b_in_a).max(0.0))
+        self.clearance.as_ref().map_or(0.0, |known| known.at(a, b, b_in_a).max(0.0))
     }
 
     /// After a call of a distance query at a pose; with the work of it all, if it is one to go by.
@@ -180,7 +181,11 @@ impl PairMemory {
         // That of a call that resumes a run may be another one than at its start.
         self.bind(a, b);
         if interval.low() > self.clearance(a, b, b_in_a) {
-            self.clearance = Some(Clearance::new(a, b, b_in_a, interval.low()));
+            let known = Clearance::new(a, b, b_in_a, interval.low());
+            match &mut self.clearance {
+                Some(kept) => **kept = known,
+                None => self.clearance = Some(Box::new(known)),
+            }
         }
         self.nearest = interval.nearest().map(|(pair, _)| pair).or(self.nearest);
         self.last_distance_work = work.or(self.last_distance_work);

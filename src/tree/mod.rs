@@ -9,6 +9,7 @@
 
 mod adjacency;
 mod align;
+mod alpha;
 mod assign;
 mod axes;
 mod binary;

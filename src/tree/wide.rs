@@ -1,5 +1,6 @@
 //! A node of the wide tree: up to eight children and an orientation.
 
+use super::alpha::alpha;
 use super::orientation::Orientation;
 use core::ops::Range;
 use glam::{Mat3, Mat3A, Vec3};
@@ -78,7 +79,7 @@ impl Node {
 
     /// Diminishing factor per axis, end to end.
     pub fn alpha(&self) -> Vec3 {
-        super::profile::alpha(self.leaf.into(), self.extent(), self.triangles)
+        alpha(self.leaf.into(), self.extent(), self.triangles)
     }
 
     /// The triangles of the subtree, in tree order.
