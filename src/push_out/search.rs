@@ -72,7 +72,7 @@ impl<'q, 'c> Search<'q, 'c> {
         let (size, smaller) = (x.max(y).max(f64::MIN_POSITIVE), if x == 0.0 || y == 0.0 { x.max(y) } else { x.min(y) });
         let largest = boxes.iter().map(|aabb| aabb.min.abs().max(aabb.max.abs()).max_element()).fold(0.0, f64::max);
         let least = (LEAST_PUSH * smaller).max(LEAST_STEP * largest).max(f64::MIN_POSITIVE);
-        let (memory, blocked) = (PairMemory::new(), Pool::default());
+        let (memory, blocked) = (PairMemory::without_clearance(), Pool::default());
         Self { asked, workspace, deadline, memory, blocked, boxes, size, least, best: None, queries: 0, work: 0 }
     }
 

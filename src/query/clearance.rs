@@ -21,6 +21,9 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 const UNDERFLOW: f64 = 1024.0 * f64::MIN_POSITIVE;
 
 impl Clearance {
+    /// Of no trees.
+    pub const NOTHING: Self = Self { trees: [usize::MAX; 2], b_in_a: Pose::IDENTITY, distance: 0.0 };
+
     pub fn new(a: &Tree, b: &Tree, b_in_a: &Pose, distance: f64) -> Self {
         Self { trees: [a.identity(), b.identity()], b_in_a: *b_in_a, distance }
     }

@@ -120,7 +120,7 @@ impl<'t> DistanceQuery<'t> {
 
     /// [`DistanceQuery::run`] with what is remembered of the pair from the frame before, and will be for the next: the
     /// triangles that were closest then give an upper bound at once, and what is left of the distance a lower bound
-    /// ([`PairMemory::clearance`]). The first query with a memory that proves one allocates 120 bytes for it.
+    /// ([`PairMemory::clearance`]).
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Distance {
         by_system_clock(budget, |clock| self.run_by(workspace, Some(memory), budget, clock))

@@ -41,7 +41,7 @@ pub(super) struct Before {
 /// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never in a decided verdict.
 /// Used with another pair of trees it forgets everything; refitted trees count as the same. A deserialized memory (feature
 /// `serde`) binds to the first pair of trees it is used with. Using it with another pair is safe, but does not help.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]
 pub struct PairMemory {
@@ -53,7 +53,8 @@ pub struct PairMemory {
     witnesses: ArrayVec<[u32; 2], PATHS>,
     /// The triangle pair (tree order) that was closest.
     nearest: Option<[u32; 2]>,
-    /// What distance queries have proven, as of one pose. Apart, since few memories have it and scenes have many of these.
+    /// What distance queries have proven, as of one pose. Apart, since scenes have many memories and ask no distances: `None`
+    /// there.
     #[cfg_attr(feature = "serde", serde(skip))]
     clearance: Option<Box<Clearance>>,
     last_verdict: Option<bool>,
@@ -77,10 +78,31 @@ fn rate<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<f64>
     }
 }
 
+impl Default for PairMemory {
+    fn default() -> Self {
+        Self { clearance: Some(Box::new(Clearance::NOTHING)), ..Self::without_clearance() }
+    }
+}
+
 impl PairMemory {
     /// Knows nothing.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Knows nothing, and will know no clearance.
+    pub(crate) fn without_clearance() -> Self {
+        Self {
+            trees: None,
+            witnesses: ArrayVec::new(),
+            nearest: None,
+            clearance: None,
+            last_verdict: None,
+            last_bv_tests: None,
+            last_distance_work: None,
+            frames_undecided: 0,
+            change_rate: None,
+        }
     }
 
     /// Whether the surfaces met when it was last decided; `None` if it never was.
@@ -145,7 +167,8 @@ impl PairMemory {
             self.witnesses.retain(|&mut [x, y]| exists(a, x) && exists(b, y));
             self.nearest = self.nearest.filter(|&[x, y]| exists(a, x) && exists(b, y));
         } else if self.trees != trees {
-            *self = Self { trees, ..Self::default() };
+            // What the clearance is of is kept with it.
+            *self = Self { trees, clearance: self.clearance.take(), ..Self::without_clearance() };
         }
     }
 
@@ -180,12 +203,10 @@ impl PairMemory {
     ) {
         // That of a call that resumes a run may be another one than at its start.
         self.bind(a, b);
-        if interval.low() > self.clearance(a, b, b_in_a) {
-            let known = Clearance::new(a, b, b_in_a, interval.low());
-            match &mut self.clearance {
-                Some(kept) => **kept = known,
-                None => self.clearance = Some(Box::new(known)),
-            }
+        if let Some(known) = &mut self.clearance
+            && interval.low() > known.at(a, b, b_in_a).max(0.0)
+        {
+            **known = Clearance::new(a, b, b_in_a, interval.low());
         }
         self.nearest = interval.nearest().map(|(pair, _)| pair).or(self.nearest);
         self.last_distance_work = work.or(self.last_distance_work);

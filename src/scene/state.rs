@@ -74,7 +74,7 @@ impl PairState {
     /// Of a pair that overlaps for the first time in `frame`.
     pub fn new(frame: u64) -> Self {
         Self {
-            memory: PairMemory::new(),
+            memory: PairMemory::without_clearance(),
             verdict: Verdict::Undecided,
             found: 0,
             completed: 0,
