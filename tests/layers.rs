@@ -11,7 +11,7 @@ const ARROWS: [(&str, &[&str]); 11] = [
     ("names", &[]),
     ("mesh", &["math"]),
     ("tree", &["math", "names", "mesh"]),
-    ("triangle", &["math", "names"]),
+    ("triangle", &["math"]),
     ("contact", &["math", "mesh", "tree", "triangle"]),
     ("model", &["math"]),
     ("query", &["math", "names", "mesh", "tree", "triangle", "contact", "model"]),

@@ -91,7 +91,6 @@ mod tests {
     fn vectors_of_every_length_have_a_direction() {
         for length in [5e-324, 1e-300, 1.0, 1e300] {
             assert_eq!(unit(DVec3::new(0.0, -length, 0.0)), Some(DVec3::NEG_Y));
-            assert_eq!(crate::math::length(DVec3::new(0.0, -length, 0.0)), length);
             let two = unit(DVec3::new(length, 0.0, length)).unwrap();
             assert!((two - DVec3::new(0.5, 0.0, 0.5) * 2.0_f64.sqrt()).length() < 1e-15, "{two}");
         }

@@ -6,10 +6,11 @@
 
 use super::views::transposed;
 use crate::math::lanes::{F8, Lanes, per_axis};
+use crate::math::largest;
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, Unit, WIDTH, power_of_two};
+use crate::triangle::ray::Aim;
 use crate::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
-use crate::triangle::ray::{Aim, largest};
 use glam::DVec3;
 use wide::f32x4;
 
@@ -48,7 +49,7 @@ impl Beam {
     pub fn new(unit: &Unit, aim: &Aim) -> Self {
         let exponent = unit.exponent - aim.exponent;
         let (origin, direction) = (unit.point(aim.ray.origin()), aim.direction);
-        let reach = largest(origin);
+        let reach = largest(origin.abs());
         let slop = 8.0 * f64::EPSILON * reach;
         if !(aim.is_plain() && exponent.abs() <= 1000 && slop <= LARGEST_SLOP) {
             return Self::BLIND;

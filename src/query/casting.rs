@@ -19,6 +19,7 @@ pub enum RayMode {
     All,
 }
 
+named!(Side { Front => "front", Back => "back", Edge => "edge" });
 named!(RayMode { Nearest => "nearest", Any => "any", All => "all" });
 
 /// A triangle that a ray meets.

@@ -1,8 +1,7 @@
 //! A distance that was proven once, and what is left of it after B has moved.
 
-use crate::math::{Pose, length};
+use crate::math::{Pose, largest, length};
 use crate::tree::Tree;
-use glam::DVec3;
 
 /// Two surfaces that were at least so far apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +44,7 @@ fn way(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
     let turn = *to.rotation() - *from.rotation();
     let shift = turn * middle + (to.translation() - from.translation());
     let spread = turn.x_axis.abs() * half.x + turn.y_axis.abs() * half.y + turn.z_axis.abs() * half.z;
-    let largest = |v: DVec3| v.abs().max_element();
-    let magnitude = largest(min) + largest(max) + largest(from.translation()) + largest(to.translation());
+    let [start, end] = [from.translation(), to.translation()];
+    let magnitude: f64 = [min, max, start, end].map(|v| largest(v.abs())).iter().sum();
     length(shift.abs() + spread) + ROUNDING * magnitude + UNDERFLOW
 }

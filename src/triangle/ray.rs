@@ -9,8 +9,7 @@ pub(crate) mod batch;
 
 use super::exact::line::Line;
 use super::exact::{LARGEST, PADDING};
-use crate::math::Ray;
-use crate::names::named;
+use crate::math::{Ray, largest};
 use core::array::from_fn;
 use glam::DVec3;
 
@@ -25,8 +24,6 @@ pub enum Side {
     /// None: the ray lies in the triangle's plane, or the triangle is a segment or a point.
     Edge,
 }
-
-named!(Side { Front => "front", Back => "back", Edge => "edge" });
 
 /// A ray made ready for tests in `f64`.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +51,7 @@ impl<'q> Aim<'q> {
     #[inline(always)]
     pub fn new(ray: &'q Ray) -> Self {
         let direction = ray.direction();
-        let exponent = (largest(direction).to_bits() >> 52) as i32 - 1023;
+        let exponent = (largest(direction.abs()).to_bits() >> 52) as i32 - 1023;
         let is_plain = exponent.abs() <= EXPONENTS;
         let unit = if is_plain { f64::from_bits(((1023 - exponent) as u64) << 52) } else { 1.0 };
         let bound = if is_plain { BOUND } else { f64::INFINITY };
@@ -137,14 +134,6 @@ impl Exact<'_> {
         let Self { ray, corners, line } = self;
         line.get_or_insert_with(|| Line::new(ray, corners))
     }
-}
-
-/// The size of the largest component; they are numbers, which spares looking for others.
-#[inline(always)]
-pub(crate) fn largest(v: DVec3) -> f64 {
-    let [x, y, z] = v.abs().to_array();
-    let x = if x > y { x } else { y };
-    if x > z { x } else { z }
 }
 
 /// The sign of a value that is off by no more than `error`, if that is certain.

@@ -1,5 +1,6 @@
 //! One pair in `f64`: closest points and both bounds.
 
+use crate::math::{larger, largest};
 use glam::DVec3;
 
 type Triangle = [DVec3; 3];
@@ -112,15 +113,6 @@ impl Pair {
             (0.0, DVec3::ZERO)
         }
     }
-}
-
-/// Not `f64::max`, which takes four times as long to care for what is no number.
-fn larger(x: f64, y: f64) -> f64 {
-    if x > y { x } else { y }
-}
-
-fn largest(a: DVec3) -> f64 {
-    larger(larger(a.x, a.y), a.z)
 }
 
 fn larger_components(a: DVec3, b: DVec3) -> DVec3 {
