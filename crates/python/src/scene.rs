@@ -37,9 +37,11 @@ pub struct Report {
     age: Py<PyArray1<u64>>,
     /// Whether all bodies were placed, all pairs found, and all of them listed.
     whole: bool,
-    /// Bodies whose boxes are not up to date; bodies that not all partners are known of; known pairs that have no row.
+    /// Bodies whose boxes are not up to date.
     unplaced: usize,
+    /// Bodies that not all partners are known of.
     unpaired: usize,
+    /// Known pairs that have no row.
     unlisted: usize,
     /// Units of work done.
     work: u64,
