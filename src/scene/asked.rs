@@ -32,6 +32,11 @@ impl Frame<'_> {
         end.map(|end| end.saturating_sub(rest))
     }
 
+    /// The time; looked at only under a budget of time.
+    pub fn now(&self) -> Option<Duration> {
+        self.started.map(|_| self.clock.now())
+    }
+
     /// Time that is kept for asking stopped queries how sure they are; none if they are not asked.
     pub fn for_estimates(&self) -> Option<Duration> {
         let limit = self.budget.time_limit().unwrap_or(Duration::MAX);

@@ -5,10 +5,10 @@
 
 use super::body::Bodies;
 use super::id::{PairKey, bodies_of};
-use super::state::{PairState, Spent, Turn};
+use super::state::{PairState, Spent};
 use crate::math::Pose;
 use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
-use crate::query::{Clock, Deadline, Mode, Query, StopReason, Workspace};
+use crate::query::{Clock, Deadline, Mode, Query, StopReason, Verdict, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -74,14 +74,16 @@ impl Batch {
         let mut deadline = Deadline::at(round.end, self.budget, clock);
         let least = if round.witnesses_only { WORK_PER_WITNESS } else { LEAST_WORK };
         for (at, state) in self.turns.iter_mut().enumerate() {
-            let Turn { key, median, .. } = state.turn;
+            let key = state.turn.key;
             // A pair that is not expected to end has room in the next round, and those after it do not go first.
-            if !deadline.has_room(least) || at > 0 && median > deadline.work_left() {
+            if !deadline.has_room(least) || at > 0 && state.turn.median > deadline.work_left() {
                 break;
             }
             let held = self.held == Some(key);
             let kept = self.workspace.as_mut().filter(|_| held);
-            match state.run(bodies, kept.unwrap_or(scratch), held, round, &mut deadline) {
+            let ended = state.run(bodies, kept.unwrap_or(scratch), held, round, &mut deadline);
+            state.end_turn(round.frame);
+            match ended {
                 Ended::Complete if held => self.held = None,
                 Ended::Stopped if !held => {
                     self.held = Some(key);
@@ -127,6 +129,7 @@ impl PairState {
         if round.witnesses_only || !deadline.has_room(LEAST_WORK) {
             return Ended::NotBegun;
         }
+        self.turn.is_blank = false;
         let query = query([a, b], b_in_a, round.mode);
         if !(held && query.is_stopped_in(workspace)) {
             self.pending = Spent::default();
@@ -146,5 +149,11 @@ impl PairState {
             }
             workspace.drain_pairs().for_each(drop);
         }
+    }
+
+    /// Takes note of what came of the turn.
+    fn end_turn(&mut self, frame: u64) {
+        self.turn.standing = self.standing(frame);
+        self.turn.teaches = self.turn.standing.verdict != Verdict::Undecided && !self.told.is_empty();
     }
 }

@@ -25,6 +25,8 @@ pub(super) struct Deal<'s> {
     pub order: &'s mut Vec<(u64, u32)>,
     /// The job whose turn it is.
     pub first_turn: usize,
+    /// Work that a query could do in the time that each job takes besides; 0 without a budget of time.
+    pub overhead: u64,
 }
 
 impl Deal<'_> {
@@ -34,7 +36,7 @@ impl Deal<'_> {
         let (mut sum, mut squares) = (0, 0.0);
         for job in self.jobs.iter().filter(|job| job.open) {
             let deviation = f64::from(job.forecast.high - job.forecast.median);
-            sum += job.median();
+            sum += job.median() + self.overhead;
             squares += deviation * deviation;
         }
         [sum, sum + libm::sqrt(squares) as u64]
@@ -59,7 +61,7 @@ impl Deal<'_> {
         // Its stopped run is resumed instead: for these poses the witnesses have been tested.
         let is_due = |job: &Job| job.witnessed && job.home.is_none();
         let due = self.jobs.iter().filter(|job| is_due(job)).count() as u64;
-        let most = due.min(work / WORK_PER_WITNESS) as usize;
+        let most = due.min(work / (WORK_PER_WITNESS + self.overhead)) as usize;
         let block = most.div_ceil(BATCHES).max(1);
         let mut dealt = 0;
         for at in self.in_turn() {
@@ -110,7 +112,7 @@ impl Deal<'_> {
         self.order.clear();
         let mut expected = 0;
         for (job, index) in self.jobs.iter().zip(0..).filter(|(job, _)| job.open) {
-            expected += job.median();
+            expected += job.median() + self.overhead;
             self.order.push((job.rank, index));
         }
         let mean = expected / self.order.len().max(1) as u64;
@@ -141,13 +143,14 @@ impl Deal<'_> {
         (self.first_turn..self.jobs.len()).chain(0..self.first_turn)
     }
 
-    /// Puts a job into the batch that holds its stopped run, or else into the one given. The work that is expected.
+    /// Puts a job into the batch that holds its stopped run, or else into the one given. The work that is expected,
+    /// overhead included.
     fn deal(&mut self, index: usize, batch: usize) -> u64 {
         let job = &mut self.jobs[index];
-        let mut state = self.pairs.take(job.place as usize, self.frame);
-        state.turn = job.dealt(index as u32);
+        let (mut state, is_blank) = self.pairs.take(job.place as usize, self.frame);
+        state.turn = job.dealt(index as u32, is_blank);
         let batch = job.home.take().map_or(batch, usize::from);
         self.batches[batch].turns.push(state);
-        job.median()
+        job.median() + self.overhead
     }
 }

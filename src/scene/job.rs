@@ -2,7 +2,7 @@
 
 use super::forecast::Forecast;
 use super::id::PairKey;
-use super::state::{Spent, Turn};
+use super::state::Turn;
 
 /// A pair that was not at its end when the frame began.
 #[derive(Debug)]
@@ -28,11 +28,11 @@ impl Job {
         self.forecast.median.into()
     }
 
-    /// Its turn in a batch, as the job `index` of the frame.
-    pub fn dealt(&mut self, index: u32) -> Turn {
+    /// Its turn in a batch, as the job `index` of the frame. `is_blank`: whether the state is new.
+    pub fn dealt(&mut self, index: u32, is_blank: bool) -> Turn {
         self.open = false;
         let Self { key, witnessed, .. } = *self;
-        Turn { key, index, median: self.median(), witnessed, spent: Spent::default() }
+        Turn { key, index, median: self.median(), witnessed, is_blank, ..Turn::NONE }
     }
 }
 

@@ -24,6 +24,7 @@ mod id;
 mod job;
 mod listing;
 mod node;
+mod pace;
 mod pairs;
 mod report;
 mod room;

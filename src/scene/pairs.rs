@@ -144,11 +144,11 @@ impl Pairs {
         &mut self.blank
     }
 
-    /// Takes a state out; a pair that had no turn gets one.
-    pub fn take(&mut self, place: usize, frame: u64) -> Box<PairState> {
+    /// Takes a state out; a pair that had no turn gets one. Whether it is such.
+    pub fn take(&mut self, place: usize, frame: u64) -> (Box<PairState>, bool) {
         let &Known { slot, since, .. } = self.at(place);
         if let Some(state) = self.states.get_mut(slot as usize).and_then(Option::take) {
-            return state;
+            return (state, false);
         }
         let new = PairState::new(began(since, frame));
         let slot = self.free.pop().unwrap_or_else(|| {
@@ -156,20 +156,21 @@ impl Pairs {
             self.states.len() as u32 - 1
         });
         self.at_mut(place).slot = slot;
-        match self.states[slot as usize].take() {
+        let state = match self.states[slot as usize].take() {
             Some(mut state) => {
                 *state = new;
                 state
             }
             None => Box::new(new),
-        }
+        };
+        (state, true)
     }
 
     /// Puts a state back, or lets others have it if the turn of its pair did not come.
-    pub fn put_back(&mut self, place: usize, state: Box<PairState>) {
+    pub fn put_back(&mut self, place: usize, state: Box<PairState>, is_blank: bool) {
         let known = self.at_mut(place);
         let slot = known.slot;
-        if state.is_blank() {
+        if is_blank {
             known.slot = BLANK;
             self.free.push(slot);
         }

@@ -1,7 +1,7 @@
 //! What a frame says.
 
 use super::id::BodyId;
-use super::state::{PairState, Spent};
+use super::state::{PairState, Spent, Standing};
 use crate::query::{Estimate, Verdict};
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -86,22 +86,25 @@ impl Report {
         let (verdict, age, probability) = (Verdict::Undecided, self.frame - state.decided, f64::from(probability));
         self.pairs.push(PairReport { a, b, verdict, found: 0, complete: false, probability, recall: 0.0, age });
         if complete {
-            self.note(self.pairs.len() - 1, state, Spent::default(), true);
+            let standing = Standing { complete: true, ..state.standing(self.frame) };
+            self.note(self.pairs.len() - 1, standing, Spent::default());
         }
     }
 
     /// Takes note of what became of a pair, and of the work and BV tests for it.
-    pub(super) fn note(&mut self, place: usize, state: &PairState, spent: Spent, complete: bool) {
+    pub(super) fn note(&mut self, place: usize, standing: Standing, spent: Spent) {
         self.work += spent.work;
         self.bv_tests += spent.bv_tests;
+        let Standing { verdict, found, complete } = standing;
         let pair = &mut self.pairs[place];
-        if state.decided == self.frame {
+        if verdict != Verdict::Undecided {
+            let met = verdict != Verdict::Separated;
             if pair.verdict == Verdict::Undecided {
                 self.decided += 1;
-                self.intersecting += usize::from(state.verdict != Verdict::Separated);
+                self.intersecting += usize::from(met);
             }
-            (pair.verdict, pair.found, pair.age) = (state.verdict, state.found, 0);
-            pair.probability = f64::from(u8::from(state.verdict != Verdict::Separated));
+            (pair.verdict, pair.found, pair.age) = (verdict, found, 0);
+            pair.probability = f64::from(u8::from(met));
         }
         self.complete += usize::from(complete);
         pair.complete = complete;

@@ -26,14 +26,15 @@ use super::deal::{BATCHES, Deal};
 use super::id::{PairKey, bodies_of};
 use super::job::Job;
 use super::listing::Listing;
+use super::pace::{Overhead, Reserved, Speed};
 use super::pairs::Pairs;
 use super::report::{PairCertificate, Report};
 use super::room::reserve;
-use super::share::{Share, Step};
+use super::share::Share;
 use super::turns::RoundRobin;
 use crate::math::Pose;
 use crate::model::calibration::Calibration;
-use crate::model::cost::{LEAST_WORK, TYPICAL_UNIT, WORK_PER_PLANNED_PAIR};
+use crate::model::cost::{LEAST_WORK, WORK_PER_PLANNED_PAIR};
 use crate::query::{Deadline, Mode};
 use crate::tree::Tree;
 use alloc::vec::Vec;
@@ -52,44 +53,6 @@ pub(super) struct Found<'f> {
     pub pairs: &'f mut Pairs,
 }
 
-/// How fast a thread works, as measured: sums that fade.
-#[derive(Clone, Copy, Debug)]
-struct Speed {
-    work: f64,
-    nanos: f64,
-}
-
-impl Default for Speed {
-    /// A guess that soon fades.
-    fn default() -> Self {
-        Self { work: 1e5, nanos: 1e5 * TYPICAL_UNIT }
-    }
-}
-
-impl Speed {
-    /// Other programs may have had the processor, for any time: a unit counts no more than four times what is usual.
-    fn learn(&mut self, work: f64, nanos: f64) {
-        self.work = 0.9 * self.work + work;
-        self.nanos = 0.9 * self.nanos + nanos.min(4.0 * TYPICAL_UNIT * work);
-    }
-
-    fn work_per_nano(&self) -> f64 {
-        self.work / self.nanos
-    }
-}
-
-/// A time that is reserved for a step of varying length: rises at once and falls slowly.
-#[derive(Clone, Copy, Debug, Default)]
-struct Kept(Duration);
-
-impl Kept {
-    /// `most`: what is beyond that was taken by other programs.
-    fn learn(&mut self, took: Duration, most: Duration) {
-        let took = took.min(most);
-        self.0 = took.max((15 * self.0 + took) / 16);
-    }
-}
-
 #[derive(Debug, Default)]
 pub(super) struct Schedule {
     batches: Vec<Batch>,
@@ -99,8 +62,9 @@ pub(super) struct Schedule {
     order: Vec<(u64, u32)>,
     turns: RoundRobin,
     speed: Speed,
-    /// Time from the end of the last batch to that of the frame, without that of estimates before they are cut short.
-    rest: Kept,
+    overhead: Overhead,
+    /// Time from the last job that is collected to the end of the frame, without that of estimates before they are cut short.
+    rest: Reserved,
     /// Of what estimates tell.
     pub calibration: Calibration,
 }
@@ -137,13 +101,17 @@ impl Schedule {
         report: &mut Report,
         mut execute: impl FnMut(&mut [Batch], &Round),
     ) {
-        share.run(Step::List, |deadline| self.list(frame, found, report, deadline));
+        let mut overhead = self.overhead;
+        share.list(&mut overhead, |deadline| self.list(frame, found, report, deadline));
+        self.overhead = overhead;
         let pairs = &mut *found.pairs;
         let estimates = frame.for_estimates();
-        let end = frame.end(self.rest.0 + estimates.unwrap_or_default());
+        let rest = self.rest.times(1.0) + estimates.unwrap_or_default();
+        let end = frame.end(rest);
         let mut round = Round { frame: frame.number, mode: frame.mode, to_the_end: true, witnesses_only: false, end };
         let total = self.left(frame, end, 0);
-        let (mut last, mut shared) = (None, false);
+        let mut shared = false;
+        let mut last = frame.now();
         for number in 0..ROUNDS {
             let left = self.left(frame, end, report.work);
             let open = report.pairs.len() - report.complete;
@@ -156,38 +124,42 @@ impl Schedule {
             self.find_homes();
             self.plan(frame, &mut round, left, reserve, number == 0, pairs);
             shared |= !round.witnesses_only;
-            let began = end.map(|_| frame.clock.now());
+            let dealt = self.batches.iter().map(|batch| batch.turns.len()).sum();
+            round.end = frame.end(rest + self.overhead.collecting(dealt));
+            let began = frame.now();
             execute(&mut self.batches, &round);
-            let ended = end.map(|_| frame.clock.now());
+            let ended = frame.now();
             let spent = self.collect(&round, total, pairs, report);
-            last = ended;
-            if spent == 0 {
-                break;
-            }
-            if let Some((began, ended)) = began.zip(ended) {
+            let collected = frame.now();
+            if let (Some(planned), Some(began), Some(ended), Some(collected)) = (last, began, ended, collected) {
+                let overhead = [began.saturating_sub(planned), collected.saturating_sub(ended)];
+                self.overhead.learn_round(overhead, dealt);
                 let nanos = ended.saturating_sub(began).as_nanos() as f64 * frame.threads as f64;
                 self.speed.learn(spent as f64, nanos);
+            }
+            last = collected;
+            if spent == 0 {
+                break;
             }
         }
         let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, pairs, report));
         self.turns.end_frame(&self.jobs);
         report.finish();
-        if let Some(ended) = last {
-            let took = frame.clock.now().saturating_sub(ended).saturating_sub(estimating);
-            let most = Duration::from_nanos(2_000 + 40 * report.pairs.len() as u64) + estimates.unwrap_or_default();
-            self.rest.learn(took, most);
-        } else {
-            // It may have been so much that no round began.
-            self.rest.learn(Duration::ZERO, Duration::ZERO);
+        if let Some((last, now)) = last.zip(frame.now()) {
+            let took = now.saturating_sub(last).saturating_sub(estimating);
+            let most = (2_000 + 10 * report.pairs.len()) as f64 + estimates.unwrap_or_default().as_nanos() as f64;
+            self.rest.learn(took.as_nanos() as f64, most);
         }
     }
 
     /// Decides what the round is for and deals the jobs.
     fn plan(&mut self, frame: &Frame, round: &mut Round, left: u64, reserve: u64, first: bool, pairs: &mut Pairs) {
+        let timed = round.end.map(|_| frame.threads);
+        let of_a_job = |threads| self.overhead.of_a_job() * threads as f64 * self.speed.work_per_nano();
+        let overhead = timed.map_or(0, |threads| of_a_job(threads) as u64);
         let Self { jobs, batches, order, turns, .. } = self;
         let first_turn = jobs.partition_point(|job| job.key < turns.cursor);
-        let mut deal = Deal { jobs, batches, pairs, frame: frame.number, order, first_turn };
-        let timed = round.end.map(|_| frame.threads);
+        let mut deal = Deal { jobs, batches, pairs, frame: frame.number, order, first_turn, overhead };
         let [expected, high] = deal.expected();
         (round.to_the_end, round.witnesses_only) = (high <= left - reserve, false);
         if round.to_the_end {
@@ -203,7 +175,7 @@ impl Schedule {
     /// Estimates the queries that were stopped, at most one a batch and as long as there is time. Returns the time that it took
     /// before that was over.
     fn estimate(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) -> Duration {
-        let end = frame.end(self.rest.0);
+        let end = frame.end(self.rest.times(1.0));
         let began = end.map_or(Duration::ZERO, |_| frame.clock.now());
         let last_look = Cell::new(began);
         let goes_on = || {
@@ -275,20 +247,22 @@ impl Schedule {
     fn collect(&mut self, round: &Round, total: u64, pairs: &mut Pairs, report: &mut Report) -> u64 {
         // Without a budget all have had their turn, however they were dealt.
         if !round.witnesses_only && total < u64::MAX {
-            self.turns.advance(&self.batches[0], round.frame, total / GUARANTEED);
+            self.turns.advance(&self.batches[0], total / GUARANTEED);
         }
         let before = report.work;
         for mut state in self.batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
-            state.teach(&mut self.calibration, round.frame);
-            let complete = state.completed == round.frame;
-            let job = &mut self.jobs[state.turn.index as usize];
-            job.open = !complete;
-            if !state.turn.witnessed && core::mem::replace(&mut job.witnessed, false) {
+            let turn = state.turn;
+            if turn.teaches {
+                state.teach(&mut self.calibration);
+            }
+            let job = &mut self.jobs[turn.index as usize];
+            job.open = !turn.standing.complete;
+            if !turn.witnessed && core::mem::replace(&mut job.witnessed, false) {
                 job.forecast.median = job.forecast.search;
                 report.pairs[job.listed as usize].probability = job.forecast.chance.into();
             }
-            report.note(job.listed as usize, &state, state.turn.spent, complete);
-            pairs.put_back(job.place as usize, state);
+            report.note(job.listed as usize, turn.standing, turn.spent);
+            pairs.put_back(job.place as usize, state, turn.is_blank);
         }
         report.work - before
     }

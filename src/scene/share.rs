@@ -1,11 +1,12 @@
 //! What the broad phase may spend of a frame.
 
-use crate::model::cost::{BROAD_PHASE_WORK, WORK_PER_LISTED_PAIR};
+use super::pace::Overhead;
+use crate::model::cost::BROAD_PHASE_WORK;
 use crate::query::{Budget, Clock, Deadline};
 use core::time::Duration;
 
 /// The steps of the broad phase, by the parts of its share that are spent at their ends: in eighths of the time of a frame, and
-/// in sixths of the work. Of the time that is left to it, the list has half.
+/// in sixths of the work.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Step {
     Place = 3,
@@ -16,9 +17,6 @@ pub(super) enum Step {
 /// Parts of the share, and of a frame of time.
 const PARTS: u64 = Step::List as u64;
 const PARTS_OF_TIME: u32 = 8;
-
-/// Nanoseconds that a pair takes in a frame besides its query, from the list to the report.
-const TIME_PER_PAIR: u128 = 100;
 
 /// The share of a frame.
 pub(super) struct Share<'c> {
@@ -39,17 +37,36 @@ impl<'c> Share<'c> {
 
     /// Runs a step with its deadline.
     pub fn run<R>(&mut self, step: Step, run: impl FnOnce(&mut Deadline) -> R) -> R {
+        let (end, work) = self.limits(step);
+        self.run_until(end, work, run)
+    }
+
+    /// Runs the list, and learns how fast it goes. Of the time that is left it has half, and it is no longer than leaves a
+    /// quarter to the queries.
+    pub fn list<R>(&mut self, overhead: &mut Overhead, run: impl FnOnce(&mut Deadline) -> R) -> R {
+        let (end, work) = self.limits(Step::List);
+        let Some((last, frame)) = end.zip(self.end_of(PARTS_OF_TIME)) else { return self.run_until(end, work, run) };
+        let (began, before) = (self.clock.now(), self.spent);
+        let left = frame.saturating_sub(began);
+        let end = last.min(began.saturating_add(left / 2));
+        let result = self.run_until(Some(end), work.min(overhead.list_work(left - left / 4)), run);
+        overhead.learn_list(self.clock.now().saturating_sub(began), self.spent - before);
+        result
+    }
+
+    /// When a step ends, by the clock and by work.
+    fn limits(&self, step: Step) -> (Option<Duration>, u64) {
         let parts = step as u32;
-        let end_of = |parts| Some(self.started?.saturating_add(self.limit? / PARTS_OF_TIME * parts));
-        let mut work = self.work.map_or(u64::MAX, |work| (work / PARTS * u64::from(parts)).saturating_sub(self.spent));
-        let mut end = end_of(parts);
-        if let (Step::List, Some(last), Some(frame)) = (step, end, end_of(PARTS_OF_TIME)) {
-            // What comes after the list takes longer than the list.
-            let now = self.clock.now();
-            let half = frame.saturating_sub(now) / 2;
-            end = Some(last.min(now.saturating_add(half)));
-            work = work.min((half.as_nanos() / TIME_PER_PAIR) as u64 * WORK_PER_LISTED_PAIR);
-        }
+        let work = self.work.map_or(u64::MAX, |work| (work / PARTS * u64::from(parts)).saturating_sub(self.spent));
+        (self.end_of(parts), work)
+    }
+
+    /// When so many parts of the time of the frame are over.
+    fn end_of(&self, parts: u32) -> Option<Duration> {
+        Some(self.started?.saturating_add(self.limit? / PARTS_OF_TIME * parts))
+    }
+
+    fn run_until<R>(&mut self, end: Option<Duration>, work: u64, run: impl FnOnce(&mut Deadline) -> R) -> R {
         let mut deadline = Deadline::at(end, work, self.clock);
         let result = run(&mut deadline);
         self.spent += work - deadline.work_left();

@@ -32,8 +32,18 @@ impl Spent {
 /// Most estimates of a pair that are kept until their truth comes out.
 const TOLD: usize = 8;
 
-/// The turn of a pair in a batch.
-#[derive(Clone, Copy, Debug, Default)]
+/// What is known of a pair in a frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Standing {
+    /// What the frame found; [`Verdict::Undecided`] if it did not decide it.
+    pub verdict: Verdict,
+    pub found: u64,
+    /// Whether the frame ran it to its end.
+    pub complete: bool,
+}
+
+/// The turn of a pair in a batch. Who collects it need not look at the rest of the state, which is out of cache by then.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Turn {
     pub key: PairKey,
     /// The place of its job among those of the frame.
@@ -42,7 +52,26 @@ pub(super) struct Turn {
     pub median: u64,
     /// Whether its last witness is likely to decide it, and has not been tested yet.
     pub witnessed: bool,
+    /// Whether no query of the pair was ever begun.
+    pub is_blank: bool,
+    /// Whether estimates were told whose truth has come out.
+    pub teaches: bool,
     pub spent: Spent,
+    /// What came of it.
+    pub standing: Standing,
+}
+
+impl Turn {
+    pub const NONE: Self = Self {
+        key: 0,
+        index: 0,
+        median: 0,
+        witnessed: false,
+        is_blank: false,
+        teaches: false,
+        spent: Spent { work: 0, bv_tests: 0 },
+        standing: Standing { verdict: Verdict::Undecided, found: 0, complete: false },
+    };
 }
 
 /// What is kept about two bodies as long as their boxes overlap, from their first turn on.
@@ -84,21 +113,20 @@ impl PairState {
             search: 0,
             pending: Spent::default(),
             told: ArrayVec::new(),
-            turn: Turn::default(),
+            turn: Turn::NONE,
         }
     }
 
-    /// Whether no query of it was ever begun, so that it says no more than [`PairState::new`].
-    pub fn is_blank(&self) -> bool {
-        (self.completed, self.refuted, self.search, self.pending.work) == (0, 0, 0, 0)
+    /// What is known of it in `frame`.
+    pub fn standing(&self, frame: u64) -> Standing {
+        let verdict = if self.decided == frame { self.verdict } else { Verdict::Undecided };
+        Standing { verdict, found: self.found, complete: self.completed == frame }
     }
 
-    /// Teaches what was told, if `frame` has decided the pair.
-    pub fn teach(&mut self, calibration: &mut Calibration, frame: u64) {
-        if self.decided == frame {
-            let met = self.verdict != Verdict::Separated;
-            self.told.drain(..).for_each(|told| calibration.learn(told, met));
-        }
+    /// Teaches what was told, the pair being decided.
+    pub fn teach(&mut self, calibration: &mut Calibration) {
+        let met = self.verdict != Verdict::Separated;
+        self.told.drain(..).for_each(|told| calibration.learn(told, met));
     }
 
     /// Takes note of a witness that still meets in `frame`.

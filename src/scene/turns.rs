@@ -36,9 +36,9 @@ impl RoundRobin {
     }
 
     /// Moves on past the turns that have ended.
-    pub fn advance(&mut self, batch: &Batch, frame: u64, guaranteed: u64) {
+    pub fn advance(&mut self, batch: &Batch, guaranteed: u64) {
         let Some(last) = batch.turns.last().filter(|_| self.holds_cursor) else { return };
-        let waiting = batch.turns.iter().position(|state| state.completed != frame);
+        let waiting = batch.turns.iter().position(|state| !state.turn.standing.complete);
         self.cursor = waiting.map_or(last.turn.key + 1, |at| batch.turns[at].turn.key);
         self.overspent = waiting == Some(0) && batch.turns[0].turn.spent.work + 2 * LEAST_WORK >= guaranteed;
     }
