@@ -55,6 +55,13 @@ pub(crate) trait Lanes: Copy {
     fn add_d(self, a: Self::D, b: Self::D) -> Self::D;
     fn sub_d(self, a: Self::D, b: Self::D) -> Self::D;
     fn mul_d(self, a: Self::D, b: Self::D) -> Self::D;
+    fn max_d(self, a: Self::D, b: Self::D) -> Self::D;
+    fn min_d(self, a: Self::D, b: Self::D) -> Self::D;
+    fn less_d(self, a: Self::D, b: Self::D) -> Self::D;
+    fn and_d(self, a: Self::D, b: Self::D) -> Self::D;
+    fn or_d(self, a: Self::D, b: Self::D) -> Self::D;
+    fn abs_d(self, a: Self::D) -> Self::D;
+    fn mask_d(self, a: Self::D) -> u32;
 }
 
 /// A piece of code to be compiled for an instruction set.
@@ -159,13 +166,54 @@ macro_rules! operators {
 operators!(F8: Add add add, Sub sub sub, Mul mul mul, Div div div);
 operators!(D8: Add add add_d, Sub sub sub_d, Mul mul mul_d);
 
-impl<L: Lanes> Neg for F8<L> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self::splat(self.1, 0.0) - self
-    }
+/// Eight numbers or masks of one precision: what kernels use that are the same in both.
+#[allow(clippy::inline_always)]
+pub(crate) trait Eight:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
+    fn max(self, other: Self) -> Self;
+    fn min(self, other: Self) -> Self;
+    fn less(self, other: Self) -> Self;
+    fn and(self, other: Self) -> Self;
+    fn or(self, other: Self) -> Self;
+    /// One bit a lane, as of [`F8::mask`].
+    fn mask(self) -> u32;
+    fn times(self, x: f32) -> Self;
+    fn abs(self) -> Self;
 }
+
+macro_rules! eight {
+    ($type:ident, $splat:ident, $number:ty: $($name:ident $call:ident),*; $abs:ident, $mask:ident) => {
+        impl<L: Lanes> Neg for $type<L> {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self(self.1.$splat(0.0), self.1) - self
+            }
+        }
+        #[allow(clippy::inline_always)]
+        impl<L: Lanes> Eight for $type<L> {
+            $(#[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                Self(self.1.$call(self.0, other.0), self.1)
+            })*
+            #[inline(always)]
+            fn abs(self) -> Self {
+                Self(self.1.$abs(self.0), self.1)
+            }
+            #[inline(always)]
+            fn mask(self) -> u32 {
+                self.1.$mask(self.0)
+            }
+            #[inline(always)]
+            fn times(self, x: f32) -> Self {
+                self * Self(self.1.$splat(<$number>::from(x)), self.1)
+            }
+        }
+    };
+}
+eight!(F8, splat, f32: max max, min min, less less, and and, or or; abs, mask);
+eight!(D8, splat_d, f64: max max_d, min min_d, less less_d, and and_d, or or_d; abs_d, mask_d);
 
 /// `[e(i), e(j), ..]` for the numbers in brackets. A closure would not be compiled for the instruction set of the kernel around
 /// it.
@@ -199,22 +247,22 @@ pub(crate) use per_lane;
 pub(crate) type V8<L> = [F8<L>; 3];
 
 #[inline(always)]
-pub(crate) fn add<L: Lanes>(a: V8<L>, b: V8<L>) -> V8<L> {
+pub(crate) fn add<N: Eight>(a: [N; 3], b: [N; 3]) -> [N; 3] {
     per_axis!(k => a[k] + b[k])
 }
 
 #[inline(always)]
-pub(crate) fn sub<L: Lanes>(a: V8<L>, b: V8<L>) -> V8<L> {
+pub(crate) fn sub<N: Eight>(a: [N; 3], b: [N; 3]) -> [N; 3] {
     per_axis!(k => a[k] - b[k])
 }
 
 #[inline(always)]
-pub(crate) fn dot<L: Lanes>(a: V8<L>, b: V8<L>) -> F8<L> {
+pub(crate) fn dot<N: Eight>(a: [N; 3], b: [N; 3]) -> N {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-pub(crate) fn cross<L: Lanes>(a: V8<L>, b: V8<L>) -> V8<L> {
+pub(crate) fn cross<N: Eight>(a: [N; 3], b: [N; 3]) -> [N; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

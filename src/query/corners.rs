@@ -1,7 +1,8 @@
-//! Triangles as the exact test needs them, kept for the next one: where surfaces coincide, the pairs of two clusters are
+//! Triangles as the tests in `f64` need them, kept for the next one: where surfaces coincide, the pairs of two clusters are
 //! tested one after the other.
 
 use crate::tree::{Tree, WIDTH};
+use crate::triangle::again::Columns;
 use glam::DVec3;
 
 /// The corners of the last triangles, one for each place in a cluster.
@@ -10,12 +11,15 @@ pub(super) struct Corners {
     /// In tree order.
     triangles: [u32; WIDTH],
     corners: [[DVec3; 3]; WIDTH],
+    /// Those of eight pairs.
+    pub columns: Columns,
 }
 
 impl Corners {
     const NONE: u32 = u32::MAX;
 
-    pub const EMPTY: Self = Self { triangles: [Self::NONE; WIDTH], corners: [[DVec3::ZERO; 3]; WIDTH] };
+    pub const EMPTY: Self =
+        Self { triangles: [Self::NONE; WIDTH], corners: [[DVec3::ZERO; 3]; WIDTH], columns: Columns::ZERO };
 
     /// Forgets all; to be called whenever the tree or the pose may have changed.
     pub fn clear(&mut self) {
@@ -32,5 +36,12 @@ impl Corners {
             self.triangles[slot] = triangle;
         }
         &self.corners[slot]
+    }
+
+    /// Makes a triangle one of those of eight pairs.
+    #[inline]
+    pub fn fill(&mut self, lane: usize, tree: &Tree, triangle: u32, place: impl Fn(DVec3) -> DVec3) {
+        let corners = *self.of(tree, triangle, place);
+        self.columns.set(lane, &corners);
     }
 }

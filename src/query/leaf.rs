@@ -1,4 +1,5 @@
-//! Triangle pairs: eight at a time through the fast filter, and one at a time through the exact test.
+//! Triangle pairs: eight at a time through the fast filter, those in doubt through the same in `f64` if they are many, and one
+//! at a time through the exact test.
 
 use super::intersection::Intersection;
 use super::march::ALL_EDGES;
@@ -7,8 +8,10 @@ use super::traversal::{Traversal, bits};
 use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_EXACT_TEST, WORK_PER_TRIANGLE_TEST};
 use crate::tree::{Tree, WIDTH};
+use crate::triangle::again::Again;
 use crate::triangle::batch::{self, Crossings, Rows};
 use crate::triangle::triangles_intersect;
+use arrayvec::ArrayVec;
 
 impl Traversal<'_, '_, Intersection<'_>> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.
@@ -18,8 +21,8 @@ impl Traversal<'_, '_, Intersection<'_>> {
     /// that wait are tested later.
     #[inline(always)]
     pub(super) fn test_triangles<L: Lanes>(&mut self, lanes: L) {
-        if let Some(pair) = self.workspace.doubtful.pop() {
-            self.test_exactly(pair);
+        if !self.workspace.doubtful.is_empty() {
+            self.test_doubtful(lanes);
         } else {
             self.test_batch(lanes);
             self.workspace.inconclusive =
@@ -68,6 +71,49 @@ impl Traversal<'_, '_, Intersection<'_>> {
         }
         for lane in bits(verdicts.doubt & tested) {
             self.workspace.doubtful.push(pairs[lane]);
+        }
+    }
+
+    /// Tests pairs in doubt: those not seen in `f64` all at once, if they are enough, or else one of them exactly.
+    #[cold]
+    #[inline(never)]
+    fn test_doubtful<L: Lanes>(&mut self, lanes: L) {
+        let room = self.pair_limit() - self.workspace.found.len();
+        let workspace = &mut *self.workspace;
+        let count = workspace.refinement.due(workspace.doubtful.len(), room);
+        if count > 0 {
+            self.test_again(lanes, count);
+        } else if let Some(pair) = workspace.doubtful.pop() {
+            workspace.refinement.done = workspace.refinement.done.min(workspace.doubtful.len());
+            self.test_exactly(pair);
+        }
+    }
+
+    /// Tests the last `count` pairs in doubt in `f64`.
+    fn test_again<L: Lanes>(&mut self, lanes: L, count: usize) {
+        let workspace = &mut *self.workspace;
+        let from = workspace.doubtful.len() - count;
+        let pairs: ArrayVec<_, WIDTH> = workspace.doubtful.drain(from..).collect();
+        let [of_a, of_b] = &mut workspace.corners;
+        for (lane, pair) in pairs.iter().enumerate() {
+            of_a.fill(lane, self.a, pair[0], |v| v);
+            of_b.fill(lane, self.b, pair[1], |v| self.b_in_a.transform_point(v));
+        }
+        let mut crossings = Crossings::default();
+        let wanted = self.strategy.march.then_some(&mut crossings);
+        let verdicts = lanes.run(Again { a: &of_a.columns, b: &of_b.columns, crossings: wanted });
+        workspace.run.stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
+        let tested = (1 << count) - 1;
+        let left = verdicts.doubt & tested;
+        for lane in bits(left) {
+            workspace.doubtful.insert(workspace.refinement.done, pairs[lane]);
+        }
+        let left = left.count_ones() as usize;
+        workspace.refinement.learn(count - left, left);
+        for lane in bits(verdicts.hit & tested) {
+            // Of those that share a corner none is known.
+            let known = crossings.of(lane);
+            self.report(pairs[lane], || if known == 0 { ALL_EDGES } else { known });
         }
     }
 

@@ -38,6 +38,7 @@ mod outcome;
 mod probe;
 mod queue;
 mod ray;
+mod refinement;
 mod search;
 mod strategy;
 mod sweep;

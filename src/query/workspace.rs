@@ -8,6 +8,7 @@ use super::options::{ContactOptions, DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
+use super::refinement::Refinement;
 use super::search::Search;
 use super::strategy::Strategy;
 use super::triangle_pairs::TrianglePairs;
@@ -35,6 +36,7 @@ pub struct Workspace {
     /// Triangle pairs (tree order) that wait for the filter, and those that are left in doubt by it.
     pub(super) waiting: TrianglePairs,
     pub(super) doubtful: ArrayVec<[u32; 2], 8>,
+    pub(super) refinement: Refinement,
     /// Triangles of A and of B in the exact test.
     pub(super) corners: [Corners; 2],
     /// Whether triangle pairs are being tested, until none is in doubt and less than a batch waits.
@@ -214,6 +216,7 @@ impl Workspace {
             front: Front::new(queue),
             waiting: TrianglePairs::new(),
             doubtful: ArrayVec::new(),
+            refinement: Refinement::default(),
             corners: [Corners::EMPTY; 2],
             testing: false,
             inconclusive: false,
@@ -353,6 +356,7 @@ impl Workspace {
         self.front.clear();
         self.waiting.clear();
         self.doubtful.clear();
+        self.refinement = Refinement::default();
         self.testing = false;
         self.inconclusive = false;
         self.witnesses.clear();
@@ -377,6 +381,7 @@ impl Clone for Workspace {
             front: self.front.clone(),
             waiting: self.waiting.clone(),
             doubtful: self.doubtful.clone(),
+            refinement: self.refinement,
             corners: self.corners.clone(),
             witnesses: self.witnesses.clone(),
             sample: self.sample.clone(),

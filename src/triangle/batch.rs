@@ -11,7 +11,7 @@
 //! Each value has an error bound of its own lane, from the largest components `P`, `F`, `Q` of `p`, `f`, `q`; they are
 //! derived in `docs/numerics.md`. Coplanar and degenerate pairs always end in doubt.
 
-use crate::math::lanes::{D8, F8, Lanes, V8, cross, dot, per_axis};
+use crate::math::lanes::{D8, Eight, F8, Lanes, V8, cross, dot, per_axis};
 use crate::math::tolerance::ROUNDING;
 
 /// A triangle: first corner, two edges, and the rounding rest of the first corner, in rows of four.
@@ -63,7 +63,26 @@ pub(crate) fn test<L: Lanes>(
     let (p1, p2) = (a.edge1, a.edge2);
     let (f1, f2) = (rotate(lanes, &placement.linear, b.edge1), rotate(lanes, &placement.linear, b.edge2));
 
-    let bounds = Bounds::new(lanes, [p1, p2], [f1, f2], q, placement);
+    // Absolute errors, of corners and edges, count as if the component were as much larger as it takes to explain them by one
+    // rounding.
+    let sizes = [
+        largest(p1).max(largest(p2)) + F8::splat(lanes, EDGE_SLOP),
+        largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_slop),
+        largest(q) + F8::splat(lanes, placement.slop * (1.0 / ROUNDING)),
+    ];
+    let bounds = Bounds::new(sizes, ROUNDING, F8::splat(lanes, UNDERFLOW));
+    certain([p1, p2], [f1, f2], q, &bounds, crossings)
+}
+
+/// What is certain of eight pairs, with edges `p` of A and `f` of B, first corner `q` of B, relative to that of A.
+#[inline(always)]
+pub(super) fn certain<N: Eight>(
+    [p1, p2]: [[N; 3]; 2],
+    [f1, f2]: [[N; 3]; 2],
+    q: [N; 3],
+    bounds: &Bounds<N>,
+    crossings: Option<&mut Crossings>,
+) -> Verdicts {
     let normal_a = cross(p1, p2);
     let normal_b = cross(f1, f2);
     let (x1, x2) = (cross(q, f1), cross(q, f2));
@@ -76,7 +95,7 @@ pub(crate) fn test<L: Lanes>(
     // Products of edge lines: rows are the edges of A, columns those of B, both in turn 01, 12, 20.
     let (u11, u12, u21, u22) = (dot(p1, x1), dot(p1, x2), dot(p2, x1), dot(p2, x2));
     let (v1, v2) = (u12 - u11 + w1, u22 - u21 + w2);
-    let middle = (v2 - v1 + (g2 - g1)) * F8::splat(lanes, MIDDLE);
+    let middle = (v2 - v1 + (g2 - g1)).times(MIDDLE);
     let rows = [[u11, v1, -u12], [u21 - u11 + g1, middle, u12 - u22 - g2], [-u21, -v2, u22]];
 
     let [x, y, z] = per_axis!(j => {
@@ -86,7 +105,7 @@ pub(crate) fn test<L: Lanes>(
     let miss = x.miss.and(y.miss).and(z.miss).and(u.miss).and(v.miss).and(w.miss);
     let hit = x.hit.or(y.hit).or(z.hit).or(u.hit).or(v.hit).or(w.hit);
     if let Some(crossings) = crossings {
-        *crossings = Crossings([u.hit, v.hit, w.hit, x.hit, y.hit, z.hit].map(F8::mask));
+        *crossings = Crossings([u.hit, v.hit, w.hit, x.hit, y.hit, z.hit].map(N::mask));
     }
     let one_side = Range::of(of_b).same(bounds.plane_a).or(Range::of(of_a).same(bounds.plane_b));
     let (hit, miss) = (hit.mask(), miss.or(one_side).mask());
@@ -135,30 +154,25 @@ pub(super) fn rotate<L: Lanes>(lanes: L, linear: &[[f64; 3]; 3], edge: V8<L>) ->
 
 /// The size of the largest component of each.
 #[inline(always)]
-pub(super) fn largest<L: Lanes>(v: V8<L>) -> F8<L> {
+pub(super) fn largest<N: Eight>(v: [N; 3]) -> N {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
 }
 
 /// Error bounds of the computed values.
-struct Bounds<L: Lanes> {
-    plane_a: F8<L>,
-    plane_b: F8<L>,
-    line: F8<L>,
+pub(super) struct Bounds<N> {
+    plane_a: N,
+    plane_b: N,
+    line: N,
 }
 
-impl<L: Lanes> Bounds<L> {
+impl<N: Eight> Bounds<N> {
+    /// From the largest components of `p`, `f` and `q`, and the relative rounding of an operation.
     #[inline(always)]
-    fn new(lanes: L, p: [V8<L>; 2], f: [V8<L>; 2], q: V8<L>, placement: &Placement) -> Self {
-        // Absolute errors, of corners and edges, count as if the component were as much larger as it takes to explain
-        // them by one rounding.
-        let q = largest(q) + F8::splat(lanes, placement.slop * (1.0 / ROUNDING));
-        let p = largest(p[0]).max(largest(p[1])) + F8::splat(lanes, EDGE_SLOP);
-        let f = largest(f[0]).max(largest(f[1])) + F8::splat(lanes, placement.edge_slop);
-        let underflow = F8::splat(lanes, UNDERFLOW);
+    pub fn new([p, f, q]: [N; 3], rounding: f32, underflow: N) -> Self {
         Self {
-            plane_a: p * p * (q + f) * F8::splat(lanes, 128.0 * ROUNDING) + underflow,
-            plane_b: f * f * (q + p) * F8::splat(lanes, 192.0 * ROUNDING) + underflow,
-            line: p * f * (p + f + q) * F8::splat(lanes, 256.0 * ROUNDING) + underflow,
+            plane_a: (p * p * (q + f)).times(128.0 * rounding) + underflow,
+            plane_b: (f * f * (q + p)).times(192.0 * rounding) + underflow,
+            line: (p * f * (p + f + q)).times(256.0 * rounding) + underflow,
         }
     }
 }
@@ -178,39 +192,39 @@ const MIDDLE: f32 = 0.4375;
 
 /// Least and largest of some values.
 #[derive(Clone, Copy)]
-struct Range<L: Lanes> {
-    low: F8<L>,
-    high: F8<L>,
+struct Range<N> {
+    low: N,
+    high: N,
 }
 
-impl<L: Lanes> Range<L> {
+impl<N: Eight> Range<N> {
     #[inline(always)]
-    fn of([x, y, z]: V8<L>) -> Self {
+    fn of([x, y, z]: [N; 3]) -> Self {
         Self { low: x.min(y).min(z), high: x.max(y).max(z) }
     }
 
     /// All certainly positive, or all certainly negative, for values off by less than `bound`.
     #[inline(always)]
-    fn same(self, bound: F8<L>) -> F8<L> {
+    fn same(self, bound: N) -> N {
         bound.less(self.low).or(self.high.less(-bound))
     }
 
     /// One certainly positive, another certainly negative.
     #[inline(always)]
-    fn mixed(self, bound: F8<L>) -> F8<L> {
+    fn mixed(self, bound: N) -> N {
         bound.less(self.high).and(self.low.less(-bound))
     }
 }
 
 /// What is certain of an edge against a triangle.
-struct Edge<L: Lanes> {
-    hit: F8<L>,
-    miss: F8<L>,
+struct Edge<N> {
+    hit: N,
+    miss: N,
 }
 
 /// An edge whose ends have the given distances from the plane and whose line passes the three edges at the given sides.
 #[inline(always)]
-fn edge<L: Lanes>([start, end]: [F8<L>; 2], plane: F8<L>, sides: V8<L>, line: F8<L>) -> Edge<L> {
+fn edge<N: Eight>([start, end]: [N; 2], plane: N, sides: [N; 3], line: N) -> Edge<N> {
     let ends = Range { low: start.min(end), high: start.max(end) };
     let sides = Range::of(sides);
     Edge { hit: ends.mixed(plane).and(sides.same(line)), miss: ends.same(plane).or(sides.mixed(line)) }

@@ -1,6 +1,7 @@
-//! Two triangles in, one answer out. Do they meet: a fast filter that is sometimes in doubt ([`batch`]), and signs that
-//! never are ([`exact`]). How far apart are they: bounds of their distance ([`distance`]).
+//! Two triangles in, one answer out. Do they meet: a fast filter that is sometimes in doubt ([`batch`]), the same in `f64`
+//! ([`again`]), and signs that never are ([`exact`]). How far apart are they: bounds of their distance ([`distance`]).
 
+pub(crate) mod again;
 pub(crate) mod batch;
 pub(crate) mod distance;
 mod exact;

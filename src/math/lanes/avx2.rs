@@ -7,6 +7,8 @@ use pulp::{NullaryFnOnce, cast};
 /// AVX2; a value exists only where the machine has it.
 pub(crate) use pulp::x86::V3 as Avx2;
 
+const LESS_ORDERED_QUIET: i32 = 17;
+
 struct Vectorized<K>(Avx2, K);
 
 impl<K: Kernel> NullaryFnOnce for Vectorized<K> {
@@ -42,7 +44,8 @@ impl Lanes for Avx2 {
     type D = [__m256d; 2];
 
     lanewise!(add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps, max _mm256_max_ps, min _mm256_min_ps,
-        and _mm256_and_ps, or _mm256_or_ps; add_d _mm256_add_pd, sub_d _mm256_sub_pd, mul_d _mm256_mul_pd);
+        and _mm256_and_ps, or _mm256_or_ps; add_d _mm256_add_pd, sub_d _mm256_sub_pd, mul_d _mm256_mul_pd, max_d _mm256_max_pd,
+        min_d _mm256_min_pd, and_d _mm256_and_pd, or_d _mm256_or_pd);
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
@@ -70,7 +73,6 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn less(self, a: __m256, b: __m256) -> __m256 {
-        const LESS_ORDERED_QUIET: i32 = 17;
         self.avx._mm256_cmp_ps::<LESS_ORDERED_QUIET>(a, b)
     }
     #[inline(always)]
@@ -123,5 +125,19 @@ impl Lanes for Avx2 {
     fn narrow(self, x: [__m256d; 2]) -> __m256 {
         let (low, high) = (self.avx._mm256_cvtpd_ps(x[0]), self.avx._mm256_cvtpd_ps(x[1]));
         self.avx._mm256_insertf128_ps::<1>(self.avx._mm256_castps128_ps256(low), high)
+    }
+    #[inline(always)]
+    fn less_d(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+        let avx = self.avx;
+        [avx._mm256_cmp_pd::<LESS_ORDERED_QUIET>(a[0], b[0]), avx._mm256_cmp_pd::<LESS_ORDERED_QUIET>(a[1], b[1])]
+    }
+    #[inline(always)]
+    fn abs_d(self, a: [__m256d; 2]) -> [__m256d; 2] {
+        let sign = self.avx._mm256_set1_pd(-0.0);
+        [self.avx._mm256_andnot_pd(sign, a[0]), self.avx._mm256_andnot_pd(sign, a[1])]
+    }
+    #[inline(always)]
+    fn mask_d(self, a: [__m256d; 2]) -> u32 {
+        (self.avx._mm256_movemask_pd(a[0]) | self.avx._mm256_movemask_pd(a[1]) << 4) as u32
     }
 }

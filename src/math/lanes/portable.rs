@@ -36,7 +36,9 @@ impl Lanes for Portable {
     type D = D;
 
     lanewise!(add F Add::add, sub F Sub::sub, mul F Mul::mul, div F Div::div, max F f32x4::fast_max, min F f32x4::fast_min,
-        and F BitAnd::bitand, or F BitOr::bitor, less F |a, b| a.simd_lt(b), add_d D Add::add, sub_d D Sub::sub, mul_d D Mul::mul);
+        and F BitAnd::bitand, or F BitOr::bitor, less F |a, b| a.simd_lt(b), add_d D Add::add, sub_d D Sub::sub, mul_d D Mul::mul,
+        max_d D f64x2::fast_max, min_d D f64x2::fast_min, and_d D BitAnd::bitand, or_d D BitOr::bitor,
+        less_d D |a, b| a.simd_lt(b));
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
@@ -100,6 +102,14 @@ impl Lanes for Portable {
     fn widen(self, x: F) -> D {
         let x = self.store(x).map(f64::from);
         core::array::from_fn(|i| f64x2::new([x[2 * i], x[2 * i + 1]]))
+    }
+    #[inline(always)]
+    fn abs_d(self, a: D) -> D {
+        a.map(f64x2::abs)
+    }
+    #[inline(always)]
+    fn mask_d(self, a: D) -> u32 {
+        a[0].to_bitmask() | a[1].to_bitmask() << 2 | a[2].to_bitmask() << 4 | a[3].to_bitmask() << 6
     }
     #[inline(always)]
     fn narrow(self, x: D) -> F {

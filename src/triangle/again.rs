@@ -1,0 +1,129 @@
+//! The filter of [`batch`](super::batch) again in `f64`, for pairs that it left in doubt.
+//!
+//! Where copies of a surface lie side by side that is nearly every pair. Most are parted by their boxes, share a corner, or are
+//! certain with 29 bits more; what still is in doubt lies in one plane or touches.
+
+use super::batch::{Bounds, Crossings, Verdicts, certain, largest};
+use super::exact::{LARGEST, PADDING};
+use crate::math::lanes::{D8, Eight, Kernel, Lanes, per_axis, sub};
+use glam::DVec3;
+
+/// The corners of eight triangles: corner, axis, triangle.
+#[derive(Clone, Debug)]
+pub(crate) struct Columns([[[f64; 8]; 3]; 3]);
+
+impl Columns {
+    pub const ZERO: Self = Self([[[0.0; 8]; 3]; 3]);
+
+    pub fn set(&mut self, lane: usize, corners: &[DVec3; 3]) {
+        for (columns, corner) in self.0.iter_mut().zip(corners) {
+            for (column, x) in columns.iter_mut().zip(corner.to_array()) {
+                column[lane] = x;
+            }
+        }
+    }
+}
+
+/// Eight pairs of triangles.
+pub(crate) struct Again<'c> {
+    pub a: &'c Columns,
+    pub b: &'c Columns,
+    /// Tells the crossings of hits, if they are wanted.
+    pub crossings: Option<&'c mut Crossings>,
+}
+
+impl Kernel for Again<'_> {
+    type Output = Verdicts;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Verdicts {
+        let [a, b] = [&self.a.0, &self.b.0];
+        let a = per_axis!(i => per_axis!(k => D8::load(lanes, &a[i][k])));
+        let b = per_axis!(i => per_axis!(k => D8::load(lanes, &b[i][k])));
+        let [x, y, z] = per_axis!(k => {
+            let (of_a, of_b) = ([a[0][k], a[1][k], a[2][k]], [b[0][k], b[1][k], b[2][k]]);
+            most(of_a).less(least(of_b)).or(most(of_b).less(least(of_a)))
+        });
+        let apart = x.or(y).or(z).mask();
+        let [x, y, z] = per_axis!(i => {
+            let [x, y, z] = per_axis!(j => differ(a[i], b[j]));
+            x.and(y).and(z)
+        });
+        let share = !x.and(y).and(z).mask();
+
+        let (p, f, q) = ([sub(a[1], a[0]), sub(a[2], a[0])], [sub(b[1], b[0]), sub(b[2], b[0])], sub(b[0], a[0]));
+        let sizes = [largest(p[0]).max(largest(p[1])), largest(f[0]).max(largest(f[1])), largest(q)];
+        let fits = most(sizes).less(D8::splat(lanes, LARGEST)).mask();
+        let padding = D8::splat(lanes, PADDING);
+        let bounds = Bounds::new(per_axis!(i => sizes[i] + padding), ROUNDING, D8::splat(lanes, 0.0));
+        let Verdicts { hit, doubt } = certain(p, f, q, &bounds, self.crossings);
+        let hit = hit & fits | share;
+        Verdicts { hit, doubt: (doubt | !fits) & !(apart | hit) & 0xff }
+    }
+}
+
+/// Relative rounding of one `f64` operation: 2^-53.
+const ROUNDING: f32 = (f64::EPSILON / 2.0) as f32;
+
+#[inline(always)]
+fn differ<N: Eight>(a: [N; 3], b: [N; 3]) -> N {
+    let [x, y, z] = per_axis!(k => a[k].less(b[k]).or(b[k].less(a[k])));
+    x.or(y).or(z)
+}
+
+#[inline(always)]
+fn least<N: Eight>([x, y, z]: [N; 3]) -> N {
+    x.min(y).min(z)
+}
+
+#[inline(always)]
+fn most<N: Eight>([x, y, z]: [N; 3]) -> N {
+    x.max(y).max(z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::{Instructions, Portable};
+    use crate::math::random::Random;
+    use crate::triangle::triangles_intersect;
+
+    /// Corners on a grid, moved by less than `f32` can tell or not at all, so that pairs share corners and planes, touch, and
+    /// nearly do.
+    fn pairs(random: &mut Random, size: f64) -> [[[DVec3; 3]; 8]; 2] {
+        let mut number = || (random.bits() % 5) as f64 + [0.0, 0.0, 1e-9, -1e-13][random.bits() as usize % 4];
+        core::array::from_fn(|_| {
+            core::array::from_fn(|_| core::array::from_fn(|_| DVec3::new(number(), number(), number()) * size))
+        })
+    }
+
+    #[test]
+    fn what_is_certain_is_true_and_the_same_on_all_machines() {
+        let mut random = Random::new(1);
+        let (mut certain, mut all) = ([0; 2], 0);
+        let scales = [1.0, 1e-3, LARGEST / 4.0, LARGEST, LARGEST * LARGEST, f64::MIN_POSITIVE];
+        for round in 0..20_000 {
+            let [of_a, of_b] = pairs(&mut random, scales[round % scales.len()]);
+            let (mut a, mut b) = (Columns::ZERO, Columns::ZERO);
+            for lane in 0..8 {
+                a.set(lane, &of_a[lane]);
+                b.set(lane, &of_b[lane]);
+            }
+            let mut crossings = [Crossings::default(); 2];
+            let [first, second] = &mut crossings;
+            let verdicts = Instructions::detect().run(Again { a: &a, b: &b, crossings: Some(first) });
+            assert_eq!(verdicts, Portable.run(Again { a: &a, b: &b, crossings: Some(second) }));
+            for lane in 0..8 {
+                let (hit, doubt) = (verdicts.hit >> lane & 1 != 0, verdicts.doubt >> lane & 1 != 0);
+                assert!(!(hit && doubt));
+                assert_eq!(crossings[0].of(lane), crossings[1].of(lane));
+                if !doubt {
+                    assert_eq!(hit, triangles_intersect(&of_a[lane], &of_b[lane]), "{:?} {:?}", of_a[lane], of_b[lane]);
+                    certain[usize::from(hit)] += 1;
+                }
+                all += 1;
+            }
+        }
+        assert!(certain.iter().all(|&count| count > all / 100), "{certain:?} of {all}");
+    }
+}
