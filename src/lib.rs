@@ -98,7 +98,10 @@ pub use query::{
     ManualClock, Mode, MotionQuery, Nearest, Order, Outcome, PairMemory, Passage, Prediction, Query, RayBatch,
     RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Stats, StopReason, Verdict, Workspace,
 };
-pub use scene::{Body, BodyId, BodyKind, Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
+pub use scene::{
+    Body, BodyContact, BodyId, BodyKind, ContactPhase, Filter, PairCertificate, PairReport, Reach, Report, Scene,
+    SceneError,
+};
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};
 pub use triangle::ray::Side;
 pub use triangle::{triangle_segment, triangles_intersect};

@@ -180,6 +180,7 @@ fn no_frame_after_the_hundredth_allocates() {
     let mut faults = Vec::new();
     for Configuration { name, mode, reach, budgets, threads, play } in configurations() {
         let mut world = World::new(Scene::new().mode(mode).reach(reach));
+        world.scene.track_contacts();
         #[cfg(feature = "parallel")]
         world.scene.use_threads(threads).unwrap();
         let clock = ManualClock::ticking(Duration::from_nanos(700));
@@ -219,6 +220,7 @@ fn no_frame_allocates_within_the_room_asked_for() {
     let [body, pair] = [grown(10_000, 0), grown(0, 10_000)];
     assert!((700.0..800.0).contains(&body) && (600.0..750.0).contains(&pair), "{body} bytes a body, {pair} a pair");
     let mut world = World::new(Scene::new());
+    world.scene.track_contacts();
     world.scene.reserve(BODIES, BODIES * (BODIES - 1) / 2);
     let mut most = 0;
     let calls = allocator_calls_of_all_threads(|| {

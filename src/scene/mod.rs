@@ -17,6 +17,7 @@ mod broad;
 mod build;
 mod deal;
 mod error;
+mod events;
 mod fat_tree;
 mod forecast;
 mod frame;
@@ -40,7 +41,7 @@ mod workers;
 pub use body::{Body, BodyKind, Filter};
 pub use error::SceneError;
 pub use id::BodyId;
-pub use report::{PairCertificate, PairReport, Report};
+pub use report::{BodyContact, ContactPhase, PairCertificate, PairReport, Report};
 
 use crate::math::{Aabb, Pose};
 use crate::model::calibration::Calibration;
@@ -53,6 +54,7 @@ use alloc::boxed::Box;
 use alloc::sync::Arc;
 use body::{Bodies, Change, Placed, checked_importance, checked_inverse};
 use broad::Broad;
+use events::Events;
 use pairs::Pairs;
 use schedule::Schedule;
 
@@ -105,6 +107,7 @@ pub struct Scene {
     schedule: Schedule,
     scratch: Box<Workspace>,
     report: Report,
+    events: Events,
     #[cfg(feature = "parallel")]
     workers: Option<workers::Workers>,
 }
@@ -123,6 +126,7 @@ impl Scene {
             schedule: Schedule::new(),
             scratch: batch::workspace(),
             report: Report::default(),
+            events: Events::default(),
             #[cfg(feature = "parallel")]
             workers: None,
         }
@@ -185,10 +189,11 @@ impl Scene {
     /// Takes about 750 bytes a body and 650 a pair.
     pub fn reserve(&mut self, bodies: usize, pairs: usize) {
         self.bodies_mut().reserve(bodies);
-        let Self { bodies, broad, pairs: states, schedule, report, .. } = self;
+        let Self { bodies, broad, pairs: states, schedule, report, events, .. } = self;
         broad.reserve(bodies.room());
         states.reserve(broad, pairs);
         schedule.reserve(states.room(), report);
+        events.reserve(states.room(), report);
     }
 
     /// Puts a body into the scene.

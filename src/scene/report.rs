@@ -2,6 +2,7 @@
 
 use super::id::BodyId;
 use super::state::{PairState, Spent, Standing};
+use crate::names::named;
 use crate::query::{Estimate, Verdict};
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -33,6 +34,40 @@ pub struct PairReport {
     pub age: u64,
 }
 
+/// What becomes of a contact of two bodies in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum ContactPhase {
+    /// They are proven to touch in this frame, and were not known to before.
+    Began,
+    /// They are proven to touch again.
+    Persists,
+    /// They touched when it was last decided, and this frame has not decided it.
+    Undecided,
+    /// They are proven to be apart, or one was removed, or they may not meet any more ([`crate::Filter`]).
+    Ended,
+}
+
+named!(ContactPhase { Began => "began", Persists => "persists", Undecided => "undecided", Ended => "ended" });
+
+/// A contact of two bodies: [`crate::Scene::track_contacts`].
+///
+/// It begins and ends in frames that prove it: of a pair that is undecided nothing is told but what was proven last. So between
+/// two frames that decided it, bodies may have parted and met again unseen, and a contact shorter than that is not told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct BodyContact {
+    /// The body of the lower index.
+    pub a: BodyId,
+    /// The other one.
+    pub b: BodyId,
+    /// What becomes of it in this frame.
+    pub phase: ContactPhase,
+    /// Frames since it began: 0 in the frame in which it did.
+    pub age: u64,
+}
+
 /// What [`crate::Scene::detect`] found in a frame.
 ///
 /// If it [is whole](Report::is_whole), bodies that are not in [`Report::pairs`] together, and may meet, do not: their boxes are
@@ -46,6 +81,9 @@ pub struct Report {
     pub frame: u64,
     /// All pairs of bodies whose boxes overlap and that may meet, ascending by index, as far as they are known and listed.
     pub pairs: Vec<PairReport>,
+    /// The contacts of bodies, ascending by index; of one index, that of a removed body first. Empty unless
+    /// [asked for](crate::Scene::track_contacts). Contacts of a removed body end in the next frame, under its own id.
+    pub contacts: Vec<BodyContact>,
     /// How many of them are decided in this frame.
     pub decided: usize,
     /// How many of them intersect.

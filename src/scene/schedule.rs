@@ -23,6 +23,7 @@ use super::asked::Frame;
 use super::batch::{Batch, Round, query};
 use super::broad::Broad;
 use super::deal::{BATCHES, Deal};
+use super::events::Events;
 use super::id::{PairKey, bodies_of};
 use super::job::Job;
 use super::listing::Listing;
@@ -47,10 +48,11 @@ const GUARANTEED: u64 = 8;
 /// Most rounds of a frame. Leftovers are small after two or three.
 const ROUNDS: u64 = 8;
 
-/// What the broad phase has found.
+/// What the broad phase has found, and who tells what becomes of contacts.
 pub(super) struct Found<'f> {
     pub broad: &'f mut Broad,
     pub pairs: &'f mut Pairs,
+    pub events: &'f mut Events,
 }
 
 #[derive(Debug, Default)]
@@ -145,9 +147,11 @@ impl Schedule {
         let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, pairs, report));
         self.turns.end_frame(&self.jobs);
         report.finish();
+        found.events.tell(frame.bodies, found.broad, report);
         if let Some((last, now)) = last.zip(frame.now()) {
             let took = now.saturating_sub(last).saturating_sub(estimating);
-            let most = (2_000 + 10 * report.pairs.len()) as f64 + estimates.unwrap_or_default().as_nanos() as f64;
+            let told = report.pairs.len() + found.events.len();
+            let most = (2_000 + 10 * told) as f64 + estimates.unwrap_or_default().as_nanos() as f64;
             self.rest.learn(took.as_nanos() as f64, most);
         }
     }
@@ -219,11 +223,12 @@ impl Schedule {
             // A stopped run of a body that changed is of an older pose or tree.
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
         }
-        let Found { broad, pairs } = found;
+        let Found { broad, pairs, events } = found;
         let Self { jobs, turns, .. } = self;
         Listing { frame, broad, pairs, jobs, report, turns }.run(deadline);
         pairs.grow(broad, report.pairs.len(), frame.bodies.is_young(frame.number), deadline);
         self.reserve(pairs.room(), report);
+        events.reserve(pairs.room(), report);
     }
 
     /// Finds the jobs that have a stopped run somewhere. The one whose turn it is gets it into the batch of the round robin.

@@ -3,6 +3,7 @@
 mod broad_phase;
 #[path = "../common/mod.rs"]
 mod common;
+mod events;
 mod promises;
 
 use std::sync::Arc;
@@ -10,6 +11,7 @@ use std::time::Duration;
 
 use common::check;
 use common::random::{Family, Random, soup};
+use events::Ledger;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
 use punctual::{
     Body, BodyId, BodyKind, Budget, Filter, ManualClock, Mode, Pose, Query, Reach, Report, Scene, SceneError, Tree,
@@ -158,7 +160,9 @@ fn assert_sound(report: &Report, truth: &[(usize, usize, u64)], complete: bool) 
 fn run_against_model(mode: Mode, reach: Reach, seed: u64, budget: impl Fn(&mut Random) -> Budget) {
     let trees = trees();
     let (mut scene, mut model) = (Scene::new().mode(mode).reach(reach), Model::default());
-    let (mut random, mut workspace) = (Random::new(seed), Workspace::new());
+    let (mut random, mut workspace, mut ledger) = (Random::new(seed), Workspace::new(), Ledger::default());
+    scene.track_contacts();
+    let mut cut = false;
     for _ in 0..150 {
         for _ in 0..random.below(25) {
             change(&mut scene, &mut model, &trees, &mut random);
@@ -167,7 +171,9 @@ fn run_against_model(mode: Mode, reach: Reach, seed: u64, budget: impl Fn(&mut R
         let truth = model.truth(&mut workspace);
         let budget = budget(&mut random);
         let report = detect(&mut scene, budget);
+        cut |= budget != Budget::unlimited();
         assert_sound(report, &truth, budget == Budget::unlimited());
+        ledger.check(report, &model, &truth, budget == Budget::unlimited());
         if mode == Mode::All {
             let found = |key| truth.iter().find(|&&(a, b, _)| (a, b) == key).map_or(0, |&(.., found)| found);
             let complete = report.pairs.iter().filter(|pair| pair.complete);
@@ -179,6 +185,8 @@ fn run_against_model(mode: Mode, reach: Reach, seed: u64, budget: impl Fn(&mut R
         assert!(scene.bodies().count() == model.bodies.len());
         assert_certificates(&scene, &truth);
     }
+    let [began, persist, undecided, ended] = ledger.told;
+    assert!(began > 10 && persist > 10 && ended > 10 && (undecided > 10) == cut, "{:?}", ledger.told);
 }
 
 #[track_caller]
@@ -387,6 +395,7 @@ fn poses_at_the_edge_of_what_is_accepted() {
 fn the_same_report_on_any_number_of_threads() {
     let play = |threads: usize, budget: Budget| {
         let mut scene = Scene::new();
+        scene.track_contacts();
         scene.use_threads(threads).unwrap();
         let ids = row(&mut scene, 80);
         let mut reports = Vec::new();
@@ -396,8 +405,8 @@ fn the_same_report_on_any_number_of_threads() {
             }
             // A frame without a budget leaves nothing behind that depends on the threads.
             let budget = if frame % 8 == 3 { Budget::unlimited() } else { budget };
-            let Report { pairs, work, bv_tests, .. } = scene.detect(budget).clone();
-            reports.push((pairs, work, bv_tests));
+            let Report { pairs, contacts, work, bv_tests, .. } = scene.detect(budget).clone();
+            reports.push((pairs, contacts, work, bv_tests));
         }
         reports
     };

@@ -1,0 +1,125 @@
+//! Which contacts begin, persist and end.
+//!
+//! The contacts of the last frame and the pairs of this one, both ascending, are merged. What a frame leaves undecided stays
+//! what it was proven to be last.
+
+use super::Scene;
+use super::body::Bodies;
+use super::broad::Broad;
+use super::id::BodyId;
+use super::report::{BodyContact, ContactPhase, PairReport, Report};
+use super::room::reserve;
+use crate::query::Verdict;
+use alloc::vec::Vec;
+use core::mem;
+
+/// What contacts are told from.
+#[derive(Debug, Default)]
+pub(super) struct Events {
+    /// Whether anybody listens.
+    on: bool,
+    /// The contacts of the last frame.
+    last: Vec<BodyContact>,
+}
+
+impl Scene {
+    /// From the next frame on [`Report::contacts`] tells which pairs of bodies begin to touch, go on, and part.
+    ///
+    /// Adds to a frame time linear in the pairs listed and the contacts, within its budget of time, and no work. Off by default.
+    ///
+    /// ```
+    /// use punctual::glam::DMat3;
+    /// use punctual::{Body, Budget, ContactPhase, Pose, Scene, Tree, shapes};
+    /// use std::sync::Arc;
+    ///
+    /// let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    /// let mut scene = Scene::new();
+    /// scene.track_contacts();
+    /// scene.insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY))?;
+    /// let id = scene.insert(Body::moving(ball, Pose::IDENTITY))?;
+    /// let mut told = Vec::new();
+    /// for place in [2.5, 1.9, 1.8, 2.5] {
+    ///     scene.set_pose(id, Pose::new(DMat3::IDENTITY, [place, 0.0, 0.0])?)?;
+    ///     told.extend(scene.detect(Budget::unlimited()).contacts.iter().map(|contact| (contact.phase, contact.age)));
+    /// }
+    /// assert_eq!(told, [(ContactPhase::Began, 0), (ContactPhase::Persists, 1), (ContactPhase::Ended, 2)]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn track_contacts(&mut self) {
+        self.events.on = true;
+        self.events.reserve(self.pairs.room(), &mut self.report);
+    }
+}
+
+impl Events {
+    /// Makes room for the contacts of this many pairs, and as many that end, if they are told.
+    pub fn reserve(&mut self, pairs: usize, report: &mut Report) {
+        if self.on {
+            reserve(&mut report.contacts, 2 * pairs);
+            reserve(&mut self.last, 2 * pairs);
+        }
+    }
+
+    /// How many contacts are known; what telling them takes grows with it.
+    pub fn len(&self) -> usize {
+        self.last.len()
+    }
+
+    /// Tells the contacts of a frame.
+    pub fn tell(&mut self, bodies: &Bodies, broad: &Broad, report: &mut Report) {
+        if !self.on {
+            return;
+        }
+        mem::swap(&mut self.last, &mut report.contacts);
+        report.contacts.clear();
+        let Report { pairs, contacts, .. } = report;
+        let mut last = self.last.iter().filter(|contact| contact.phase != ContactPhase::Ended).peekable();
+        for pair in &*pairs {
+            let key = (pair.a.index, pair.b.index);
+            while let Some(contact) = last.next_if(|contact| (contact.a.index, contact.b.index) < key) {
+                contacts.push(older(contact, unlisted(contact, bodies, broad)));
+            }
+            let before = last.next_if(|contact| (contact.a.index, contact.b.index) == key);
+            let (gone, same) = match before {
+                Some(contact) if (contact.a, contact.b) == (pair.a, pair.b) => (None, Some(contact)),
+                another => (another, None),
+            };
+            contacts.extend(gone.map(|contact| older(contact, ContactPhase::Ended)));
+            contacts.extend(listed(pair, same));
+        }
+        contacts.extend(last.map(|contact| older(contact, unlisted(contact, bodies, broad))));
+    }
+}
+
+/// A contact a frame later.
+fn older(contact: &BodyContact, phase: ContactPhase) -> BodyContact {
+    BodyContact { phase, age: contact.age + 1, ..*contact }
+}
+
+/// What becomes of the contact of a pair that is in the report; `None` if it is none.
+fn listed(pair: &PairReport, before: Option<&BodyContact>) -> Option<BodyContact> {
+    let phase = match pair.verdict {
+        Verdict::Intersecting { .. } => ContactPhase::Persists,
+        Verdict::Separated => ContactPhase::Ended,
+        Verdict::Undecided => ContactPhase::Undecided,
+    };
+    let began = || BodyContact { a: pair.a, b: pair.b, phase: ContactPhase::Began, age: 0 };
+    match before {
+        Some(contact) => Some(older(contact, phase)),
+        None => (phase == ContactPhase::Persists).then(began),
+    }
+}
+
+/// What becomes of a contact whose pair is not in the report.
+fn unlisted(contact: &BodyContact, bodies: &Bodies, broad: &Broad) -> ContactPhase {
+    let pair = [contact.a, contact.b];
+    let is_there = |id: BodyId| bodies.get(id).is_ok();
+    if !pair.into_iter().all(is_there) {
+        return ContactPhase::Ended;
+    }
+    let [a, b] = pair.map(|id| bodies.facts(id.index));
+    // Boxes prove something where they are up to date.
+    let are_placed = !a.is_changed() && !b.is_changed();
+    let are_apart = are_placed && !broad.bounds(contact.a.index).intersects(broad.bounds(contact.b.index));
+    if are_apart || !a.may_meet(b) { ContactPhase::Ended } else { ContactPhase::Undecided }
+}
