@@ -40,7 +40,7 @@
 //! # Further
 //!
 //! - How far apart: [`DistanceQuery`]. Where, and which way out: [`ContactQuery`], [`Patches`], [`PushOutQuery`]. Free until
-//!   when: [`MotionQuery`]. What a ray hits: [`RayQuery`], [`RayBatch`].
+//!   when: [`MotionQuery`]. What a ray hits: [`RayQuery`], [`RayBatch`]; in a scene, [`Scene::cast`].
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
 //! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Clock`].
@@ -99,8 +99,8 @@ pub use query::{
     RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Stats, StopReason, Verdict, Workspace,
 };
 pub use scene::{
-    Body, BodyContact, BodyId, BodyKind, ContactPhase, Filter, PairCertificate, PairReport, Reach, Report, Scene,
-    SceneError,
+    Body, BodyContact, BodyHit, BodyId, BodyKind, ContactPhase, Filter, PairCertificate, PairReport, Reach, Report,
+    Scene, SceneCast, SceneError, SceneRay,
 };
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};
 pub use triangle::ray::Side;

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use allocations::{allocator_calls_of_all_threads, held};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, BodyId, Budget, Filter, ManualClock, Mode, Pose, Reach, Scene, Tree, shapes};
+use punctual::{Body, BodyId, Budget, Filter, ManualClock, Mode, Pose, Ray, Reach, Scene, SceneRay, Tree, shapes};
 use random::Random;
 
 const BODIES: usize = 60;
@@ -184,10 +184,12 @@ fn no_frame_after_the_hundredth_allocates() {
         #[cfg(feature = "parallel")]
         world.scene.use_threads(threads).unwrap();
         let clock = ManualClock::ticking(Duration::from_nanos(700));
+        let ray = Ray::new([-2.0 * WALL, 0.1, 0.2], [1.0, 0.05, 0.0]).unwrap();
         let (mut meets, mut undecided) = (0, 0);
         let mut frame = |number: usize| {
             play(&mut world, number);
             let budget = budgets[number % budgets.len()];
+            let _ = world.scene.cast_with(&SceneRay::new(ray), budget, &clock).unwrap();
             let report = match threads {
                 #[cfg(feature = "parallel")]
                 2.. => world.scene.detect(budget),

@@ -214,7 +214,7 @@ impl Pose {
     }
 
     #[inline]
-    fn rotate(&self, v: DVec3) -> DVec3 {
+    pub(super) fn rotate(&self, v: DVec3) -> DVec3 {
         let DMat3 { x_axis: x, y_axis: y, z_axis: z } = self.rotation;
         DVec3::new(
             (x.x * v.x + y.x * v.y) + z.x * v.z,

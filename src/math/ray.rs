@@ -1,5 +1,6 @@
 //! Rays and segments.
 
+use super::Pose;
 use super::tolerance::COORDINATE_LIMIT;
 use core::fmt;
 use glam::DVec3;
@@ -127,6 +128,25 @@ impl Ray {
     #[must_use]
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + self.direction() * t
+    }
+
+    /// The ray in other coordinates: origin and direction, or both ends, are mapped by `pose` and rounded; limits stay. To ask
+    /// the tree of a body about a ray of the scene, take the inverse of the body's pose.
+    ///
+    /// ```
+    /// use punctual::{Pose, Ray, glam::DMat3};
+    /// let ray = Ray::new([1.0, 0.0, 0.0], [0.0, 2.0, 0.0])?;
+    /// let moved = ray.transformed(&Pose::new(DMat3::IDENTITY, [0.0, 0.0, 3.0])?)?;
+    /// assert_eq!((moved.origin().z, moved.direction().to_array()), (3.0, [0.0, 2.0, 0.0]));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`RayError`]: if a number becomes too large, or nothing is left of the direction after rounding.
+    pub fn transformed(&self, pose: &Pose) -> Result<Self, RayError> {
+        let target = if self.is_segment { pose.transform_point(self.target) } else { pose.rotate(self.target) };
+        let ray = Self::checked(pose.transform_point(self.origin).into(), target.into(), self.is_segment)?;
+        Ok(Self { t_min: self.t_min, t_max: self.t_max, ..ray })
     }
 
     /// Two points whose difference is the direction, exactly.

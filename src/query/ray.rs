@@ -105,7 +105,7 @@ impl<'t> RayQuery<'t> {
 
     fn run_by(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> RayCast {
         let mut deadline = Deadline::of(budget, self.poll_interval, clock);
-        begin(self.tree, workspace, core::slice::from_ref(&self.ray), self.mode);
+        self.begin(workspace);
         self.spend(workspace, &mut deadline)
     }
 
@@ -114,7 +114,13 @@ impl<'t> RayQuery<'t> {
         Ok(self.spend(workspace, &mut Deadline::of(budget, self.poll_interval, clock)))
     }
 
-    fn spend(&self, workspace: &mut Workspace, deadline: &mut Deadline) -> RayCast {
+    /// Prepares the workspace for a run.
+    pub(crate) fn begin(&self, workspace: &mut Workspace) {
+        begin(self.tree, workspace, core::slice::from_ref(&self.ray), self.mode);
+    }
+
+    /// Goes on with the run in the workspace until it is over or the deadline stops it.
+    pub(crate) fn spend(&self, workspace: &mut Workspace, deadline: &mut Deadline) -> RayCast {
         let rays = core::slice::from_ref(&self.ray);
         let (stop, open) = spend(self.tree, workspace, rays, &mut [None], deadline);
         let (hit, found) = (workspace.casting.hit, workspace.run.found);

@@ -37,6 +37,11 @@ impl Filter {
     pub const fn new(groups: u32, mask: u32) -> Self {
         Self { groups, mask }
     }
+
+    /// Whether bodies of these filters may meet.
+    pub const fn meets(self, other: Self) -> bool {
+        self.groups & other.mask != 0 && other.groups & self.mask != 0
+    }
 }
 
 impl Default for Filter {
@@ -144,8 +149,7 @@ impl Facts {
     }
 
     pub fn may_meet(&self, other: &Self) -> bool {
-        let (a, b) = (self.filter, other.filter);
-        a.groups & b.mask != 0 && b.groups & a.mask != 0
+        self.filter.meets(other.filter)
     }
 }
 
@@ -289,6 +293,16 @@ impl Bodies {
     /// How many bodies are not what their boxes are of.
     pub fn changed(&self) -> usize {
         self.changed
+    }
+
+    /// Bodies, and slots of removed ones, that may not be what their boxes are of.
+    pub fn pending(&self) -> impl Iterator<Item = u32> {
+        self.pending.iter().filter(|&index| self.facts(index).is_changed())
+    }
+
+    /// Slots that are or were in use.
+    pub fn slots(&self) -> impl Iterator<Item = u32> + use<> {
+        0..self.slots.len() as u32
     }
 
     /// Takes the next pending change.

@@ -136,6 +136,23 @@ impl Broad {
             && bodies.facts(a).may_meet(bodies.facts(b))
     }
 
+    /// The tree, if its boxes hold those of all bodies but the [unsettled](Broad::is_unsettled) ones; not while it is built.
+    pub fn tree(&self) -> Option<&FatTree> {
+        (self.stage != Stage::Build).then_some(&self.tree)
+    }
+
+    /// Whether the box of a body may not be in the tree.
+    pub fn is_unsettled(&self, body: u32) -> bool {
+        let proxy = &self.proxies[body as usize];
+        proxy.waiting || proxy.news != Change::None
+    }
+
+    /// The unsettled bodies, each once.
+    pub fn unsettled(&self) -> impl Iterator<Item = u32> {
+        let newcomers = self.newcomers.iter().copied().filter(|&body| !self.proxies[body as usize].waiting);
+        self.waiting.iter().chain(newcomers.filter(|&body| self.is_unsettled(body)))
+    }
+
     /// Makes room for bodies of indices below `bodies`.
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.boxes, bodies);

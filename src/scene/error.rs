@@ -1,6 +1,7 @@
 //! Why a scene refuses something.
 
 use super::id::BodyId;
+use crate::math::RayError;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use core::fmt;
 
@@ -32,6 +33,13 @@ pub enum SceneError {
         /// The body; for an insertion, the id that it would have had.
         body: BodyId,
     },
+    /// The ray has no image in the coordinates of a body's mesh: it is too long, or too short for so far a body.
+    NoRay {
+        /// The body.
+        body: BodyId,
+        /// What became of the ray.
+        error: RayError,
+    },
     /// All 2^32 − 1 ids are in use.
     Full,
 }
@@ -46,6 +54,7 @@ impl fmt::Display for SceneError {
             ),
             Self::TooFar { body, axis } => write!(f, "{body}: translation along axis {axis} exceeds 2^990"),
             Self::ImportanceNotANumber { body } => write!(f, "{body}: the importance is not a number"),
+            Self::NoRay { body, error } => write!(f, "in the coordinates of {body}, {error}"),
             Self::Full => f.write_str("the scene has no id left"),
         }
     }

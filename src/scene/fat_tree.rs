@@ -107,6 +107,18 @@ impl FatTree {
         self.nodes.get(proxy.leaf as usize).map_or(Aabb::EMPTY, |leaf| leaf.bounds)
     }
 
+    /// Roots of the trees, each with its box.
+    pub fn roots(&self) -> impl Iterator<Item = (u32, &Aabb)> {
+        self.roots.iter().map(|&root| (root, &self.nodes[root as usize].bounds))
+    }
+
+    /// The children of a node with their boxes, or the body of a leaf.
+    pub fn below(&self, at: u32) -> Result<[(u32, &Aabb); 2], u32> {
+        let node = &self.nodes[at as usize];
+        let child = |at: u32| (at, &self.nodes[at as usize].bounds);
+        if node.second == NONE { Err(node.body) } else { Ok([child(at + 1), child(node.second)]) }
+    }
+
     /// Begins to bring the tree up to date, its newcomers being renewed: whether it is to be built anew.
     pub fn begin_update(&mut self) -> bool {
         let leaves = self.nodes.len() / 2;

@@ -15,6 +15,7 @@ mod body;
 mod bounds;
 mod broad;
 mod build;
+mod cast;
 mod deal;
 mod error;
 mod events;
@@ -23,10 +24,12 @@ mod forecast;
 mod frame;
 mod id;
 mod job;
+mod line;
 mod listing;
 mod node;
 mod pace;
 mod pairs;
+mod ray;
 mod report;
 mod room;
 mod schedule;
@@ -41,6 +44,7 @@ mod workers;
 pub use body::{Body, BodyKind, Filter};
 pub use error::SceneError;
 pub use id::BodyId;
+pub use ray::{BodyHit, SceneCast, SceneRay};
 pub use report::{BodyContact, ContactPhase, PairCertificate, PairReport, Report};
 
 use crate::math::{Aabb, Pose};
@@ -54,6 +58,7 @@ use alloc::boxed::Box;
 use alloc::sync::Arc;
 use body::{Bodies, Change, Placed, checked_importance, checked_inverse};
 use broad::Broad;
+use cast::Rays;
 use events::Events;
 use pairs::Pairs;
 use schedule::Schedule;
@@ -108,6 +113,7 @@ pub struct Scene {
     scratch: Box<Workspace>,
     report: Report,
     events: Events,
+    rays: Rays,
     #[cfg(feature = "parallel")]
     workers: Option<workers::Workers>,
 }
@@ -127,6 +133,7 @@ impl Scene {
             scratch: batch::workspace(),
             report: Report::default(),
             events: Events::default(),
+            rays: Rays::default(),
             #[cfg(feature = "parallel")]
             workers: None,
         }

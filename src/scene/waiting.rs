@@ -24,6 +24,11 @@ impl Waiting {
         if importance > 0.0 { &mut self.important } else { &mut self.others }.push_back(body);
     }
 
+    /// Those that wait, in no order that means anything.
+    pub fn iter(&self) -> impl Iterator<Item = u32> {
+        self.important.iter().chain(&self.others).copied()
+    }
+
     pub fn pop(&mut self) -> Option<u32> {
         self.turn = (self.turn + 1) % TURNS;
         let [first, then] = match self.turn {

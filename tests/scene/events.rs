@@ -105,7 +105,9 @@ fn contacts_end_with_their_bodies_and_filters() {
 fn nothing_is_told_that_was_not_asked_for() {
     let ball = Arc::new(Tree::new(shapes::icosphere(2)));
     let mut scene = Scene::new();
-    [0.0, 0.4].map(|x| scene.insert(Body::moving(Arc::clone(&ball), at(x))).unwrap());
+    for x in [0.0, 0.4] {
+        scene.insert(Body::moving(Arc::clone(&ball), at(x))).unwrap();
+    }
     let report = scene.detect_with(Budget::unlimited(), &ManualClock::new());
     assert_eq!((report.intersecting, report.contacts.len()), (1, 0));
 }

@@ -5,6 +5,7 @@ mod broad_phase;
 mod common;
 mod events;
 mod promises;
+mod rays;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -162,12 +163,13 @@ fn run_against_model(mode: Mode, reach: Reach, seed: u64, budget: impl Fn(&mut R
     let (mut scene, mut model) = (Scene::new().mode(mode).reach(reach), Model::default());
     let (mut random, mut workspace, mut ledger) = (Random::new(seed), Workspace::new(), Ledger::default());
     scene.track_contacts();
-    let mut cut = false;
+    let (mut cut, mut met) = (false, 0);
     for _ in 0..150 {
         for _ in 0..random.below(25) {
             change(&mut scene, &mut model, &trees, &mut random);
         }
         assert_eq!(scene.len(), model.bodies.len());
+        met += rays::check(&mut scene, &model, &mut random, &mut workspace);
         let truth = model.truth(&mut workspace);
         let budget = budget(&mut random);
         let report = detect(&mut scene, budget);
@@ -184,7 +186,9 @@ fn run_against_model(mode: Mode, reach: Reach, seed: u64, budget: impl Fn(&mut R
         }
         assert!(scene.bodies().count() == model.bodies.len());
         assert_certificates(&scene, &truth);
+        met += rays::check(&mut scene, &model, &mut random, &mut workspace);
     }
+    assert!(met > 50, "{met} rays hit something");
     let [began, persist, undecided, ended] = ledger.told;
     assert!(began > 10 && persist > 10 && ended > 10 && (undecided > 10) == cut, "{:?}", ledger.told);
 }

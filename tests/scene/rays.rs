@@ -1,0 +1,146 @@
+//! Rays in scenes, against the rays of all bodies one by one.
+
+use std::sync::Arc;
+
+use crate::common::random::Random;
+use crate::{Model, detect};
+use punctual::glam::{DMat3, DVec3};
+use punctual::{
+    Body, BodyHit, BodyId, Budget, Filter, ManualClock, Pose, Ray, RayError, RayHit, RayMode, RayQuery, Scene,
+    SceneCast, SceneError, SceneRay, StopReason, Tree, Workspace, shapes,
+};
+
+fn cast(scene: &mut Scene, ray: &SceneRay, budget: Budget) -> SceneCast {
+    scene.cast_with(ray, budget, &ManualClock::new()).unwrap()
+}
+
+fn key(hit: &BodyHit) -> (f64, usize, u32) {
+    (hit.on_body.t, hit.body.index(), hit.on_body.triangle)
+}
+
+/// All hits of a ray, the nearest first.
+fn truth(model: &Model, ray: &Ray, filter: Filter, workspace: &mut Workspace) -> Vec<(f64, usize, u32)> {
+    let mut hits = Vec::new();
+    for (id, body) in &model.bodies {
+        if filter.meets(body.filter) {
+            let here = ray.transformed(&body.pose.inverse().unwrap()).unwrap();
+            let query = RayQuery::new(&body.tree, here).mode(RayMode::All);
+            let _ = query.run_with(workspace, Budget::unlimited(), &ManualClock::new());
+            let told = |hit: &RayHit| (hit.t, id.index(), hit.triangle);
+            hits.extend(workspace.ray_hits().iter().map(told));
+        }
+    }
+    hits.sort_by(|x, y| x.partial_cmp(y).unwrap());
+    hits
+}
+
+fn any_ray(random: &mut Random) -> Ray {
+    let from = if random.below(4) == 0 { 1e6 * random.vector() } else { 4.0 * random.vector() };
+    let mut direction = 2.0 * random.vector() - from * f64::from(u8::from(from.length() > 1e3));
+    for axis in 0..3 {
+        if random.below(4) == 0 {
+            direction[axis] = 0.0;
+        }
+    }
+    if direction == DVec3::ZERO {
+        direction = DVec3::X;
+    }
+    let ray = match random.below(3) {
+        0 => Ray::segment(from, from + direction).unwrap(),
+        _ => Ray::new(from, direction * 10f64.powi(random.below(7) as i32 - 3)).unwrap(),
+    };
+    if random.below(3) == 0 { ray.within(random.signed().abs(), 3.0 * random.signed().abs()) } else { ray }
+}
+
+/// Some rays against the bodies as they are, complete and cut short.
+pub fn check(scene: &mut Scene, model: &Model, random: &mut Random, workspace: &mut Workspace) -> usize {
+    let mut met = 0;
+    for _ in 0..2 {
+        let ray = any_ray(random);
+        let filter = if random.below(2) == 0 { Filter::default() } else { Filter::new(u32::MAX, 3) };
+        let asked = SceneRay::new(ray).filter(filter);
+        let truth = truth(model, &ray, filter, workspace);
+        met += usize::from(!truth.is_empty());
+
+        let nearest = cast(scene, &asked, Budget::unlimited());
+        assert_eq!((nearest.hit.as_ref().map(key), nearest.stop), (truth.first().copied(), StopReason::Finished));
+        assert_eq!(nearest.free_until, truth.first().map_or(f64::INFINITY, |first| first.0));
+        let any = cast(scene, &asked.mode(RayMode::Any), Budget::unlimited());
+        assert!(any.hit.map_or(truth.is_empty(), |hit| truth.contains(&key(&hit))), "{any:?}");
+        let all = cast(scene, &asked.mode(RayMode::All), Budget::unlimited());
+        let mut hits: Vec<_> = scene.ray_hits().iter().map(key).collect();
+        hits.sort_by(|x, y| x.partial_cmp(y).unwrap());
+        assert_eq!((&hits, all.found), (&truth, truth.len() as u64));
+
+        let budget = random.below(1 + nearest.work as usize) as u64;
+        for mode in [RayMode::Nearest, RayMode::All] {
+            let cut = cast(scene, &asked.mode(mode), Budget::work(budget));
+            assert!(cut.work <= budget, "{cut:?}, {budget}");
+            assert!(cut.hit.is_none_or(|hit| truth.contains(&key(&hit))), "{cut:?}");
+            let unseen = |hit: &&(f64, usize, u32)| !scene.ray_hits().iter().any(|seen| key(seen) == **hit);
+            let first = if mode == RayMode::All { truth.iter().find(unseen) } else { truth.first() };
+            assert!(cut.free_until <= first.map_or(f64::INFINITY, |first| first.0), "{cut:?}: {first:?}");
+            if cut.stop == StopReason::Finished && mode == RayMode::Nearest {
+                assert_eq!((cut.hit, cut.work), (nearest.hit, nearest.work));
+            }
+        }
+    }
+    met
+}
+
+/// Balls of radius 1, one behind the other, 3 apart.
+fn row(bodies: usize) -> (Scene, Vec<BodyId>) {
+    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    let mut scene = Scene::new();
+    let at = |i: usize| Pose::new(DMat3::IDENTITY, DVec3::X * (3 * i) as f64).unwrap();
+    let ids = (0..bodies).map(|i| scene.insert(Body::moving(Arc::clone(&ball), at(i))).unwrap()).collect();
+    (scene, ids)
+}
+
+#[test]
+fn what_is_in_sight_is_found_without_looking_at_the_rest() {
+    let (mut scene, ids) = row(2_000);
+    detect(&mut scene, Budget::unlimited());
+    let ray = SceneRay::new(Ray::new([-2.0, 0.1, 0.2], [1.0, 0.0, 0.0]).unwrap());
+    let first = cast(&mut scene, &ray, Budget::unlimited());
+    assert_eq!(first.hit.unwrap().body, ids[0]);
+    assert!(first.work < 3_000, "{first:?}");
+    // Cut short anywhere, the way that is free is proven, and it only ever grows.
+    let mut free = 0.0;
+    for budget in (0..=first.work).step_by(50) {
+        let cut = cast(&mut scene, &ray, Budget::work(budget));
+        assert!(cut.free_until >= free && cut.free_until <= first.free_until);
+        free = cut.free_until;
+    }
+    assert!(free > 0.9, "{free}, {first:?}");
+}
+
+#[test]
+fn a_ray_sees_the_poses_that_were_set_and_only_bodies_that_are_there() {
+    let (mut scene, ids) = row(3);
+    let ray = SceneRay::new(Ray::new([-2.0, 0.1, 0.2], [1.0, 0.0, 0.0]).unwrap());
+    let seen = |scene: &mut Scene| cast(scene, &ray, Budget::unlimited()).hit.map(|hit| hit.body);
+    assert_eq!(seen(&mut scene), Some(ids[0]), "before the first frame");
+    detect(&mut scene, Budget::unlimited());
+    scene.set_pose(ids[0], Pose::new(DMat3::IDENTITY, DVec3::Y * 9.0).unwrap()).unwrap();
+    assert_eq!(seen(&mut scene), Some(ids[1]));
+    scene.remove(ids[1]).unwrap();
+    assert_eq!(seen(&mut scene), Some(ids[2]));
+    scene.set_filter(ids[2], Filter::new(0, 0)).unwrap();
+    assert_eq!(seen(&mut scene), None);
+}
+
+#[test]
+fn a_ray_that_a_body_cannot_be_asked_about_is_refused_by_its_name() {
+    let far = DVec3::X * 2f64.powi(989);
+    let turned = Pose::new(DMat3::from_rotation_z(0.8), far).unwrap();
+    let (mut scene, _) = row(1);
+    let id = scene.insert(Body::moving(Arc::new(Tree::new(shapes::icosphere(0))), turned)).unwrap();
+    let ray = SceneRay::new(Ray::segment([1e301, 1e301, 0.0], far).unwrap());
+    match scene.cast_with(&ray, Budget::unlimited(), &ManualClock::new()) {
+        Err(error @ SceneError::NoRay { body, error: RayError::TooLarge { .. } }) => {
+            assert!(body == id && error.to_string().starts_with("in the coordinates of body 1"), "{error}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
