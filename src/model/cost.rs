@@ -77,6 +77,9 @@ pub(crate) const WORK_PER_WITNESS: u64 = 120;
 /// The least that is of use to a pair in a scene: a query and one step.
 pub(crate) const LEAST_WORK: u64 = WORK_PER_QUERY + MAX_STEP_WORK;
 
+/// The same of a distance.
+pub(crate) const LEAST_DISTANCE_WORK: u64 = WORK_PER_QUERY + MAX_DISTANCE_STEP_WORK;
+
 /// Work that takes as long as planning another round of a scene's frame, for each pair.
 pub(crate) const WORK_PER_PLANNED_PAIR: u64 = 15;
 

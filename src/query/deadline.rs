@@ -48,6 +48,11 @@ impl<'c> Deadline<'c> {
         Self { clock, started: None, end, left: work, reserve, safe, first_look, done, at, next_look, poll_interval }
     }
 
+    /// From now on, what queries leave for a last step of so much work.
+    pub fn leave(&mut self, work: u64) {
+        self.reserve = work - 1;
+    }
+
     /// Begins or resumes a query that has done `work`.
     pub fn begin(&mut self, work: u64) {
         self.at = work;

@@ -225,8 +225,13 @@ impl<'t> DistanceQuery<'t> {
         self.options.margins[0] + self.options.margins[1]
     }
 
+    /// Whether the workspace holds a stopped run of this query.
+    pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
+        workspace.run.holds_stopped(&self.key()).is_ok()
+    }
+
     /// Prepares the workspace for a run from the roots.
-    fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>) {
+    pub(crate) fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>) {
         workspace.clear();
         workspace.run.begin(self.key(), Strategy { deepest_first: self.options.depth_first, ..Strategy::NONE });
         if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
@@ -244,7 +249,12 @@ impl<'t> DistanceQuery<'t> {
     }
 
     /// Spends a budget on the run in the workspace.
-    fn spend(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, deadline: &mut Deadline) -> Distance {
+    pub(crate) fn spend(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> Distance {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
         let question = nearest::Distance::new(&relation, &workspace.search.interval);
         let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();

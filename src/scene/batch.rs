@@ -5,11 +5,10 @@
 
 use super::body::Bodies;
 use super::id::{PairKey, bodies_of};
+use super::question::Question;
 use super::state::{PairState, Spent};
-use crate::math::Pose;
 use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
-use crate::query::{Clock, Deadline, Mode, Query, StopReason, Verdict, Workspace};
-use crate::tree::Tree;
+use crate::query::{Clock, Deadline, Mode, StopReason, Verdict, Workspace};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::mem;
@@ -21,11 +20,6 @@ const FOUND: usize = 1024;
 
 pub(super) fn workspace() -> Box<Workspace> {
     Box::new(Workspace::with_capacity(QUEUE, FOUND))
-}
-
-/// The query of a pair. A stopped run is resumed by an equal query.
-pub(super) fn query<'t>([a, b]: [&'t Tree; 2], b_in_a: Pose, mode: Mode) -> Query<'t> {
-    Query::new(a, b, b_in_a).mode(mode)
 }
 
 /// What all batches of a round have in common.
@@ -115,36 +109,43 @@ impl PairState {
     ) -> Ended {
         let [Some(a), Some(b)] = bodies_of(self.turn.key).map(|body| bodies.at(body)) else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
-        let (a, b) = (&a.body.tree, &b.body.tree);
         if self.turn.witnessed && !held {
             self.turn.witnessed = false;
             self.turn.spent.work += WORK_PER_WITNESS;
             deadline.spend(WORK_PER_WITNESS);
-            if let Some(witness) = self.memory.recheck(a, b, &b_in_a) {
+            if let Some(witness) = self.memory.recheck(&a.body.tree, &b.body.tree, &b_in_a) {
                 self.meets(witness, round.frame);
                 return Ended::Complete;
             }
             self.refuted = round.frame;
         }
-        if round.witnesses_only || !deadline.has_room(LEAST_WORK) {
+        if round.witnesses_only {
+            return Ended::NotBegun;
+        }
+        let question = Question::new(bodies, self.turn.key, [a, b], b_in_a, round.mode);
+        if !deadline.has_room(question.least_work()) {
             return Ended::NotBegun;
         }
         self.turn.is_blank = false;
-        let query = query([a, b], b_in_a, round.mode);
-        if !(held && query.is_stopped_in(workspace)) {
+        if !(held && question.is_stopped_in(workspace)) {
             self.pending = Spent::default();
-            query.begin(workspace, Some(&self.memory), query.strategy(round.to_the_end));
+            question.begin(workspace, &self.memory, round.to_the_end);
         }
         loop {
             deadline.spend(WORK_PER_QUERY);
             self.turn.spent.work += WORK_PER_QUERY;
             let before = self.pending;
-            let stop = query.advance(workspace, Some(&mut self.memory), deadline);
-            self.turn.spent.add(Spent::of(workspace).since(before));
-            if self.note(workspace, stop, round.frame) {
+            let answer = question.advance(workspace, &mut self.memory, deadline);
+            let spent = Spent::of(workspace);
+            self.turn.spent.add(spent.since(before));
+            if let Some(bounds) = answer.bounds {
+                let [x, y] = bodies_of(self.turn.key).map(|body| bodies.facts(body).changed);
+                self.measure(bounds, round.frame, x.max(y));
+            }
+            if self.note(&answer, spent, round.frame) {
                 return Ended::Complete;
             }
-            if stop != StopReason::PairsFull || !deadline.has_room(LEAST_WORK) {
+            if answer.stop != StopReason::PairsFull || !deadline.has_room(LEAST_WORK) {
                 return Ended::Stopped;
             }
             workspace.drain_pairs().for_each(drop);

@@ -1,14 +1,17 @@
 //! Bodies: a shared tree at a pose, and who may meet whom.
 
 use super::error::SceneError;
-use super::id::BodyId;
+use super::id::{BodyId, PairKey, bodies_of, pair_key};
+use super::measured::Measured;
 use super::room::reserve;
 use super::waiting::Waiting;
-use crate::math::tolerance::{SCENE_REACH, SCENE_ROTATION_TOLERANCE};
+use crate::math::tolerance::{COORDINATE_LIMIT, SCENE_REACH, SCENE_ROTATION_TOLERANCE};
 use crate::math::{Pose, rotation_deviation};
+use crate::model::cost::{LEAST_DISTANCE_WORK, LEAST_WORK};
 use crate::tree::Tree;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
+use core::mem;
 
 /// Whether a body can meet others of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,12 +69,15 @@ pub struct Body {
     /// How much its pairs matter when the budget does not reach all; default 0. A pair counts as the more important of its
     /// two bodies, and goes before all pairs that are less important.
     pub importance: f32,
+    /// How far its surface is thickened, in the length unit of the scene; default 0. A point becomes a ball, a segment a
+    /// capsule. Rays do not see it.
+    pub margin: f64,
 }
 
 impl Body {
     /// A moving body. `pose` maps the coordinates of the mesh to those of the scene.
     pub fn moving(tree: Arc<Tree>, pose: Pose) -> Self {
-        Self { tree, pose, kind: BodyKind::Moving, filter: Filter::default(), importance: 0.0 }
+        Self { tree, pose, kind: BodyKind::Moving, filter: Filter::default(), importance: 0.0, margin: 0.0 }
     }
 
     /// A fixed body, which meets moving ones only.
@@ -89,6 +95,12 @@ impl Body {
     #[must_use]
     pub fn importance(self, importance: f32) -> Self {
         Self { importance, ..self }
+    }
+
+    /// With another [`Body::margin`].
+    #[must_use]
+    pub fn margin(self, margin: f64) -> Self {
+        Self { margin, ..self }
     }
 }
 
@@ -135,7 +147,13 @@ pub(super) struct Facts {
     /// Fourth root of the number of triangles.
     pub size: f32,
     pub filter: Filter,
+    /// Whether one of its distances is asked for.
+    is_measured: bool,
+    /// Whether more may be asked of its pairs than if they meet.
+    pub is_special: bool,
 }
+
+const _: () = assert!(size_of::<Facts>() == 32);
 
 impl Facts {
     /// Whether its box may be of another pose or tree than it has.
@@ -167,6 +185,10 @@ pub(super) struct Bodies {
     len: usize,
     /// The frame of the last new slot.
     grown: u64,
+    /// The pairs whose distances are asked for.
+    pub measured: Measured,
+    /// Whether there is, or was, a body of which more may be asked than whom it meets.
+    has_special: bool,
 }
 
 /// So many frames after it had more bodies than ever before a scene counts as young.
@@ -224,6 +246,9 @@ impl Bodies {
         self.get(id)?;
         let placed = self.slots[id.index()].take().ok_or(SceneError::NoSuchBody { body: id })?;
         self.len -= 1;
+        if mem::take(&mut self.facts[id.index()].is_measured) {
+            self.measured.forget(id.index);
+        }
         // A slot whose generations are used up is given up.
         if let Some(next) = id.generation.checked_add(1) {
             self.facts[id.index()].generation = next;
@@ -263,9 +288,39 @@ impl Bodies {
         let facts = &mut self.facts[index];
         if let Some(Placed { body, .. }) = &self.slots[index] {
             (facts.importance, facts.filter) = (body.importance, body.filter);
+            facts.is_special = facts.is_measured || body.margin > 0.0;
+            self.has_special |= facts.is_special;
             facts.size = libm::sqrtf(libm::sqrtf(body.tree.mesh().len() as f32));
         }
         facts.changed = frame;
+    }
+
+    /// Asks for the distance of a pair, or no more, from `frame` on.
+    pub fn measure(&mut self, pair: [BodyId; 2], tolerance: Option<f64>, frame: u64) -> Result<(), SceneError> {
+        for id in pair {
+            self.get(id)?;
+        }
+        let key = pair_key(pair[0].index, pair[1].index);
+        match tolerance {
+            Some(tolerance) => self.measured.insert(key, tolerance),
+            None => self.measured.remove(key),
+        }
+        for id in pair {
+            let is_measured = tolerance.is_some() || self.measured.has(id.index);
+            self.facts[id.index()].is_measured = is_measured;
+        }
+        // What was found is the answer to another question.
+        pair.into_iter().try_for_each(|id| self.change(id, frame, |_| ()))
+    }
+
+    /// Whether more may be asked of a pair than if it meets.
+    pub fn is_special(&self, key: PairKey) -> bool {
+        bodies_of(key).into_iter().any(|body| self.facts(body).is_special)
+    }
+
+    /// The least work of a turn, of whatever may be asked.
+    pub fn least_work(&self) -> u64 {
+        if self.has_special { LEAST_DISTANCE_WORK } else { LEAST_WORK }
     }
 
     /// Leaves a change to the next frame.
@@ -358,4 +413,8 @@ pub(super) fn checked_inverse(body: BodyId, pose: &Pose) -> Result<Pose, SceneEr
 pub(super) fn checked_importance(body: BodyId, importance: f32) -> Result<f32, SceneError> {
     // One zero, so that the bits give the order.
     if importance.is_nan() { Err(SceneError::ImportanceNotANumber { body }) } else { Ok(importance + 0.0) }
+}
+
+pub(super) fn checked_length(body: BodyId, length: f64) -> Result<f64, SceneError> {
+    if (0.0..=COORDINATE_LIMIT).contains(&length) { Ok(length) } else { Err(SceneError::NotALength { body, length }) }
 }

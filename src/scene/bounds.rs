@@ -60,6 +60,11 @@ pub(super) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
     Aabb { min: ends.min - bulge, max: ends.max + bulge }
 }
 
+/// A box around what is thickened by a margin. That is a sum more for each corner; the margins of the box have room for it.
+pub(super) fn thickened(bounds: Aabb, margin: f64) -> Aabb {
+    Aabb { min: bounds.min - margin, max: bounds.max + margin }
+}
+
 /// The angle between two rotations, 0 to pi.
 fn turn(from: &DMat3, to: &DMat3) -> f64 {
     let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *to * from.transpose();

@@ -33,6 +33,18 @@ pub enum SceneError {
         /// The body; for an insertion, the id that it would have had.
         body: BodyId,
     },
+    /// The margin, or the tolerance of a distance, is negative, NaN, or exceeds 2^1000.
+    NotALength {
+        /// The body; for an insertion, the id that it would have had.
+        body: BodyId,
+        /// What was given.
+        length: f64,
+    },
+    /// The distance of a body from itself is asked for.
+    OneBody {
+        /// The body.
+        body: BodyId,
+    },
     /// The ray has no image in the coordinates of a body's mesh: it is too long, or too short for so far a body.
     NoRay {
         /// The body.
@@ -54,6 +66,10 @@ impl fmt::Display for SceneError {
             ),
             Self::TooFar { body, axis } => write!(f, "{body}: translation along axis {axis} exceeds 2^990"),
             Self::ImportanceNotANumber { body } => write!(f, "{body}: the importance is not a number"),
+            Self::NotALength { body, length } => {
+                write!(f, "{body}: {length} is not a length from 0 to 2^1000")
+            }
+            Self::OneBody { body } => write!(f, "{body} has no distance from itself"),
             Self::NoRay { body, error } => write!(f, "in the coordinates of {body}, {error}"),
             Self::Full => f.write_str("the scene has no id left"),
         }

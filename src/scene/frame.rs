@@ -55,6 +55,7 @@ impl Scene {
                 true => bounds::swept(&body.tree, last, &body.pose),
                 false => bounds::at(&body.tree, &body.pose),
             };
+            let bounds = bounds::thickened(bounds, body.margin);
             self.broad.place(index, bounds, body.kind == BodyKind::Moving, news, importance);
             if moves {
                 bodies.settle_next(index);

@@ -77,7 +77,13 @@ impl Listing<'_> {
         let Frame { number, mode, bodies, .. } = *self.frame;
         let key = self.pairs.key(place);
         let [a, b] = bodies_of(key);
-        let overlap = self.broad.bounds(a).intersects(self.broad.bounds(b));
+        let (x, y) = (bodies.facts(a), bodies.facts(b));
+        let special = x.is_special | y.is_special;
+        let measured = special && bodies.measured.tolerance(key).is_some();
+        if measured && !x.may_meet(y) {
+            return false;
+        }
+        let overlap = measured || self.broad.bounds(a).intersects(self.broad.bounds(b));
         let Some(overlap) = (if settled { Some(overlap) } else { self.may_overlap(place, overlap) }) else {
             return false;
         };
@@ -90,12 +96,16 @@ impl Listing<'_> {
         let complete = state.completed >= changed;
         let mut probability = 0.0;
         if complete {
-            state.decided = number;
+            if state.verdict != Verdict::Undecided {
+                state.decided = number;
+            }
         } else {
-            let (x, y) = (bodies.facts(a), bodies.facts(b));
             let age = number - state.decided;
-            let hit = mode == Mode::Any && matches!(state.verdict, Verdict::Intersecting { .. });
-            let forecast = if forecasts { Forecast::new(state, [x.size, y.size], age) } else { Forecast::default() };
+            let hit = mode == Mode::Any && !special && matches!(state.verdict, Verdict::Intersecting { .. });
+            // A distance takes about four times as long.
+            let scale = if special { 2.0 } else { 1.0 };
+            let sizes = [scale * x.size, scale * y.size];
+            let forecast = if forecasts { Forecast::new(state, sizes, age) } else { Forecast::default() };
             probability = if hit && state.refuted >= changed { forecast.chance } else { forecast.still };
             self.jobs.push(Job {
                 key,

@@ -17,6 +17,7 @@ mod broad;
 mod build;
 mod cast;
 mod deal;
+mod distances;
 mod error;
 mod events;
 mod fat_tree;
@@ -26,9 +27,11 @@ mod id;
 mod job;
 mod line;
 mod listing;
+mod measured;
 mod node;
 mod pace;
 mod pairs;
+mod question;
 mod ray;
 mod report;
 mod room;
@@ -45,7 +48,7 @@ pub use body::{Body, BodyKind, Filter};
 pub use error::SceneError;
 pub use id::BodyId;
 pub use ray::{BodyHit, SceneCast, SceneRay};
-pub use report::{BodyContact, ContactPhase, PairCertificate, PairReport, Report};
+pub use report::{BodyContact, ContactPhase, PairCertificate, PairDistance, PairReport, Report};
 
 use crate::math::{Aabb, Pose};
 use crate::model::calibration::Calibration;
@@ -56,7 +59,7 @@ use crate::query::{Budget, Clock, Mode, Verdict, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
-use body::{Bodies, Change, Placed, checked_importance, checked_inverse};
+use body::{Bodies, Change, Placed, checked_importance, checked_inverse, checked_length};
 use broad::Broad;
 use cast::Rays;
 use events::Events;
@@ -211,6 +214,7 @@ impl Scene {
         let id = self.bodies.next_id().ok_or(SceneError::Full)?;
         let inverse = checked_inverse(id, &body.pose)?;
         let importance = checked_importance(id, body.importance)?;
+        checked_length(id, body.margin)?;
         let frame = self.next_frame();
         let last = body.pose;
         self.bodies_mut().insert(Placed { body: Body { importance, ..body }, inverse, last }, frame);
@@ -317,9 +321,10 @@ impl Scene {
     /// twice as many, so there are few such frames; within the room made by [`Scene::reserve`] there are none. There are never
     /// more than [`Scene::max_pairs`] pairs.
     ///
-    /// **Guarantee: no pair starves.** Let `B` be the budget of each frame, of work (at least 602 units) or the time that the
+    /// **Guarantee: no pair starves.** Let `B` be the budget of each frame, of work (at least `L`) or the time that the
     /// broad phase leaves; `R = B/8`; and `C` the sum over the overlapping pairs of what each takes to its end, or is
-    /// expected to take if that is more, with 602 units for every frame in which it goes on. Then each pair has a turn within
+    /// expected to take if that is more, with `L` units for every frame in which it goes on: `L` is 602, or 1,290 if
+    /// [margins](Scene::set_margin) or [distances](Scene::measure) are asked for. Then each pair has a turn within
     /// **`K = 2 ⌈C/R⌉ + 1`** frames, and a pair that rests, or that takes no more than `R`, is decided at least once in `K`
     /// frames.
     ///
@@ -404,10 +409,11 @@ impl Scene {
             return Ok(whole(&here.intersection(&there)));
         }
         let Some(pair) = self.report.pair(a, b) else { return Ok(nothing) };
-        if pair.complete && (self.mode == Mode::All || pair.verdict == Verdict::Separated) {
+        let key = id::pair_key(index_a, index_b);
+        let counts_all = self.mode == Mode::All && !self.bodies.is_special(key);
+        if pair.complete && (counts_all || pair.verdict == Verdict::Separated) {
             return Ok(PairCertificate { upper_bound: pair.found, ..nothing });
         }
-        let key = id::pair_key(index_a, index_b);
         let held = self.schedule.certificate(key, trees, placed_a.relative(placed_b), self.mode);
         Ok(held.unwrap_or_else(|| whole(&self.broad.bounds(index_a).intersection(self.broad.bounds(index_b)))))
     }

@@ -1,8 +1,11 @@
 //! The pairs of bodies whose fat AABBs overlap, and where the states of those are that had a turn.
 
+use super::asked::Frame;
 use super::body::{Bodies, Change};
 use super::broad::Broad;
 use super::id::{PairKey, bodies_of};
+use super::question::Bounds;
+use super::report::{PairDistance, Report};
 use super::room::{Room, reserve};
 use super::state::PairState;
 use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
@@ -189,6 +192,33 @@ impl Pairs {
         self.reserve_states(&mut Deadline::at(None, u64::MAX, &ManualClock::new()));
     }
 
+    /// Makes a pair known whose distance is asked for, wherever its bodies are; beside those that there is room for.
+    pub fn insert(&mut self, key: PairKey) {
+        let (place, merged) = (self.place(key), self.merged.len());
+        if place == self.len() || self.key(place) != key {
+            let known = Known { key, slot: APART, since: 0 };
+            if place < merged {
+                self.merged.insert(place, known);
+            } else {
+                self.known.insert(place - merged + self.merge.known, known);
+            }
+        }
+    }
+
+    /// Tells the distances that are asked for.
+    pub fn tell_distances(&mut self, frame: &Frame, report: &mut Report) {
+        for key in frame.bodies.measured.keys() {
+            let place = self.place(key);
+            let has_state = place < self.len() && self.key(place) == key && self.overlapped(place);
+            let state = has_state.then(|| self.state(place, frame.number));
+            let Bounds { low, high, triangles } = state.as_ref().map_or(Bounds::NOTHING, |state| state.bounds);
+            let measured = state.map_or(0, |state| state.measured);
+            let age = if measured >= frame.changed(key).max(1) { 0 } else { frame.number - measured };
+            let [a, b] = bodies_of(key).map(|body| frame.bodies.id(body));
+            report.distances.push(PairDistance { a, b, low, high, triangles, age });
+        }
+    }
+
     /// Makes room for as many pairs as are known, and for the states of so many whose boxes overlap, or more if the scene is
     /// `young`.
     pub fn grow(&mut self, broad: &mut Broad, overlapping: usize, young: bool, deadline: &mut Deadline) {
@@ -245,10 +275,10 @@ impl Pairs {
             for _ in 0..STEP {
                 let (known, new) = (self.known.get(self.merge.known).copied(), found.get(self.merge.found).copied());
                 match (known, new) {
-                    (Some(known), new) if new.is_none_or(|new| known.key <= new) => {
+                    (Some(mut known), new) if new.is_none_or(|new| known.key <= new) => {
                         self.merge.known += 1;
                         let again = new == Some(known.key);
-                        if self.stays(&known, again, broad, bodies) {
+                        if self.stays(&mut known, again, broad, bodies) {
                             self.merge.found += usize::from(again);
                             self.merged.push(known);
                         }
@@ -270,18 +300,26 @@ impl Pairs {
 
     /// Whether a pair stays, which was found `again` or not; its state is given up if it does not.
     #[inline]
-    fn stays(&mut self, known: &Known, again: bool, broad: &Broad, bodies: &Bodies) -> bool {
+    fn stays(&mut self, known: &mut Known, again: bool, broad: &Broad, bodies: &Bodies) -> bool {
         let pair = bodies_of(known.key);
+        let news = pair.map(|body| broad.news(body)).into_iter().max();
         let stays = broad.is_purged()
-            || match pair.map(|body| broad.news(body)).into_iter().max() {
+            || match news {
                 None | Some(Change::Settle | Change::None) => true,
                 Some(Change::Place) => again || !broad.has_found_all() && broad.overlap(bodies, pair),
                 Some(Change::Body) => false,
             };
-        if !stays && known.slot < BLANK {
-            self.free.push(known.slot);
+        if stays {
+            return true;
         }
-        stays
+        let is_measured = bodies.measured.tolerance(known.key).is_some();
+        if !is_measured || news == Some(Change::Body) {
+            if known.slot < BLANK {
+                self.free.push(known.slot);
+            }
+            known.slot = APART;
+        }
+        is_measured
     }
 }
 

@@ -34,6 +34,28 @@ pub struct PairReport {
     pub age: u64,
 }
 
+/// What is known of the distance of two bodies: [`crate::Scene::measure`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct PairDistance {
+    /// The body of the lower index.
+    pub a: BodyId,
+    /// The other one.
+    pub b: BodyId,
+    /// Proven: no point of one surface was closer to the other; 0 if nothing is known.
+    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    pub low: f64,
+    /// Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is known.
+    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    pub high: f64,
+    /// The closest triangles that were found: ids of the meshes of `a` and of `b`.
+    pub triangles: Option<[u32; 2]>,
+    /// Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As many as there were if
+    /// nothing is known.
+    pub age: u64,
+}
+
 /// What becomes of a contact of two bodies in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -81,6 +103,8 @@ pub struct Report {
     pub frame: u64,
     /// All pairs of bodies whose boxes overlap and that may meet, ascending by index, as far as they are known and listed.
     pub pairs: Vec<PairReport>,
+    /// The distances that are [asked for](crate::Scene::measure), ascending by index, whether their pairs had a turn or not.
+    pub distances: Vec<PairDistance>,
     /// The contacts of bodies, ascending by index; of one index, that of a removed body first. Empty unless
     /// [asked for](crate::Scene::track_contacts). Contacts of a removed body end in the next frame, under its own id.
     pub contacts: Vec<BodyContact>,
@@ -115,6 +139,7 @@ pub struct Report {
 impl Report {
     pub(super) fn begin(&mut self) {
         self.pairs.clear();
+        self.distances.clear();
         (self.decided, self.intersecting, self.complete) = (0, 0, 0);
         (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
     }

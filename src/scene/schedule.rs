@@ -20,7 +20,7 @@
 //!   end, and it is round in `K` frames.
 
 use super::asked::Frame;
-use super::batch::{Batch, Round, query};
+use super::batch::{Batch, Round};
 use super::broad::Broad;
 use super::deal::{BATCHES, Deal};
 use super::events::Events;
@@ -29,6 +29,7 @@ use super::job::Job;
 use super::listing::Listing;
 use super::pace::{Overhead, Reserved, Speed};
 use super::pairs::Pairs;
+use super::question::Question;
 use super::report::{PairCertificate, Report};
 use super::room::reserve;
 use super::share::Share;
@@ -36,7 +37,7 @@ use super::turns::RoundRobin;
 use crate::math::Pose;
 use crate::model::calibration::Calibration;
 use crate::model::cost::{LEAST_WORK, WORK_PER_PLANNED_PAIR};
-use crate::query::{Deadline, Mode};
+use crate::query::{Deadline, Mode, Query};
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use core::cell::Cell;
@@ -87,8 +88,9 @@ impl Schedule {
     }
 
     /// What the stopped run of a pair left open, if it is kept.
-    pub fn certificate(&self, key: PairKey, trees: [&Tree; 2], b_in_a: Pose, mode: Mode) -> Option<PairCertificate> {
-        let query = query(trees, b_in_a, mode);
+    pub fn certificate(&self, key: PairKey, [a, b]: [&Tree; 2], b_in_a: Pose, mode: Mode) -> Option<PairCertificate> {
+        // A stopped run of another question is none of this query.
+        let query = Query::new(a, b, b_in_a).mode(mode);
         let mut held = self.batches.iter().filter_map(Batch::stopped).filter(|&(held, _)| held == key);
         let open = held.find_map(|(_, workspace)| query.certificate(workspace).ok())?;
         Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
@@ -112,6 +114,7 @@ impl Schedule {
         let end = frame.end(rest);
         let mut round = Round { frame: frame.number, mode: frame.mode, to_the_end: true, witnesses_only: false, end };
         let total = self.left(frame, end, 0);
+        let least = frame.bodies.least_work();
         let mut shared = false;
         let mut last = frame.now();
         for number in 0..ROUNDS {
@@ -122,7 +125,7 @@ impl Schedule {
             if open == 0 || left < LEAST_WORK + planning {
                 break;
             }
-            let reserve = if left == u64::MAX { 0 } else { left.min((total / GUARANTEED).max(LEAST_WORK)) };
+            let reserve = if left == u64::MAX { 0 } else { left.min((total / GUARANTEED).max(least)) };
             self.find_homes();
             self.plan(frame, &mut round, left, reserve, number == 0, pairs);
             shared |= !round.witnesses_only;
@@ -131,7 +134,7 @@ impl Schedule {
             let began = frame.now();
             execute(&mut self.batches, &round);
             let ended = frame.now();
-            let spent = self.collect(&round, total, pairs, report);
+            let spent = self.collect(&round, [total, least], pairs, report);
             let collected = frame.now();
             if let (Some(planned), Some(began), Some(ended), Some(collected)) = (last, began, ended, collected) {
                 let overhead = [began.saturating_sub(planned), collected.saturating_sub(ended)];
@@ -146,11 +149,12 @@ impl Schedule {
         }
         let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, pairs, report));
         self.turns.end_frame(&self.jobs);
+        found.pairs.tell_distances(frame, report);
         report.finish();
         found.events.tell(frame.bodies, found.broad, report);
         if let Some((last, now)) = last.zip(frame.now()) {
             let took = now.saturating_sub(last).saturating_sub(estimating);
-            let told = report.pairs.len() + found.events.len();
+            let told = report.pairs.len() + report.distances.len() + found.events.len();
             let most = (2_000 + 10 * told) as f64 + estimates.unwrap_or_default().as_nanos() as f64;
             self.rest.learn(took.as_nanos() as f64, most);
         }
@@ -196,7 +200,9 @@ impl Schedule {
                 break;
             }
             let Job { place, listed, .. } = self.jobs[at];
-            let query = query([&a.body.tree, &b.body.tree], a.relative(b), frame.mode);
+            let Question::Meet(query) = Question::new(frame.bodies, key, [a, b], a.relative(b), frame.mode) else {
+                continue;
+            };
             let state = pairs.state(place as usize, frame.number);
             if let Ok(mut estimate) = query.estimate_while(workspace, Some(&state.memory), &goes_on) {
                 // More than there is room for are not needed.
@@ -248,11 +254,12 @@ impl Schedule {
         }
     }
 
-    /// Takes the jobs back from the batches; `total` is the work of this frame. Returns the work that was done.
-    fn collect(&mut self, round: &Round, total: u64, pairs: &mut Pairs, report: &mut Report) -> u64 {
+    /// Takes the jobs back from the batches; `total` is the work of this frame, `least` that of a turn. Returns the work that
+    /// was done.
+    fn collect(&mut self, round: &Round, [total, least]: [u64; 2], pairs: &mut Pairs, report: &mut Report) -> u64 {
         // Without a budget all have had their turn, however they were dealt.
         if !round.witnesses_only && total < u64::MAX {
-            self.turns.advance(&self.batches[0], total / GUARANTEED);
+            self.turns.advance(&self.batches[0], (total / GUARANTEED).saturating_sub(2 * least));
         }
         let before = report.work;
         for mut state in self.batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {

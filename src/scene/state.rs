@@ -1,9 +1,10 @@
 //! What is kept about two bodies while their boxes overlap, once a query had its turn.
 
 use super::id::PairKey;
+use super::question::{Answer, Bounds};
 use crate::model::calibration::Calibration;
 use crate::model::cost::WORK_PER_WITNESS;
-use crate::query::{PairMemory, StopReason, Verdict, Workspace};
+use crate::query::{PairMemory, Verdict, Workspace};
 use arrayvec::ArrayVec;
 
 /// Work and BV tests.
@@ -95,6 +96,9 @@ pub(super) struct PairState {
     pub pending: Spent,
     /// Probabilities that estimates told of the bodies as they are, until their truth comes out.
     pub told: ArrayVec<f64, TOLD>,
+    /// What was proven last of its distance, and the last frame that did; 0 if none did.
+    pub bounds: Bounds,
+    pub measured: u64,
     /// While it is in a batch.
     pub turn: Turn,
 }
@@ -113,6 +117,8 @@ impl PairState {
             search: 0,
             pending: Spent::default(),
             told: ArrayVec::new(),
+            bounds: Bounds::NOTHING,
+            measured: 0,
             turn: Turn::NONE,
         }
     }
@@ -135,10 +141,16 @@ impl PairState {
         (self.verdict, self.found) = (Verdict::Intersecting { witness }, 1);
     }
 
-    /// Takes note of a call in `frame` that ended for this reason; whether the run is over.
-    pub fn note(&mut self, workspace: &Workspace, stop: StopReason, frame: u64) -> bool {
-        let spent = Spent::of(workspace);
-        if stop.is_final() {
+    /// Takes note of bounds that are proven in `frame`, of bodies that were last new in `changed`.
+    pub fn measure(&mut self, bounds: Bounds, frame: u64, changed: u64) {
+        self.bounds = if self.measured >= changed { self.bounds.and(bounds) } else { bounds };
+        self.measured = frame;
+    }
+
+    /// Takes note of the answer of a call in `frame`, and of what the run has spent; whether it is over.
+    pub fn note(&mut self, answer: &Answer, spent: Spent, frame: u64) -> bool {
+        let is_final = answer.stop.is_final();
+        if is_final {
             (self.completed, self.cost, self.pending) = (frame, spent.work, Spent::default());
             if spent.bv_tests > 0 {
                 self.search = spent.work;
@@ -147,10 +159,12 @@ impl PairState {
             self.search = self.search.max(2 * spent.work);
             self.pending = spent;
         }
-        let verdict = workspace.verdict(stop);
-        if verdict != Verdict::Undecided {
-            (self.decided, self.verdict, self.found) = (frame, verdict, workspace.found());
+        if answer.verdict != Verdict::Undecided {
+            (self.decided, self.verdict, self.found) = (frame, answer.verdict, answer.found);
+        } else if is_final {
+            // A distance that equals the margins as far as numbers tell.
+            self.verdict = Verdict::Undecided;
         }
-        stop.is_final()
+        is_final
     }
 }

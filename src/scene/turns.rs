@@ -3,7 +3,6 @@
 use super::batch::Batch;
 use super::id::PairKey;
 use super::job::Job;
-use crate::model::cost::LEAST_WORK;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RoundRobin {
@@ -35,12 +34,12 @@ impl RoundRobin {
         (self.cut, self.end) = (cut, end);
     }
 
-    /// Moves on past the turns that have ended.
-    pub fn advance(&mut self, batch: &Batch, guaranteed: u64) {
+    /// Moves on past the turns that have ended. `enough`: work that is all but the guaranteed share.
+    pub fn advance(&mut self, batch: &Batch, enough: u64) {
         let Some(last) = batch.turns.last().filter(|_| self.holds_cursor) else { return };
         let waiting = batch.turns.iter().position(|state| !state.turn.standing.complete);
         self.cursor = waiting.map_or(last.turn.key + 1, |at| batch.turns[at].turn.key);
-        self.overspent = waiting == Some(0) && batch.turns[0].turn.spent.work + 2 * LEAST_WORK >= guaranteed;
+        self.overspent = waiting == Some(0) && batch.turns[0].turn.spent.work >= enough;
     }
 
     /// Passes by the jobs of a list cut short that are at their ends, so that the next list has others.

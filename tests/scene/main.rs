@@ -3,6 +3,7 @@
 mod broad_phase;
 #[path = "../common/mod.rs"]
 mod common;
+mod distances;
 mod events;
 mod promises;
 mod rays;

@@ -1,0 +1,107 @@
+//! What is asked of a pair: one question at a time, which is begun, resumed and answered here.
+
+use super::body::{Bodies, Placed};
+use super::id::PairKey;
+use crate::math::Pose;
+use crate::model::cost::{LEAST_DISTANCE_WORK, LEAST_WORK, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
+use crate::query::{Deadline, DistanceQuery, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
+
+/// What is asked of a pair. A stopped run is resumed by an equal question.
+pub(super) enum Question<'t> {
+    /// Whether, or where, the surfaces meet.
+    Meet(Query<'t>),
+    /// How far the thickened surfaces are apart, or only whether they meet.
+    Distance(DistanceQuery<'t>),
+}
+
+/// What is known after a call.
+pub(super) struct Answer {
+    pub stop: StopReason,
+    pub verdict: Verdict,
+    /// Intersecting pairs of triangles.
+    pub found: u64,
+    pub bounds: Option<Bounds>,
+}
+
+/// What is proven of a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    pub low: f64,
+    pub high: f64,
+    /// The triangles that are `high` apart.
+    pub triangles: Option<[u32; 2]>,
+}
+
+impl Bounds {
+    pub const NOTHING: Self = Self { low: 0.0, high: f64::INFINITY, triangles: None };
+
+    /// Both of one pose.
+    pub fn and(self, other: Self) -> Self {
+        let nearer = if other.high < self.high { other } else { self };
+        Self { low: self.low.max(other.low), ..nearer }
+    }
+}
+
+impl<'t> Question<'t> {
+    /// That of a pair of bodies, of which the second one is at a pose in the frame of the first; `mode` is that of the scene.
+    pub fn new(bodies: &Bodies, key: PairKey, [a, b]: [&'t Placed; 2], b_in_a: Pose, mode: Mode) -> Self {
+        let trees = [&*a.body.tree, &*b.body.tree];
+        if !bodies.is_special(key) {
+            return Self::Meet(Query::new(trees[0], trees[1], b_in_a).mode(mode));
+        }
+        let margins = [a.body.margin, b.body.margin];
+        let distance = DistanceQuery::new(trees[0], trees[1], b_in_a).margins(margins);
+        match bodies.measured.tolerance(key) {
+            Some(tolerance) => Self::Distance(distance.absolute_tolerance(tolerance)),
+            None if margins != [0.0; 2] => Self::Distance(distance.closer_than(0.0)),
+            None => Self::Meet(Query::new(trees[0], trees[1], b_in_a).mode(mode)),
+        }
+    }
+
+    /// The least work of a turn.
+    pub fn least_work(&self) -> u64 {
+        match self {
+            Self::Meet(_) => LEAST_WORK,
+            Self::Distance(_) => LEAST_DISTANCE_WORK,
+        }
+    }
+
+    /// Whether a workspace holds a stopped run of it.
+    pub fn is_stopped_in(&self, workspace: &Workspace) -> bool {
+        match self {
+            Self::Meet(query) => query.is_stopped_in(workspace),
+            Self::Distance(query) => query.is_stopped_in(workspace),
+        }
+    }
+
+    /// Prepares a workspace for a run, which is expected to get to its end or not.
+    pub fn begin(&self, workspace: &mut Workspace, memory: &PairMemory, to_the_end: bool) {
+        match self {
+            Self::Meet(query) => query.begin(workspace, Some(memory), query.strategy(to_the_end)),
+            Self::Distance(query) => query.begin(workspace, Some(memory)),
+        }
+    }
+
+    /// Goes on with the run in a workspace until it is over or the deadline stops it.
+    pub fn advance(&self, workspace: &mut Workspace, memory: &mut PairMemory, deadline: &mut Deadline) -> Answer {
+        match self {
+            Self::Meet(query) => {
+                let stop = query.advance(workspace, Some(memory), deadline);
+                Answer { stop, verdict: workspace.verdict(stop), found: workspace.found(), bounds: None }
+            }
+            Self::Distance(query) => {
+                deadline.leave(MAX_DISTANCE_STEP_WORK);
+                let distance = query.spend(workspace, Some(memory), deadline);
+                deadline.leave(MAX_STEP_WORK);
+                let triangles = distance.nearest.map(|nearest| nearest.triangles);
+                let verdict = match triangles {
+                    Some(witness) if distance.high == 0.0 => Verdict::Intersecting { witness },
+                    _ if distance.low > 0.0 => Verdict::Separated,
+                    _ => Verdict::Undecided,
+                };
+                let bounds = Some(Bounds { low: distance.low, high: distance.high, triangles });
+                Answer { stop: distance.stop, verdict, found: u64::from(distance.high == 0.0), bounds }
+            }
+        }
+    }
+}
