@@ -29,6 +29,12 @@ pub(crate) fn larger(x: f64, y: f64) -> f64 {
     if x > y { x } else { y }
 }
 
+/// The same of `f64::min`.
+#[inline(always)]
+pub(crate) fn smaller(x: f64, y: f64) -> f64 {
+    if x < y { x } else { y }
+}
+
 /// The largest component.
 #[inline(always)]
 pub(crate) fn largest(v: glam::DVec3) -> f64 {

@@ -57,8 +57,8 @@ impl<L: Lanes> Boxes<L> {
 /// Eight boxes by their ends on three axes.
 #[derive(Clone, Copy)]
 pub(super) struct Slabs<L: Lanes> {
-    low: V8<L>,
-    high: V8<L>,
+    pub low: V8<L>,
+    pub high: V8<L>,
 }
 
 impl<L: Lanes> Slabs<L> {
@@ -104,8 +104,8 @@ impl<L: Lanes> Slabs<L> {
 
 /// Eight boxes, to be read one at a time.
 pub(super) struct Stored {
-    low: [[f32; 8]; 3],
-    high: [[f32; 8]; 3],
+    pub low: [[f32; 8]; 3],
+    pub high: [[f32; 8]; 3],
 }
 
 /// The ends, on three axes, of a box given by centre and half extents.
@@ -299,7 +299,7 @@ fn longest_one(v: f32x4) -> f32 {
 }
 
 /// Eight triangles, to be read one at a time.
-struct Planes {
+pub(super) struct Planes {
     boxes: Stored,
     corner: [[f32; 8]; 3],
     normal: [[f32; 8]; 3],
@@ -310,7 +310,7 @@ struct Planes {
 
 impl Planes {
     #[inline(always)]
-    fn new<L: Lanes>(lanes: L, Triangles { rows, view, skew }: &Triangles) -> Self {
+    pub(super) fn new<L: Lanes>(lanes: L, Triangles { rows, view, skew }: &Triangles) -> Self {
         let [t0, t1, t2, t3, t4, t5, t6, t7] = rows;
         let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
             per_axis!(i => F8::transpose(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
@@ -338,7 +338,7 @@ impl Planes {
     }
 
     #[inline(always)]
-    fn at(&self, i: usize) -> Plane {
+    pub(super) fn at(&self, i: usize) -> Plane {
         Plane {
             low: per_axis!(k => self.boxes.low[k][i]),
             high: per_axis!(k => self.boxes.high[k][i]),
@@ -353,21 +353,21 @@ impl Planes {
 
 /// A triangle seen from a node of the other side: its box, and its plane.
 #[derive(Debug, PartialEq)]
-struct Plane {
-    low: [f32; 3],
-    high: [f32; 3],
-    corner: [f32; 3],
-    normal: [f32; 3],
+pub(super) struct Plane {
+    pub low: [f32; 3],
+    pub high: [f32; 3],
+    pub corner: [f32; 3],
+    pub normal: [f32; 3],
     /// `|n_k|`, and more by the error of the normal.
-    reach: [f32; 3],
-    blur: f32,
-    slack: f32,
+    pub reach: [f32; 3],
+    pub blur: f32,
+    pub slack: f32,
 }
 
 impl Plane {
     /// The same as of [`Planes`], to the bit.
     #[inline(always)]
-    fn new([first, second, third]: &Rows, view: &View, skew: f32) -> Self {
+    pub(super) fn new([first, second, third]: &Rows, view: &View, skew: f32) -> Self {
         let (margin, zero) = (view.margin, f32x4::ZERO);
         let p = view.point(f32x4::new([first[0], first[1], first[2], 0.0]));
         let e = view.vector(f32x4::new([first[3], second[0], second[1], 0.0]));

@@ -44,7 +44,7 @@ pub(super) struct Journey {
     pub options: Option<MotionOptions>,
     /// The piece of the motion at hand.
     pub piece: u32,
-    /// How much earlier a contact must be to matter beside one that is known.
+    /// Half of how much later than `free_until` a contact may be.
     tolerance: f64,
     free_until: f64,
     /// The earliest time at which triangles may meet that are done with: they meet then, or later than matters, or `f64` cannot
@@ -85,7 +85,7 @@ impl Journey {
 
     /// What is free until then does not matter any more.
     pub fn cut(&self) -> f64 {
-        self.contact.map_or(f64::INFINITY, |contact| (contact.time - self.tolerance).max(0.0))
+        self.contact.map_or(f64::INFINITY, |contact| (contact.time - 2.0 * self.tolerance).max(0.0))
     }
 
     /// Whether a pair matters that does not meet before `from`. Whether surfaces meet at the start is no question of tolerance.
@@ -144,7 +144,7 @@ pub(super) fn bucket(key: f32) -> usize {
 }
 
 /// The least time of a bucket.
-fn least_key(bucket: usize) -> f32 {
+pub(super) fn least_key(bucket: usize) -> f32 {
     if bucket == 0 { f32::NEG_INFINITY } else { (bucket - 1) as f32 / (BUCKETS - 2) as f32 - 0.5 - f32::EPSILON }
 }
 

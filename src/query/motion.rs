@@ -205,7 +205,8 @@ impl<'t> MotionQuery<'t> {
         Key { trees, b_in_a: self.options.of_b.start(), asked: Asked::Motion }
     }
 
-    /// Half of it for the contact that is found, half for earlier ones that are not looked for.
+    /// Half of it: a contact is looked for so much after the time at which it may be. Others that may be as much earlier do
+    /// not matter then, so that neighbours which meet at the same time are not looked at one by one.
     fn tolerance_in_time(&self, course: &Course) -> f64 {
         let [of_a, of_b] = [self.a, self.b].map(|tree| if tree.unit().is_point { 0.0 } else { tree.unit().length() });
         let length = self.options.length.unwrap_or(DEFAULT_TOLERANCE * (of_a + of_b));

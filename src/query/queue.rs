@@ -233,6 +233,11 @@ impl Front {
         self.peak
     }
 
+    /// Drops all queued pairs.
+    pub fn clear_queue(&mut self) {
+        (self.occupied, self.free, self.touched, self.queued) = (0, NONE, 0, 0);
+    }
+
     /// All pairs, in no particular order.
     pub fn iter(&self) -> impl Iterator<Item = Pair> + '_ {
         let lists = (0..BUCKETS).filter(|bucket| self.occupied & 1 << bucket != 0).map(|bucket| self.lists[bucket].0);

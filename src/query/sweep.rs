@@ -8,11 +8,11 @@
 use super::boxes::Keys;
 use super::course::{Course, Piece};
 use super::expand::{Sink, expand};
-use super::journey::{Contact, Followed, Journey, Phase, bucket};
+use super::journey::{Contact, Followed, Journey, Phase, bucket, least_key};
 use super::leaf::rows;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
-use super::search::{Bounded, least_key};
+use super::search::{Bounded, least_key as least_of_column};
 use super::traversal::{Question, Traversal};
 use super::windows::{BEGIN, Windows};
 use crate::math::lanes::Lanes;
@@ -35,7 +35,7 @@ pub(super) struct Sweep<'q> {
     glide: Glide,
     /// By how much the surfaces are thickened together.
     margin: f64,
-    /// How much earlier a contact has to be to matter beside one that is known: in time, and what B goes meanwhile.
+    /// How long after the time at which triangles may meet a contact is looked for.
     tolerance: f64,
     /// The same as `f32` sees it: from this time of the piece on nothing matters.
     cut: f32,
@@ -68,6 +68,10 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
             windows.least = self.workspace.front.popped_key();
             if windows.least >= windows.cut {
                 self.workspace.run.stats.work += WORK_PER_LOOKUP;
+                if least_key(bucket(windows.least)) >= windows.cut {
+                    // So do all others that wait.
+                    self.workspace.front.clear_queue();
+                }
                 return self.workspace.journey.pass(self.question.piece.time(windows.least));
             }
             // What goes on the stack for lack of room has no bound any more.
@@ -127,7 +131,9 @@ impl Traversal<'_, '_, Sweep<'_>> {
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_DISTANCE_TEST;
         self.workspace.journey.pass_rest(self.question.piece.time(self.question.cut));
-        self.propose(&pairs[..count], &keys, &enter, alive);
+        if alive != 0 {
+            self.propose(&pairs[..count], &keys, &enter, alive);
+        }
     }
 
     #[inline(never)]
@@ -184,6 +190,9 @@ impl Traversal<'_, '_, Sweep<'_>> {
         };
         let (enter, leave) = ((middle + enter).max(from), (middle + leave).min(from + span));
         followed.from = enter;
+        if !journey.matters(enter) {
+            return journey.pass(enter);
+        }
         let longest = tolerance.min(leave - enter);
         let mut meets = |after: f64| {
             let time = enter + after;
@@ -262,7 +271,7 @@ impl Sink for Traversal<'_, '_, Sweep<'_>> {
 
     #[inline(always)]
     fn cluster(&mut self, pair: Pair, column: usize) {
-        let key = least_key(&self.keys, &pair, column);
+        let key = least_of_column(&self.keys, &pair, column);
         self.place(pair, key);
     }
 

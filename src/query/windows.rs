@@ -4,13 +4,13 @@
 //! latest such beginning to the earliest end. All is in A's units, with the views and margins of the overlap test, and with
 //! the length of the piece of motion as unit of time, from -1/2 to 1/2; the proof is in `docs/numerics.md`, "Motion".
 
-use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, splat};
+use super::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, Triangles, splat};
 use super::course::{Course, Piece};
 use super::views::{Relation, Views, cross};
-use crate::math::lanes::{F8, Kernel, Lanes, V8, add, per_axis, sub};
+use crate::math::lanes::{F8, Kernel, Lanes, add, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, WIDTH, xyz};
-use crate::triangle::swept::Glide;
+use crate::triangle::swept::{Glide, LEAST_SPEED};
 use glam::DVec3;
 use wide::f32x4;
 
@@ -54,49 +54,103 @@ pub(super) struct Windows {
     in_b: Drift,
 }
 
-/// How B passes, along the axes of a node.
+/// How B passes, along the axes of a node. Places over the velocity are times: with the ends of boxes so scaled, two boxes meet
+/// from the difference of two ends to that of the two others.
 #[derive(Clone, Copy)]
 struct Drift {
-    /// Minus one over the velocity.
-    inverse: [f32; 3],
+    /// Minus one over the velocity, and one over the speed.
+    inverse: f32x4,
+    size: f32x4,
+    /// What margins are in time.
+    extra: f32x4,
+    velocity: f32x4,
     margin: f32,
 }
 
 impl Drift {
-    const NONE: Self = Self { inverse: [0.0; 3], margin: 0.0 };
+    const NONE: Self =
+        Self { inverse: f32x4::ZERO, size: f32x4::ZERO, extra: f32x4::ZERO, velocity: f32x4::ZERO, margin: 0.0 };
 
+    #[inline(always)]
     fn new(velocity: f32x4, margin: f32) -> Self {
-        let velocity = xyz(velocity);
-        let length = velocity[0].abs() + velocity[1].abs() + velocity[2].abs();
         // What is slower than this counts as this fast.
-        let least = length * 1e-6 + 1e-20;
-        let inverse = velocity.map(|v| if v < 0.0 { 1.0 / (-v).max(least) } else { -1.0 / v.max(least) });
-        Self { inverse, margin: margin + least }
+        let least = sum(velocity) * 1e-6 + 1e-20;
+        let size = f32x4::ONE / velocity.abs().fast_max(f32x4::splat(least));
+        let inverse = velocity.simd_lt(f32x4::ZERO).select(size, f32x4::ZERO - size);
+        let margin = margin + least;
+        Self { inverse, size, extra: size * f32x4::splat(margin) + f32x4::splat(SLOP), velocity, margin }
     }
 
-    /// When boxes with centres that are `apart` and sums of half extents `reach` overlap.
+    /// The ends of boxes in time; `sign` is -1 where they are of B and those that they meet of A.
     #[inline(always)]
-    fn window<L: Lanes>(&self, lanes: L, apart: V8<L>, reach: V8<L>, sign: f32) -> [F8<L>; 2] {
-        let margin = F8::splat(lanes, self.margin);
-        let ends = per_axis!(k => {
-            let inverse = F8::splat(lanes, self.inverse[k] * sign);
-            let (middle, half) = (apart[k] * inverse, (reach[k] + margin) * inverse.abs());
-            [middle - half, middle + half]
-        });
-        let enter = ends[0][0].max(ends[1][0]).max(ends[2][0]);
-        let leave = ends[0][1].min(ends[1][1]).min(ends[2][1]);
-        [enter, leave]
+    fn ends<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, sign: f32) -> Slabs<L> {
+        let (inverse, size) = (self.inverse * f32x4::splat(sign), self.size);
+        let Boxes { center, half } = boxes;
+        Boxes {
+            center: per_axis!(k => center[k] * F8::splat(lanes, inverse.as_array()[k])),
+            half: per_axis!(k => half[k] * F8::splat(lanes, size.as_array()[k])),
+        }
+        .slabs()
     }
 
-    /// The same for a single pair.
+    /// The same, widened by the margins.
     #[inline(always)]
-    fn window_one(&self, apart: f32x4, reach: f32x4) -> [f32; 2] {
-        let [x, y, z] = self.inverse;
-        let inverse = f32x4::new([x, y, z, 0.0]);
-        let (middle, half) = (apart * inverse, (reach + f32x4::splat(self.margin)) * inverse.abs());
+    fn wide_ends<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, sign: f32) -> Slabs<L> {
+        let Slabs { low, high } = self.ends(lanes, boxes, sign);
+        let extra = splat(lanes, self.extra);
+        Slabs { low: sub(low, extra), high: add(high, extra) }
+    }
+
+    /// The same of a single box, eight times.
+    #[inline(always)]
+    fn ends_of_one<L: Lanes>(&self, lanes: L, (center, half): (f32x4, f32x4), extra: f32x4, sign: f32) -> Slabs<L> {
+        let (center, half) = (center * self.inverse * f32x4::splat(sign), half * self.size + extra);
+        Slabs { low: splat(lanes, center - half), high: splat(lanes, center + half) }
+    }
+
+    /// The ends of a triangle's box in time, eight times.
+    #[inline(always)]
+    fn ends_of_triangle<L: Lanes>(&self, lanes: L, plane: &Plane, sign: f32) -> Slabs<L> {
+        let inverse = self.inverse * f32x4::splat(sign);
+        let [u, v] = [plane.low, plane.high].map(|[x, y, z]| f32x4::new([x, y, z, 0.0]) * inverse);
+        Slabs { low: splat(lanes, u.fast_min(v)), high: splat(lanes, u.fast_max(v)) }
+    }
+
+    /// When boxes reach across the plane of a triangle.
+    #[inline(always)]
+    fn through_plane<L: Lanes>(&self, lanes: L, plane: &Plane, boxes: &Boxes<L>, sign: f32) -> [F8<L>; 2] {
+        let ([x, y, z], [u, v, w]) = (plane.normal, xyz(self.velocity));
+        let (length, speed) = (x.abs() + y.abs() + z.abs(), u.abs() + v.abs() + w.abs());
+        let along = (x * u + y * v + z * w) * sign;
+        let least = length * speed * 1e-6 + LEAST_SPEED;
+        let size = 1.0 / along.abs().max(least);
+        let inverse = if along < 0.0 { size } else { -size };
+        let slack = plane.slack + self.margin * (length + 4.0 * plane.blur) + plane.blur * speed + least;
+        let from_corner = per_axis!(k => boxes.center[k] - F8::splat(lanes, plane.corner[k]));
+        let distance = dot(per_axis!(k => F8::splat(lanes, plane.normal[k])), from_corner);
+        let reach = dot(per_axis!(k => F8::splat(lanes, plane.reach[k])), boxes.half)
+            + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs()) * F8::splat(lanes, plane.blur)
+            + F8::splat(lanes, slack);
+        let middle = distance * F8::splat(lanes, inverse);
+        let half = reach * F8::splat(lanes, size) + F8::splat(lanes, SLOP);
+        [middle - half, middle + half]
+    }
+
+    /// When two boxes overlap whose centres are `apart` and whose half extents sum to `reach`.
+    #[inline(always)]
+    fn window(&self, apart: f32x4, reach: f32x4) -> [f32; 2] {
+        let (middle, half) = (apart * self.inverse, reach * self.size + self.extra);
         let ([a, b, c], [d, e, f]) = (xyz(middle - half), xyz(middle + half));
         [a.max(b).max(c), d.min(e).min(f)]
     }
+}
+
+/// When boxes with these ends in time overlap, the second of them as they are opened.
+#[inline(always)]
+fn between<L: Lanes>(other: &Slabs<L>, opened: &Slabs<L>) -> [F8<L>; 2] {
+    let [x, y, z] = per_axis!(k => other.low[k] - opened.high[k]);
+    let [u, v, w] = per_axis!(k => other.high[k] - opened.low[k]);
+    [x.max(y).max(z), u.min(v).min(w)]
 }
 
 impl Windows {
@@ -107,10 +161,23 @@ impl Windows {
         Self { cut, least, skew, shift, turn, spin, bulge, in_a: Drift::NONE, in_b: Drift::NONE }
     }
 
+    /// The velocity of a part of B at `place` that reaches as far as `half`, as a node sees it, and by what it may be off.
+    #[inline(always)]
+    fn velocity(&self, a: &Node, views: &Views, place: f32x4, half: f32x4) -> (f32x4, f32) {
+        let (shift, _) = views.direction(a, self.shift);
+        let (mut velocity, mut speed, mut margin) = (shift, sum(shift), self.bulge);
+        if self.spin > 0.0 {
+            let (turn, _) = views.direction(a, self.turn);
+            velocity += cross(turn, place);
+            speed += sum(turn) * sum(place);
+            margin += self.spin * longer(half);
+        }
+        (velocity, margin + (self.skew + 32.0 * ROUNDING) * speed)
+    }
+
     /// The time from which on boxes may meet, infinite if they do not.
     #[inline(always)]
     fn key<L: Lanes>(&self, lanes: L, [enter, leave]: [F8<L>; 2]) -> F8<L> {
-        let (enter, leave) = (enter - F8::splat(lanes, SLOP), leave + F8::splat(lanes, SLOP));
         let gone = leave.less(enter.max(F8::splat(lanes, BEGIN)));
         gone.select(F8::splat(lanes, f32::INFINITY), enter.max(F8::splat(lanes, self.least)))
     }
@@ -156,17 +223,12 @@ impl BoxTest for Windows {
         let (a_center, a_half) = (a.own_center, a.own_half);
         let (b_center, b_half) = (b.own_center * scale, b.own_half * scale);
         let seen = views.of_b.point(b_center);
-        let (shift, _) = views.direction(a, self.shift);
-        let (turn, _) = views.direction(a, self.turn);
-        let velocity = shift + cross(turn, seen);
-        let radius = longer(b_half);
-        let speed = sum(shift) + sum(turn) * sum(seen);
-        let margin = self.spin * radius + self.bulge + (self.skew + 32.0 * ROUNDING) * speed;
+        let (velocity, margin) = self.velocity(a, views, seen, b_half);
         self.in_a = Drift::new(velocity, margin + views.of_b.margin.as_array()[0]);
         self.in_b = Drift::new(views.of_a.vector(velocity), margin + views.of_a.margin.as_array()[0]);
-        let of_a = self.in_a.window_one(seen - a_center, views.of_b.half(b_half) + a_half);
-        let of_b = self.in_b.window_one(b_center - views.of_a.point(a_center), views.of_a.half(a_half) + b_half);
-        let (enter, leave) = (of_a[0].max(of_b[0]) - SLOP, of_a[1].min(of_b[1]) + SLOP);
+        let of_a = self.in_a.window(seen - a_center, views.of_b.half(b_half) + a_half);
+        let of_b = self.in_b.window(b_center - views.of_a.point(a_center), views.of_a.half(a_half) + b_half);
+        let (enter, leave) = (of_a[0].max(of_b[0]), of_a[1].min(of_b[1]));
         if leave < enter.max(BEGIN) {
             return false;
         }
@@ -185,28 +247,49 @@ impl BoxTest for Windows {
         let (in_opened, in_other, sign) = self.drifts(is_a);
         let children = Boxes::children(lanes, opened, scales[0]);
         let (center, half) = facing.other();
-        let apart = sub(splat(lanes, of_other.point(center)), children.center);
-        let of_opened_axes =
-            in_opened.window(lanes, apart, add(children.half, splat(lanes, of_other.half(half))), sign);
-        let seen = children.seen(lanes, of_opened);
-        let apart = sub(splat(lanes, center), seen.center);
-        let of_other_axes = in_other.window(lanes, apart, add(seen.half, splat(lanes, half)), sign);
+        let other = (of_other.point(center), of_other.half(half));
+        let other = in_opened.ends_of_one(lanes, other, in_opened.extra, sign);
+        let of_opened_axes = between(&other, &in_opened.ends(lanes, &children, sign));
+        let other = in_other.ends_of_one(lanes, (center, half), in_other.extra, sign);
+        let of_other_axes = between(&other, &in_other.ends(lanes, &children.seen(lanes, of_opened), sign));
         let key = self.key_of_both(lanes, [of_opened_axes, of_other_axes]);
         keys[0] = key.store();
         self.soon(lanes, key) & opened.valid()
     }
 
-    /// By their boxes.
+    /// By the triangles' boxes along the axes of the other node, and by their planes.
     #[inline(always)]
     fn triangles<'t, L: Lanes>(
         &self,
         lanes: L,
         facing: Facing,
-        alive: u32,
-        _triangles: impl FnOnce() -> Triangles<'t>,
+        mut alive: u32,
+        triangles: impl FnOnce() -> Triangles<'t>,
         keys: &mut Keys,
     ) -> u64 {
-        self.both(lanes, facing, [alive, facing.nodes[1].valid()], keys)
+        let triangles = triangles();
+        let (_, drift, sign) = self.drifts(facing.is_a);
+        let node = facing.nodes[1];
+        let boxes = Boxes::children(lanes, node, facing.scales[1]);
+        let ends = drift.wide_ends(lanes, &boxes, sign);
+        let planes = if alive.is_power_of_two() { None } else { Some(Planes::new(lanes, &triangles)) };
+        let mut pairs = 0;
+        while alive != 0 {
+            let i = alive.trailing_zeros() as usize % WIDTH;
+            alive &= alive - 1;
+            let plane = match &planes {
+                Some(planes) => planes.at(i),
+                None => Plane::new(triangles.rows[i], &triangles.view, triangles.skew),
+            };
+            let of_axes = between(&ends, &drift.ends_of_triangle(lanes, &plane, sign));
+            if self.soon(lanes, self.key(lanes, of_axes)) & node.valid() == 0 {
+                continue;
+            }
+            let key = self.key_of_both(lanes, [of_axes, drift.through_plane(lanes, &plane, &boxes, sign)]);
+            keys[i] = key.store();
+            pairs |= u64::from(self.soon(lanes, key) & node.valid()) << (WIDTH * i);
+        }
+        pairs
     }
 }
 
@@ -227,29 +310,25 @@ impl Kernel for Both<'_> {
         let Facing { nodes: [x, y], views: [of_x, of_y], scales, is_a } = facing;
         let (in_x, in_y, sign) = windows.drifts(is_a);
         let y_rows = Boxes::children(lanes, y, scales[1]);
-        let y_in_x = y_rows.seen(lanes, of_y);
+        let y_in_x = in_x.wide_ends(lanes, &y_rows.seen(lanes, of_y), sign);
         let scale = f32x4::splat(scales[0]);
-        let (center, half) = (splat(lanes, x.own_center * scale), splat(lanes, x.own_half * scale));
-        let window = in_x.window(lanes, sub(y_in_x.center, center), add(y_in_x.half, half), sign);
-        let alive_y = alive_y & windows.soon(lanes, windows.key(lanes, window));
+        let own = in_x.ends_of_one(lanes, (x.own_center * scale, x.own_half * scale), f32x4::ZERO, sign);
+        let alive_y = alive_y & windows.soon(lanes, windows.key(lanes, between(&y_in_x, &own)));
         if alive_y == 0 {
             return 0;
         }
         let x_rows = Boxes::children(lanes, x, scales[0]);
-        let x_in_y = x_rows.seen(lanes, of_x);
-        let (center, half) = facing.other();
-        let (center, half) = (splat(lanes, center), splat(lanes, half));
-        let window = in_y.window(lanes, sub(center, x_in_y.center), add(x_in_y.half, half), sign);
-        let mut alive_x = alive_x & windows.soon(lanes, windows.key(lanes, window));
-        let (x_rows, x_in_y) = (x_rows.store(), x_in_y.store());
+        let x_in_y = in_y.ends(lanes, &x_rows.seen(lanes, of_x), sign);
+        let own = in_y.ends_of_one(lanes, facing.other(), in_y.extra, sign);
+        let mut alive_x = alive_x & windows.soon(lanes, windows.key(lanes, between(&own, &x_in_y)));
+        let (x_in_x, x_in_y) = (in_x.ends(lanes, &x_rows, sign).store(), x_in_y.store());
+        let y_in_y = in_y.wide_ends(lanes, &y_rows, sign);
         let mut pairs = 0;
         while alive_x != 0 {
             let i = alive_x.trailing_zeros() as usize;
             alive_x &= alive_x - 1;
-            let [center, half] = x_rows.at(lanes, i);
-            let of_x_axes = in_x.window(lanes, sub(y_in_x.center, center), add(y_in_x.half, half), sign);
-            let [center, half] = x_in_y.at(lanes, i);
-            let of_y_axes = in_y.window(lanes, sub(y_rows.center, center), add(y_rows.half, half), sign);
+            let of_x_axes = between(&y_in_x, &x_in_x.at(lanes, i));
+            let of_y_axes = between(&y_in_y, &x_in_y.at(lanes, i));
             let key = windows.key_of_both(lanes, [of_x_axes, of_y_axes]);
             keys[i] = key.store();
             pairs |= u64::from(windows.soon(lanes, key) & alive_y) << (WIDTH * i);
@@ -258,20 +337,13 @@ impl Kernel for Both<'_> {
     }
 }
 
-/// Eight boxes by centres and half extents, to be read one at a time.
-struct Stored([[[f32; 8]; 3]; 2]);
-
 impl Stored {
+    /// One of the boxes, eight times.
     #[inline(always)]
-    fn at<L: Lanes>(&self, lanes: L, i: usize) -> [V8<L>; 2] {
-        let [center, half] = &self.0;
-        [per_axis!(k => F8::splat(lanes, center[k][i])), per_axis!(k => F8::splat(lanes, half[k][i]))]
-    }
-}
-
-impl<L: Lanes> Boxes<L> {
-    #[inline(always)]
-    fn store(&self) -> Stored {
-        Stored([per_axis!(k => self.center[k].store()), per_axis!(k => self.half[k].store())])
+    fn at<L: Lanes>(&self, lanes: L, i: usize) -> Slabs<L> {
+        Slabs {
+            low: per_axis!(k => F8::splat(lanes, self.low[k][i])),
+            high: per_axis!(k => F8::splat(lanes, self.high[k][i])),
+        }
     }
 }

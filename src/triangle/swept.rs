@@ -10,8 +10,9 @@
 
 use super::batch::{Placement, Rows, Transposed, UNDERFLOW};
 use super::distance::Pair;
-use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, sub};
+use crate::math::lanes::{F8, Lanes, V8, add, cross, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
+use crate::math::{larger, largest, smaller};
 use glam::DVec3;
 
 /// How B goes through a piece of time, from -1/2 to 1/2 with the place that it is given in the middle: lengths in A's units. A
@@ -26,7 +27,7 @@ pub(crate) struct Glide {
 }
 
 /// Slower projections count as this fast; what that makes of them is covered by [`UNDERFLOW`].
-const LEAST_SPEED: f32 = 1e-37;
+pub(crate) const LEAST_SPEED: f32 = 1e-37;
 
 /// When `a[i]` and `b[i]` may meet first, for the eight lanes, and those that may before `cut`, a bit each.
 #[inline(always)]
@@ -42,21 +43,31 @@ pub(crate) fn windows<L: Lanes>(
     let pair = Gliding::new(lanes, Pair::new(lanes, a, b, placement), first, glide);
     let (p, f) = (pair.of.p, pair.of.f);
     let all = [F8::splat(lanes, -1e30), F8::splat(lanes, 1e30)];
-    let window = pair.on(lanes, cross(f[0], f[1]), pair.on(lanes, cross(p[0], p[1]), all));
-    let (begin, cut) = (F8::splat(lanes, -0.5), F8::splat(lanes, cut));
-    // Where one of them is no number nothing is known.
-    let alive = |[enter, leave]: [F8<L>; 2]| !leave.less(enter.max(begin)).or(cut.less(enter)).mask() & 0xff;
-    if alive(window) == 0 {
-        return ([f32::INFINITY; 8], 0);
-    }
+    let mut window = pair.on(lanes, cross(f[0], f[1]), pair.on(lanes, cross(p[0], p[1]), all));
     let (p, f) = ([p[0], p[1], sub(p[1], p[0])], [f[0], f[1], sub(f[1], f[0])]);
-    let mut window = window;
     let mut i = 0;
-    while i < 9 {
-        window = pair.on(lanes, cross(p[i / 3], f[i % 3]), window);
+    while i < 3 {
+        if alive(lanes, window, cut).1 == 0 {
+            return ([f32::INFINITY; 8], 0);
+        }
+        let mut j = 0;
+        while j < 3 {
+            window = pair.on(lanes, cross(p[i], f[j]), window);
+            j += 1;
+        }
         i += 1;
     }
-    (window[0].store(), alive(window))
+    let (enter, alive) = alive(lanes, window, cut);
+    (enter.store(), alive)
+}
+
+/// When windows begin, rounded down, and those that are not empty and begin before `cut`.
+#[inline(always)]
+fn alive<L: Lanes>(lanes: L, [enter, leave]: [F8<L>; 2], cut: f32) -> (F8<L>, u32) {
+    let (begin, slop) = (F8::splat(lanes, -0.5), F8::splat(lanes, 8.0 * ROUNDING));
+    let (enter, leave) = (enter - slop, leave + slop);
+    // Where one of them is no number nothing is known.
+    (enter, !leave.less(enter.max(begin)).or(F8::splat(lanes, cut).less(enter)).mask() & 0xff)
 }
 
 /// Eight pairs, of which those of B move.
@@ -68,18 +79,19 @@ struct Gliding<L: Lanes> {
 impl<L: Lanes> Gliding<L> {
     #[inline(always)]
     fn new(lanes: L, mut of: Pair<L>, first: V8<L>, glide: &Glide) -> Self {
-        let at = per_axis!(k => of.q[k] + first[k]);
-        let turn = per_axis!(k => F8::splat(lanes, glide.turn[k]));
-        let turned = cross(turn, at);
-        let velocity = per_axis!(k => F8::splat(lanes, glide.shift[k]) + turned[k]);
-        let radius = dot(of.f[0], of.f[0]).max(dot(of.f[1], of.f[1])).sqrt();
-        let size = |v: V8<L>| v[0].abs() + v[1].abs() + v[2].abs();
-        let fixed = glide.shift.map(f32::abs);
-        let speed = F8::splat(lanes, fixed[0] + fixed[1] + fixed[2]) + size(turn) * size(at);
-        let error = radius * F8::splat(lanes, glide.spin * 1.001)
-            + F8::splat(lanes, glide.bulge)
-            + speed * F8::splat(lanes, 32.0 * ROUNDING);
-        of.error = per_axis!(k => of.error[k] + error);
+        let mut velocity = per_axis!(k => F8::splat(lanes, glide.shift[k]));
+        let mut error = F8::splat(lanes, glide.bulge);
+        if glide.spin > 0.0 {
+            let at = per_axis!(k => of.q[k] + first[k]);
+            let turn = per_axis!(k => F8::splat(lanes, glide.turn[k]));
+            let radius = dot(of.f[0], of.f[0]).max(dot(of.f[1], of.f[1])).sqrt();
+            let speed = sum(turn) * sum(at);
+            velocity = add(velocity, cross(turn, at));
+            error = error + radius * F8::splat(lanes, glide.spin * 1.001) + speed * F8::splat(lanes, 32.0 * ROUNDING);
+        }
+        of.error = per_axis!(k => {
+            of.error[k] + error + F8::splat(lanes, glide.shift[k].abs() * (4.0 * ROUNDING))
+        });
         Self { of, velocity }
     }
 
@@ -101,9 +113,13 @@ impl<L: Lanes> Gliding<L> {
         let inverse = F8::splat(lanes, 1.0) / speed.abs().max(F8::splat(lanes, LEAST_SPEED));
         let back = speed.less(zero);
         let (first, last) = (back.select(-high, low), back.select(-low, high));
-        let slop = F8::splat(lanes, 8.0 * ROUNDING);
-        [enter.max(first * inverse - slop), leave.min(last * inverse + slop)]
+        [enter.max(first * inverse), leave.min(last * inverse)]
     }
+}
+
+#[inline(always)]
+fn sum<L: Lanes>([x, y, z]: V8<L>) -> F8<L> {
+    x.abs() + y.abs() + z.abs()
 }
 
 /// A pair of triangles in `f64`, of which the corners of the second move, each along its own straight line.
@@ -118,6 +134,8 @@ pub(crate) struct Swept {
     /// The largest coordinates of both, and of the way, with the factor of their rounding.
     reach: DVec3,
     half: f64,
+    /// Whether all corners have the same velocity.
+    is_straight: bool,
 }
 
 /// From when to when two triangles may meet.
@@ -131,7 +149,8 @@ impl Swept {
         let reach = |[x, y, z]: [DVec3; 3]| x.abs().max(y.abs()).max(z.abs());
         let (a, b) = (of(a), of(b));
         let reach = (reach(a) + reach(b) + reach(velocities) * half) * (8.0 * f64::EPSILON);
-        Self { a, b, velocities, error, reach, half }
+        let is_straight = velocities[1..].iter().all(|velocity| *velocity == velocities[0]);
+        Self { a, b, velocities, error, reach, half, is_straight }
     }
 
     /// When they may meet by the normals of both and the products of their edges; `None`: never.
@@ -150,14 +169,29 @@ impl Swept {
 
     /// What is left of a window on the direction `n`, whatever its length.
     pub fn on(&self, n: DVec3, [enter, leave]: Window) -> Option<Window> {
-        let largest = n.abs().max_element();
+        let largest = largest(n.abs());
         if !(largest > 0.0 && largest < f64::INFINITY) {
             return Some([enter, leave]);
         }
         let n = n / largest;
         let [x, y, z] = self.a.map(|corner| corner.dot(n));
         let error = n.abs().dot(self.reach) + self.error * n.length() * (1.0 + 1e-14) + f64::MIN_POSITIVE;
-        let (low, high) = (x.min(y).min(z) - error, x.max(y).max(z) + error);
+        let (low, high) = (smaller(smaller(x, y), z) - error, larger(larger(x, y), z) + error);
+        if self.is_straight {
+            let [u, v, w] = self.b.map(|corner| corner.dot(n));
+            let (first, last) = (low - larger(larger(u, v), w), high - smaller(smaller(u, v), w));
+            let speed = self.velocities[0].dot(n);
+            let [first, last] = if speed > 0.0 {
+                [first / speed, last / speed]
+            } else if speed < 0.0 {
+                [last / speed, first / speed]
+            } else if first <= 0.0 && last >= 0.0 {
+                [enter, leave]
+            } else {
+                NEVER
+            };
+            return window(larger(enter, first), smaller(leave, last));
+        }
         // As long as a corner of B is below the highest of A, and one above the lowest.
         let (mut below, mut above) = (NEVER, NEVER);
         for (corner, velocity) in self.b.iter().zip(&self.velocities) {
@@ -166,7 +200,7 @@ impl Swept {
             above = hull(above, self.until(at - low, -speed));
         }
         let (enter, leave) = (enter.max(below[0]).max(above[0]), leave.min(below[1]).min(above[1]));
-        (enter <= leave).then_some([enter, leave])
+        window(enter, leave)
     }
 
     /// When something that moves with this speed has not gone farther than `room`.
@@ -186,6 +220,10 @@ impl Swept {
 }
 
 const NEVER: Window = [f64::INFINITY, f64::NEG_INFINITY];
+
+fn window(enter: f64, leave: f64) -> Option<Window> {
+    (enter <= leave).then_some([enter, leave])
+}
 
 /// The window around two.
 fn hull(one: Window, other: Window) -> Window {

@@ -96,7 +96,8 @@ fn the_time_of_contact_is_that_of_the_gap() {
         let time = gap / speed;
         let touching = said.touching_at.unwrap();
         assert!(said.free_until <= time && time <= touching, "{gap} {speed}: {said:?}");
-        assert!((touching - said.free_until) * speed <= 2.1e-6, "{gap} {speed}: {said:?}");
+        let tolerance = 1e-6 * (a.unit_length() + b.unit_length());
+        assert!((touching - said.free_until) * speed <= tolerance, "{gap} {speed}: {said:?}");
         let exact = run(&MotionQuery::new(&a, &b, motion).tolerance(0.0), &mut workspace, ENOUGH);
         assert!((exact.touching_at.unwrap() - exact.free_until) * speed <= 1e-12 * (1.0 + speed), "{exact:?}");
         assert!(exact.free_until <= time && time <= exact.touching_at.unwrap() + 1e-15, "{exact:?}");
