@@ -1,5 +1,7 @@
 //! What an unfinished query can still say: how much it may have missed, and where.
 
+use super::ahead::Ahead;
+use super::motion::MotionQuery;
 use super::queue::Pair;
 use super::views::rounding;
 use super::workspace::Workspace;
@@ -9,23 +11,36 @@ use crate::tree::{Tree, xyz};
 use glam::{DMat3, DVec3, Vec3};
 
 /// Bounds on what the last run of a query left open: triangle pairs that intersect, or of a distance query, those that are
-/// closer than its upper bound. Looks at the workspace when asked, in time linear in the open pairs.
+/// closer than its upper bound, or of a motion, those that may meet first. Looks at the workspace when asked, in time linear in
+/// the open pairs.
 #[derive(Clone, Copy, Debug)]
 pub struct Certificate<'w> {
     a: &'w Tree,
     b: &'w Tree,
-    b_in_a: &'w Pose,
+    place: Place<'w>,
     workspace: &'w Workspace,
-    /// How close to one another the points of a missed pair are, at most.
-    reach: f64,
+}
+
+/// Where B is.
+#[derive(Clone, Copy, Debug)]
+enum Place<'w> {
+    /// At a pose, and how close to one another the points of a missed pair are, at most.
+    Still(&'w Pose, f64),
+    Moving(&'w MotionQuery<'w>),
 }
 
 impl<'w> Certificate<'w> {
     pub(super) fn new([a, b]: [&'w Tree; 2], b_in_a: &'w Pose, workspace: &'w Workspace, reach: f64) -> Self {
-        Self { a, b, b_in_a, workspace, reach }
+        Self { a, b, place: Place::Still(b_in_a, reach), workspace }
     }
 
-    /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed.
+    /// Of a motion.
+    pub(super) fn of_motion([a, b]: [&'w Tree; 2], query: &'w MotionQuery<'w>, workspace: &'w Workspace) -> Self {
+        Self { a, b, place: Place::Moving(query), workspace }
+    }
+
+    /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. Of a turning motion, which a query cuts into
+    /// pieces, each of those it has not come to counts as one, unless the meshes are too far apart in it.
     #[must_use]
     pub fn open_pairs(&self) -> usize {
         self.open().count()
@@ -46,9 +61,10 @@ impl<'w> Certificate<'w> {
         let open = self.open().map(|open| match open {
             Open::Nodes(Pair { nodes: [a, b], alive }) => count(self.a, a, alive[0]) * count(self.b, b, alive[1]),
             Open::Triangles(_) => 1,
+            Open::Piece(_) => self.a.mesh().len() as u64 * self.b.mesh().len() as u64,
         });
         let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
-        (self.workspace.run.found + open.sum::<u64>()).min(all)
+        open.fold(self.workspace.run.found, u64::saturating_add).min(all)
     }
 
     /// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. An
@@ -56,12 +72,24 @@ impl<'w> Certificate<'w> {
     ///
     /// Of a distance query, two points of the surfaces that are closer than the upper bound have their middle in one of them;
     /// boxes reach as far as that bound beyond the surfaces, and without one there are no finite boxes.
+    ///
+    /// Of a motion, where the surfaces meet before the contact that was found, if any, they do in one of them: all points of A
+    /// there that B touches, or comes as close to as the margins are.
     pub fn boxes(&self) -> impl Iterator<Item = Aabb> + 'w {
-        let Self { a, b, b_in_a, .. } = *self;
+        let certificate = *self;
+        self.open().filter_map(move |open| match certificate.place {
+            Place::Still(b_in_a, reach) => certificate.box_of(open, b_in_a, reach),
+            Place::Moving(query) => certificate.box_ahead(open, &query.ahead(certificate.workspace)),
+        })
+    }
+
+    /// Where points of an open pair may be that are within `reach` of one another.
+    fn box_of(&self, open: Open, b_in_a: &Pose, reach: f64) -> Option<Aabb> {
+        let Self { a, b, .. } = *self;
         // That of B's vertices as they are placed, and twice as much for the boxes computed here (`docs/numerics.md`).
         let rounding = 3.0 * rounding(a.unit(), b.unit(), b_in_a) + 8.0 * f64::EPSILON * a.unit().length();
-        let margin = rounding + 0.5 * self.reach;
-        self.open().filter_map(move |open| match open {
+        let margin = rounding + 0.5 * reach;
+        match open {
             Open::Nodes(Pair { nodes, .. }) => {
                 Block::new(a, nodes[0], &Pose::IDENTITY).overlap(&Block::new(b, nodes[1], b_in_a), margin)
             }
@@ -69,7 +97,29 @@ impl<'w> Certificate<'w> {
                 let (of_a, of_b) = (triangle_bounds(a, pair[0], &Pose::IDENTITY), triangle_bounds(b, pair[1], b_in_a));
                 Some(widened(&of_a.intersection(&of_b), margin))
             }
-        })
+            Open::Piece(_) => None,
+        }
+    }
+
+    /// Where an open pair may meet on the way.
+    fn box_ahead(&self, open: Open, ahead: &Ahead) -> Option<Aabb> {
+        let Self { a, b, .. } = *self;
+        let node = |tree: &Tree, node: u32, pose: &Pose| {
+            let block = Block::new(tree, node, pose);
+            block.bounds(DVec3::ZERO, block.half)
+        };
+        let (of_a, of_b) = match open {
+            Open::Nodes(Pair { nodes, .. }) => {
+                (node(a, nodes[0], &Pose::IDENTITY), ahead.swept(None, |pose| node(b, nodes[1], pose)))
+            }
+            Open::Triangles(pair) => {
+                let of_b = ahead.swept(None, |pose| triangle_bounds(b, pair[1], pose));
+                (triangle_bounds(a, pair[0], &Pose::IDENTITY), of_b)
+            }
+            Open::Piece(i) => (node(a, 0, &Pose::IDENTITY), ahead.swept(Some(i), |pose| node(b, 0, pose))),
+        };
+        let common = widened(&of_a, 8.0 * f64::EPSILON * a.unit().length()).intersection(&of_b);
+        (!common.is_empty()).then_some(common)
     }
 
     /// The longest edge of these boxes, in the length unit of the meshes; 0 if nothing is open.
@@ -81,8 +131,20 @@ impl<'w> Certificate<'w> {
     fn open(&self) -> impl Iterator<Item = Open> + 'w {
         let workspace = self.workspace;
         let triangles = workspace.waiting.as_slice().iter().chain(&workspace.doubtful).copied();
-        let triangles = triangles.chain(workspace.search.pairs()).map(Open::Triangles);
-        workspace.open_nodes().map(Open::Nodes).chain(triangles)
+        let followed = workspace.journey.followed.iter().map(|followed| followed.pair);
+        let triangles = triangles.chain(workspace.search.pairs()).chain(followed).map(Open::Triangles);
+        let later = match self.place {
+            Place::Still(..) => None,
+            Place::Moving(query) => Some(query.ahead(workspace).later([self.a, self.b])),
+        };
+        let later = later.into_iter().flatten().map(Open::Piece);
+        workspace.open_nodes().map(Open::Nodes).chain(triangles).chain(later).take(self.most())
+    }
+
+    /// Of a motion that is finished nothing matters that is still in the buffers.
+    fn most(&self) -> usize {
+        let is_finished = matches!(self.place, Place::Moving(_)) && !self.workspace.run.stopped;
+        if is_finished { 0 } else { usize::MAX }
     }
 }
 
@@ -105,6 +167,8 @@ enum Open {
     Nodes(Pair),
     /// In tree order.
     Triangles([u32; 2]),
+    /// Everything, in a piece of a motion that was not come to.
+    Piece(u32),
 }
 
 /// The box, in A's frame, of a triangle whose mesh lies at `pose`.

@@ -4,6 +4,7 @@
 //! [`views`] the overlap test, [`leaf`] the triangle tests; [`queue`] the front, [`strategy`] the choices of a run,
 //! [`deadline`] its end, [`certificate`] what an unfinished query can still say.
 
+mod ahead;
 mod beam;
 mod boxes;
 mod budget;

@@ -1,9 +1,11 @@
 //! Until when a motion is free: two trees, how one moves, and a budget in, a [`Passage`] with proven times out.
 
 use super::Deadline;
+use super::ahead::Ahead;
 #[cfg(feature = "std")]
 use super::budget::by_system_clock;
 use super::budget::{Budget, Clock};
+use super::certificate::Certificate;
 use super::course::Course;
 use super::memory::PairMemory;
 use super::options::{MotionOptions, thickness};
@@ -188,12 +190,32 @@ impl<'t> MotionQuery<'t> {
         budget: Budget,
         clock: &dyn Clock,
     ) -> Result<Passage, ResumeError> {
-        workspace.run.holds_stopped(&self.key())?;
-        if workspace.journey.options != Some(self.options) {
+        self.holds(workspace)?;
+        if !workspace.run.stopped {
             return Err(ResumeError);
         }
         let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
         Ok(self.spend(&self.course(), workspace, memory, &mut deadline))
+    }
+
+    /// Where the surfaces may still meet before the contact that the last run of this query in `workspace` found, if any.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this motion and these options.
+    pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
+        self.holds(workspace)?;
+        Ok(Certificate::of_motion([self.a, self.b], self, workspace))
+    }
+
+    /// What the last run left of the motion.
+    pub(super) fn ahead(&self, workspace: &Workspace) -> Ahead {
+        Ahead::new(self.course(), self.options.margin, &workspace.journey)
+    }
+
+    /// Whether the workspace has the last run of this query.
+    fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
+        workspace.run.holds(&self.key())?;
+        if workspace.journey.options == Some(self.options) { Ok(()) } else { Err(ResumeError) }
     }
 
     fn course(&self) -> Course {

@@ -2,7 +2,8 @@
 
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, MAX_DISTANCE_STEP_WORK, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason, Tree, Workspace, shapes,
+    Budget, MAX_DISTANCE_STEP_WORK, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason, Tree, Workspace,
+    shapes, triangle_segment,
 };
 
 use crate::common::random::{Family, soup};
@@ -52,6 +53,46 @@ fn after_every_step_nothing_is_false() {
     }
     println!("the largest step is {longest}");
     assert!(longest <= MAX_DISTANCE_STEP_WORK, "a step of {longest}");
+}
+
+/// While a contact is known that is earlier than the one found by more than matters, its place is in one of the boxes.
+#[test]
+fn after_every_step_the_first_contact_is_in_the_boxes_of_the_certificate() {
+    let (mut workspace, mut finished) = (Workspace::new(), Workspace::new());
+    let (mut looked, mut pieces) = (0, 0);
+    for ([a, b], motion) in &cases() {
+        let query = MotionQuery::new(a, b, *motion);
+        let known = run(&query, &mut finished, ENOUGH);
+        assert_eq!(query.certificate(&finished).unwrap().open_pairs(), 0);
+        assert!(query.tolerance(0.5).certificate(&finished).is_err(), "another query");
+        let place = known.touching_at.and_then(|time| place(&query, [a, b], time, known.triangles?));
+        let within = 2.0 * (known.touching_at.unwrap_or(1.0) - known.free_until) + 1e-9;
+        let mut said = run(&query, &mut workspace, Budget::work(0));
+        while said.stop != StopReason::Finished {
+            let certificate = query.certificate(&workspace).unwrap();
+            let open = certificate.open_pairs();
+            assert!(certificate.boxes().count() <= open && (open > 0 || certificate.upper_bound() == 0));
+            assert!(certificate.boxes().all(|open| open.min.is_finite() && open.max.is_finite() && !open.is_empty()));
+            pieces = pieces.max(open);
+            if let (Some(time), Some(place)) = (known.touching_at, place)
+                && said.touching_at.is_none_or(|found| found > time + within)
+            {
+                let holds = |at: DVec3| certificate.boxes().any(|open| open.contains(at));
+                assert!(place.into_iter().all(holds), "{place:?} {said:?}");
+                assert!(certificate.upper_bound() > 0 && certificate.largest_extent() > 0.0);
+                looked += 1;
+            }
+            said = resume(&query, &mut workspace, Budget::work(1));
+        }
+        assert_eq!(query.certificate(&workspace).unwrap().boxes().count(), 0);
+    }
+    assert!(looked > 300 && pieces > 100, "{looked} {pieces}");
+}
+
+/// The ends of what two triangles have in common at a time, in A's frame, if that is known.
+fn place(query: &MotionQuery, [a, b]: [&Tree; 2], time: f64, triangles: [u32; 2]) -> Option<[DVec3; 2]> {
+    let [of_a, of_b] = [(a, triangles[0]), (b, triangles[1])].map(|(tree, id)| tree.mesh().triangle(id as usize));
+    triangle_segment(&of_a, &of_b.map(|corner| query.pose(time).transform_point(corner)))
 }
 
 /// Without a memory and with one that knows; also where a copy of the workspace goes on, and where another query came between.

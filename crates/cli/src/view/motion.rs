@@ -24,7 +24,12 @@ pub fn motion(bodies: &Bodies, query: MotionQuery, answer: &Passage) -> Result<V
     let mut steps = Steps { bodies, query, workspace: Workspace::new(), placed, met };
     let (steps, start) = climb(&mut steps, &mut stage, answer)?;
     let [a, b] = bodies.key();
-    let rest = [("start", "B at the start"), ("touch", "B where it touches"), ("met", "triangles that meet there")];
+    let rest = [
+        ("start", "B at the start"),
+        ("touch", "B where it touches"),
+        ("met", "triangles that meet there"),
+        ("box", "boxes where they may still meet first"),
+    ];
     let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
     Ok(View {
         title: bodies.title("When two meshes meet on the way"),
@@ -90,12 +95,16 @@ impl Stepwise for Steps<'_> {
             None if passage.free_until == 1.0 => "never: proven".to_owned(),
             None => "not known".to_owned(),
         };
+        let certificate = self.query.certificate(&self.workspace)?;
+        let (boxes, told) = stage.open_boxes(&certificate);
         let facts = [
             fact("Proven free until", format!("{:.6}", passage.free_until)),
             fact("Proven to touch at", touching),
+            told,
+            fact("Open pairs", count(certificate.open_pairs() as u64)),
             fact("Box tests", count(passage.stats.bv_tests)),
             fact("Triangle tests", count(passage.stats.primitive_tests)),
         ];
-        Ok(json!({ "facts": facts, "surfaces": surfaces, "marks": marks, "focus": focus }))
+        Ok(json!({ "facts": facts, "boxes": boxes, "surfaces": surfaces, "marks": marks, "focus": focus }))
     }
 }

@@ -162,6 +162,8 @@ fn distances_contacts_and_motions_are_shown() {
     for (name, column) in [("Proven free until", 1), ("Proven to touch at", 2)] {
         assert!((number(&page.told(name)) - number(&row[column])).abs() < 1e-6, "{name}: {row:?}");
     }
+    let open: Vec<f64> = page.steps().iter().map(|step| number(&told(step, "Boxes not looked at"))).collect();
+    assert!(open[0] == 1.0 && *open.last().unwrap() == 0.0 && open.iter().any(|&open| open > 1.0), "{open:?}");
     let marks = &page.steps().last().unwrap()["marks"];
     assert_eq!([0, 1, 2].map(|i| marks[i][0].as_str().unwrap()), ["start", "free until", "touching at"]);
     assert_eq!(page.view["times"].as_array().unwrap().len(), 129);

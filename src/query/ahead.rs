@@ -1,0 +1,49 @@
+//! What a query of a motion has still before it when it was stopped: where B's parts may be while they may meet A first.
+
+use super::course::Course;
+use super::journey::Journey;
+use crate::math::{Aabb, Pose};
+use crate::tree::Tree;
+use glam::DVec3;
+
+/// The rest of a motion: from the time until which it is free to that of the contact that was found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ahead {
+    course: Course,
+    margin: f64,
+    /// The piece at hand.
+    piece: u32,
+    from: f64,
+    until: f64,
+}
+
+impl Ahead {
+    pub fn new(course: Course, margin: f64, journey: &Journey) -> Self {
+        let until = journey.contact().map_or(1.0, |contact| contact.time);
+        Self { course, margin, piece: journey.piece, from: journey.free_until(), until }
+    }
+
+    /// The pieces after the one at hand in which the meshes may meet first.
+    pub fn later(self, trees: [&Tree; 2]) -> impl Iterator<Item = u32> {
+        let later = self.piece.saturating_add(1)..self.course.pieces;
+        later.map(move |i| (i, self.course.piece(i))).filter_map(move |(i, piece)| {
+            (piece.begin < self.until && !self.course.is_clear(&piece, trees, self.margin)).then_some(i)
+        })
+    }
+
+    /// A box around a part of B on its way through a piece (the one at hand if none is given), margins included; `at` gives the
+    /// box of the part where B lies at a pose.
+    pub fn swept(&self, piece: Option<u32>, at: impl FnOnce(&Pose) -> Aabb) -> Aabb {
+        let piece = self.course.piece(piece.unwrap_or(self.piece));
+        let bounds = at(&piece.pose);
+        let (center, half) = (bounds.center(), bounds.extents() * 0.5);
+        let ends = [self.from.max(piece.begin), self.until.min(piece.end)].map(|time| time - piece.middle);
+        let longest = ends[0].abs().max(ends[1].abs());
+        // As in `docs/numerics.md`, "Motion": its points go as its middle does, but for this.
+        let off = longest * self.course.spin * half.length() + self.course.bend(longest);
+        let off = off * (1.0 + 1e-9) + 4.0 * self.course.rounding + self.margin;
+        let velocity = piece.twist.at(center);
+        let way = Aabb::from_points(ends.map(|time| center + velocity * time));
+        Aabb { min: way.min - half - DVec3::splat(off), max: way.max + half + DVec3::splat(off) }
+    }
+}
