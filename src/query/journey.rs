@@ -140,7 +140,8 @@ impl Journey {
 /// The bucket of a time in lengths of the piece: the first one is for what may meet at its begin.
 pub(super) fn bucket(key: f32) -> usize {
     let steps = (key + 0.5) * (BUCKETS - 2) as f32;
-    1 + (steps.max(0.0) as usize).min(BUCKETS - 2)
+    // Conversions to `i32` take fewer instructions than those to `usize`.
+    1 + (steps as i32).clamp(0, BUCKETS as i32 - 2) as usize
 }
 
 /// The least time of a bucket.

@@ -177,7 +177,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
             swept.on(closest(a, &at(from)).direction, [-half, half])
         } else {
             stats.work += WORK_PER_WINDOW;
-            swept.window()
+            swept.window(if journey.cut() > 0.0 { journey.cut() - middle } else { f64::INFINITY })
         };
         self.deadline.look_next();
         let Some([enter, leave]) = window else {

@@ -153,14 +153,20 @@ impl Swept {
         Self { a, b, velocities, error, reach, half, is_straight }
     }
 
-    /// When they may meet by the normals of both and the products of their edges; `None`: never.
-    pub fn window(&self) -> Option<Window> {
+    /// When they may meet by the normals of both and the products of their edges; `None`: never. Once that is not before `latest`
+    /// the rest of them is left out.
+    pub fn window(&self, latest: f64) -> Option<Window> {
         let edges = |[x, y, z]: &[DVec3; 3]| [*y - *x, *z - *x, *z - *y];
         let (of_a, of_b) = (edges(&self.a), edges(&self.b));
         let mut window = self.on(of_a[0].cross(of_a[1]), [-self.half, self.half])?;
-        window = self.on(of_b[0].cross(of_b[1]), window)?;
+        if window[0] < latest {
+            window = self.on(of_b[0].cross(of_b[1]), window)?;
+        }
         for d in of_a {
             for e in of_b {
+                if window[0] >= latest {
+                    return Some(window);
+                }
                 window = self.on(d.cross(e), window)?;
             }
         }
