@@ -85,7 +85,8 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         }
     }
     args.view.write(view::answered(&poses, &answers), |(pose, answer)| {
-        view::contacts(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, args.max, &answer.said)
+        let (bodies, most) = (args.input.bodies([&a, &b]), args.max.map(|most| most as usize));
+        punctual_view::contacts(&bodies, args.query(&a, &b, *pose), pose, most, &answer.said)
     })?;
     Ok(completion)
 }

@@ -83,7 +83,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
     args.print(out, &rows)?;
     args.view.write(view::answered(&poses, &rows), |(pose, (found, _))| {
-        view::distance(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, found)
+        punctual_view::distance(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, found)
     })?;
     Ok(completion)
 }

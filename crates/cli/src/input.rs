@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use punctual::{Budget, BuildOptions, Tree};
 use punctual_io::{FileError, load};
 use punctual_lab::files::{self, ListedPose};
+use punctual_view::Bodies;
 
-use crate::view::Bodies;
-use crate::{Completion, complain};
+use crate::{Completion, complain, view};
 
 #[derive(clap::Args)]
 pub struct Input {
@@ -45,7 +45,7 @@ impl Input {
 
     /// The trees, with the names of the files.
     pub fn bodies<'t>(&self, trees: [&'t Tree; 2]) -> Bodies<'t> {
-        Bodies::new([&self.a, &self.b], trees)
+        view::bodies([&self.a, &self.b], trees)
     }
 
     /// Tells which lines hold no pose.

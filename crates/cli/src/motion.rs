@@ -11,7 +11,7 @@ use punctual_lab::report::Failure;
 
 use crate::Completion;
 use crate::input::{Limits, complain_of_bad_lines, least_times, parse_size};
-use crate::view::{self, Bodies, ViewArgs};
+use crate::view::{self, ViewArgs};
 
 /// Until when the motions of a list are free, and when the meshes meet.
 ///
@@ -76,8 +76,8 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let answered =
         motions.iter().zip(&rows).map(|(listed, row)| Some((listed.motion.as_ref().ok()?, &row.as_ref()?.0)));
     args.view.write(answered, |(motion, passage)| {
-        let bodies = Bodies::new([&args.a, &args.b], [&a, &b]);
-        view::motion(&bodies, args.query(&a, &b, *motion), passage)
+        let bodies = view::bodies([&args.a, &args.b], [&a, &b]);
+        punctual_view::motion(&bodies, args.query(&a, &b, *motion), passage)
     })?;
     Ok(completion)
 }

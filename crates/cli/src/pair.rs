@@ -122,7 +122,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         file.write()?;
     }
     args.view.write(view::answered(&poses, &rows), |(pose, row)| {
-        view::pair(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, args.mode(), &row.outcome)
+        punctual_view::pair(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, args.mode(), &row.outcome)
     })?;
     Ok(completion)
 }

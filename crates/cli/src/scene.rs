@@ -13,11 +13,11 @@ use std::time::Duration;
 use clap::ArgGroup;
 use punctual::{Budget, Mode, PairReport, Verdict};
 use punctual_lab::report::{self, Failure};
+use punctual_view::{Frame, View};
 
 use crate::Completion;
 use crate::input::parse_microseconds;
 use crate::pair::ModeName;
-use crate::view::{self, Frame, View};
 use files::Recording;
 use play::{ClockName, FrameRow, Settings, play};
 
@@ -116,13 +116,13 @@ impl Args {
                 ("Box tests", row.bv_tests),
                 ("Work", row.work),
             ];
-            let facts = lines.map(|(name, number)| view::fact(name, view::count(number))).to_vec();
+            let facts = lines.map(|(name, number)| punctual_view::fact(name, punctual_view::count(number))).to_vec();
             Frame { number, poses: &recording.frames[number], pairs: &reported[number], facts }
         };
-        let frames: Vec<_> = (0..rows.len()).step_by(view::stride(rows.len())).map(frame).collect();
+        let frames: Vec<_> = (0..rows.len()).step_by(punctual_view::stride(rows.len())).map(frame).collect();
         let folder = self.dir.canonicalize().unwrap_or_else(|_| self.dir.clone());
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
-        view::scene(format!("Which bodies meet: {name}"), &recording.bodies, &frames)
+        punctual_view::scene(format!("Which bodies meet: {name}"), &recording.bodies, &frames)
     }
 
     fn settings(&self) -> Settings {

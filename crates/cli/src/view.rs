@@ -1,50 +1,16 @@
 //! `--view`: a page that shows the meshes of a query, and what it knows after one budget of work or another.
 
-mod arrays;
-mod contacts;
-mod distance;
-mod ladder;
-mod motion;
-mod page;
-mod pair;
-mod scene;
-mod stage;
-
-pub use contacts::contacts;
-pub use distance::distance;
-pub use motion::motion;
-pub use page::View;
-pub use pair::pair;
-pub use scene::{Frame, scene, stride};
-pub use stage::{count, fact};
-
 use std::path::{Path, PathBuf};
 
-use punctual::{Pose, Tree};
+use punctual::{Pose, ResumeError, Tree};
 use punctual_lab::files::ListedPose;
 use punctual_lab::report::{self, Failure};
+use punctual_view::{Bodies, View};
 
 /// Two meshes by the names of their files, and their trees.
-pub struct Bodies<'t> {
-    names: [String; 2],
-    trees: [&'t Tree; 2],
-}
-
-impl<'t> Bodies<'t> {
-    pub fn new(files: [&Path; 2], trees: [&'t Tree; 2]) -> Self {
-        let name = |file: &Path| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
-        Self { names: files.map(name), trees }
-    }
-
-    fn title(&self, what: &str) -> String {
-        format!("{what}: {} and {}", self.names[0], self.names[1])
-    }
-
-    /// Their lines of the key.
-    fn key(&self) -> [(&'static str, String); 2] {
-        let [a, b] = self.names.clone();
-        [("a", format!("A: {a}")), ("b", format!("B: {b}"))]
-    }
+pub fn bodies<'t>(files: [&Path; 2], trees: [&'t Tree; 2]) -> Bodies<'t> {
+    let name = |file: &Path| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+    Bodies::new(files.map(name), trees)
 }
 
 #[derive(clap::Args)]
@@ -71,7 +37,7 @@ impl ViewArgs {
     pub fn write<T>(
         &self,
         mut entries: impl Iterator<Item = Option<T>>,
-        show: impl FnOnce(T) -> Result<View, Failure>,
+        show: impl FnOnce(T) -> Result<View, ResumeError>,
     ) -> Result<(), Failure> {
         let (Some(file), at) = (&self.view, self.view_pose) else { return Ok(()) };
         let entry = entries.nth(at).ok_or_else(|| format!("--view-pose {at}: the list has no such entry"))?;

@@ -14,7 +14,7 @@ pub use axis::Axis;
 pub use chances::Chances;
 pub use chart::{Chart, Series, Shape};
 pub use heat_map::HeatMap;
-pub use page::{Block, Lead, Page, Section, Table, Verdict, document, escape};
+pub use page::{Block, Lead, Page, Section, Table, Verdict};
 
 use std::error::Error;
 use std::fs;

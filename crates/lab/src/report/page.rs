@@ -1,6 +1,7 @@
 //! One HTML page with its pictures inside: no script, no other file, readable on a telephone and on paper.
 
 use super::Picture;
+use punctual_view::{document, escape};
 use std::fmt::Write;
 
 /// A page of sections.
@@ -95,18 +96,6 @@ impl From<&Picture> for Block {
     }
 }
 
-const STYLE: &str = include_str!("page.css");
-
-/// A whole page in the style of all pages: `style` adds to it, `body` is HTML.
-pub fn document(title: &str, style: &str, body: &str) -> String {
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n\
-         <style>{STYLE}{style}</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
-        escape(title)
-    )
-}
-
 impl Page {
     /// The whole page.
     pub fn html(&self) -> String {
@@ -198,9 +187,4 @@ fn inline(svg: &str) -> String {
 fn push(html: &mut String, text: std::fmt::Arguments) {
     // Writing to a string cannot fail.
     let _ = html.write_fmt(text);
-}
-
-/// Text as it stands in HTML.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

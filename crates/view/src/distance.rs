@@ -1,15 +1,14 @@
 //! A query of a distance: the closest points found, and where closer ones may be.
 
-use punctual::{Aabb, Budget, Distance, DistanceQuery, Pose, Stats, StopReason, Workspace};
-use punctual_lab::report::Failure;
+use punctual::{Aabb, Budget, Distance, DistanceQuery, Pose, ResumeError, Stats, StopReason, Workspace};
 use serde_json::{Value, json};
 
-use super::ladder::{BUDGET, Stepwise, climb};
-use super::stage::{Stage, count, fact, length, placed};
-use super::{Bodies, View};
+use crate::ladder::{BUDGET, Stepwise, climb};
+use crate::stage::{Stage, count, fact, length, placed};
+use crate::{Bodies, View};
 
 /// A page for a query of these bodies at this pose, which was answered so.
-pub fn distance(bodies: &Bodies, query: DistanceQuery, pose: &Pose, answer: &Distance) -> Result<View, Failure> {
+pub fn distance(bodies: &Bodies, query: DistanceQuery, pose: &Pose, answer: &Distance) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
     let placed = stage.bodies(bodies.trees, pose);
@@ -43,11 +42,11 @@ struct Steps<'t> {
 impl Stepwise for Steps<'_> {
     type Answer = Distance;
 
-    fn begin(&mut self, until: u64) -> Result<Distance, Failure> {
+    fn begin(&mut self, until: u64) -> Result<Distance, ResumeError> {
         Ok(self.query.run(&mut self.workspace, Budget::work(until)))
     }
 
-    fn resume(&mut self, stopped: &Distance, until: u64) -> Result<Distance, Failure> {
+    fn resume(&mut self, stopped: &Distance, until: u64) -> Result<Distance, ResumeError> {
         Ok(self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?)
     }
 
@@ -55,7 +54,7 @@ impl Stepwise for Steps<'_> {
         (answer.stop, answer.stats)
     }
 
-    fn look(&mut self, found: &Distance, stage: &mut Stage) -> Result<Value, Failure> {
+    fn look(&mut self, found: &Distance, stage: &mut Stage) -> Result<Value, ResumeError> {
         let certificate = self.query.certificate(&self.workspace)?;
         let (boxes, told) = stage.open_boxes(&certificate);
         let likely = self.query.estimate(&self.workspace, None)?.distance;

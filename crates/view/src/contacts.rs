@@ -2,13 +2,12 @@
 
 use std::collections::HashSet;
 
-use punctual::{Aabb, Budget, Contact, ContactQuery, Contacts, Pose, Stats, StopReason, Workspace};
-use punctual_lab::report::Failure;
+use punctual::{Aabb, Budget, Contact, ContactQuery, Contacts, Pose, ResumeError, Stats, StopReason, Workspace};
 use serde_json::{Value, json};
 
-use super::ladder::{BUDGET, Stepwise, climb};
-use super::stage::{Stage, count, fact, length, placed};
-use super::{Bodies, View};
+use crate::ladder::{BUDGET, Stepwise, climb};
+use crate::stage::{Stage, count, fact, length, placed};
+use crate::{Bodies, View};
 
 /// Contacts that are drawn, the first that were found.
 const MOST_CONTACTS: usize = 10_000;
@@ -21,9 +20,9 @@ pub fn contacts(
     bodies: &Bodies,
     query: ContactQuery,
     pose: &Pose,
-    most: Option<u32>,
+    most: Option<usize>,
     answer: &Contacts,
-) -> Result<View, Failure> {
+) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
     let placed = stage.bodies(bodies.trees, pose);
@@ -39,7 +38,7 @@ pub fn contacts(
 
 struct Steps<'t> {
     query: ContactQuery<'t>,
-    most: Option<u32>,
+    most: Option<usize>,
     workspace: Workspace,
     placed: [[usize; 2]; 2],
     drawn: HashSet<[u32; 2]>,
@@ -50,7 +49,7 @@ struct Steps<'t> {
 
 impl Steps<'_> {
     /// Makes more room where contacts need it.
-    fn make_room(&mut self, mut said: Contacts, until: u64) -> Result<Contacts, Failure> {
+    fn make_room(&mut self, mut said: Contacts, until: u64) -> Result<Contacts, ResumeError> {
         while said.stop == StopReason::PairsFull && self.most.is_none() {
             let found = self.workspace.contacts().len();
             self.workspace.reserve_contacts(2 * found);
@@ -78,12 +77,12 @@ impl Steps<'_> {
 impl Stepwise for Steps<'_> {
     type Answer = Contacts;
 
-    fn begin(&mut self, until: u64) -> Result<Contacts, Failure> {
+    fn begin(&mut self, until: u64) -> Result<Contacts, ResumeError> {
         let said = self.query.run(&mut self.workspace, Budget::work(until));
         self.make_room(said, until)
     }
 
-    fn resume(&mut self, stopped: &Contacts, until: u64) -> Result<Contacts, Failure> {
+    fn resume(&mut self, stopped: &Contacts, until: u64) -> Result<Contacts, ResumeError> {
         let said = self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?;
         self.make_room(said, until)
     }
@@ -92,7 +91,7 @@ impl Stepwise for Steps<'_> {
         (answer.stop, answer.stats)
     }
 
-    fn look(&mut self, said: &Contacts, stage: &mut Stage) -> Result<Value, Failure> {
+    fn look(&mut self, said: &Contacts, stage: &mut Stage) -> Result<Value, ResumeError> {
         let certificate = self.query.certificate(&self.workspace)?;
         let (boxes, told) = stage.open_boxes(&certificate);
         let nearest =

@@ -1,10 +1,9 @@
 //! The same query, stopped by one budget of work after the other.
 
-use punctual::{Stats, StopReason};
-use punctual_lab::report::Failure;
+use punctual::{ResumeError, Stats, StopReason};
 use serde_json::{Value, json};
 
-use super::stage::{Stage, count, percent};
+use crate::stage::{Stage, count, percent};
 
 /// What the steps are steps of.
 pub const BUDGET: &str = "Budget of work";
@@ -16,13 +15,13 @@ const RUNGS: u32 = 24;
 pub trait Stepwise {
     type Answer;
     /// Runs it anew, until it has done so much work.
-    fn begin(&mut self, until: u64) -> Result<Self::Answer, Failure>;
+    fn begin(&mut self, until: u64) -> Result<Self::Answer, ResumeError>;
     /// Goes on, until it has done so much work, all that came before included.
-    fn resume(&mut self, stopped: &Self::Answer, until: u64) -> Result<Self::Answer, Failure>;
+    fn resume(&mut self, stopped: &Self::Answer, until: u64) -> Result<Self::Answer, ResumeError>;
     /// Why it stopped, and what it has done.
     fn reached(answer: &Self::Answer) -> (StopReason, Stats);
     /// What is known now: `facts` to be read, and what is to be drawn.
-    fn look(&mut self, answer: &Self::Answer, stage: &mut Stage) -> Result<Value, Failure>;
+    fn look(&mut self, answer: &Self::Answer, stage: &mut Stage) -> Result<Value, ResumeError>;
 }
 
 /// The steps of a query, and the one that knows what `answer` knew.
@@ -30,7 +29,7 @@ pub fn climb<Q: Stepwise>(
     query: &mut Q,
     stage: &mut Stage,
     answer: &Q::Answer,
-) -> Result<(Vec<Value>, usize), Failure> {
+) -> Result<(Vec<Value>, usize), ResumeError> {
     // A memory may have spared a finished answer a part of the work.
     let answered = Some(answer).filter(|answer| goes_on::<Q>(answer)).map_or(u64::MAX, |answer| work::<Q>(answer));
     let total = work::<Q>(&query.begin(u64::MAX)?);

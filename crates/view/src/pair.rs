@@ -2,19 +2,18 @@
 
 use std::collections::HashSet;
 
-use punctual::{Aabb, Budget, Mode, Outcome, Pose, Query, Stats, StopReason, Verdict, Workspace};
-use punctual_lab::report::Failure;
+use punctual::{Aabb, Budget, Mode, Outcome, Pose, Query, ResumeError, Stats, StopReason, Verdict, Workspace};
 use serde_json::{Value, json};
 
-use super::ladder::{BUDGET, Stepwise, climb};
-use super::stage::{Stage, count, fact, length, percent, placed};
-use super::{Bodies, View};
+use crate::ladder::{BUDGET, Stepwise, climb};
+use crate::stage::{Stage, count, fact, length, percent, placed};
+use crate::{Bodies, View};
 
 /// Node pairs that wait in the queue, as in `Workspace::new`, and found pairs that a workspace holds before they are taken out.
 const CAPACITY: [usize; 2] = [4096, 1 << 16];
 
 /// A page for a query of these bodies at this pose, which was answered so.
-pub fn pair(bodies: &Bodies, query: Query, pose: &Pose, mode: Mode, answer: &Outcome) -> Result<View, Failure> {
+pub fn pair(bodies: &Bodies, query: Query, pose: &Pose, mode: Mode, answer: &Outcome) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
     let placed = stage.bodies(bodies.trees, pose);
@@ -46,7 +45,7 @@ struct Steps<'t> {
 
 impl Steps<'_> {
     /// Takes out what was found, and goes on where there was no more room for it.
-    fn collect(&mut self, mut outcome: Outcome, until: u64) -> Result<Outcome, Failure> {
+    fn collect(&mut self, mut outcome: Outcome, until: u64) -> Result<Outcome, ResumeError> {
         loop {
             self.found.extend(self.workspace.drain_pairs());
             if outcome.stop != StopReason::PairsFull {
@@ -77,13 +76,13 @@ impl Steps<'_> {
 impl Stepwise for Steps<'_> {
     type Answer = Outcome;
 
-    fn begin(&mut self, until: u64) -> Result<Outcome, Failure> {
+    fn begin(&mut self, until: u64) -> Result<Outcome, ResumeError> {
         self.found.clear();
         let outcome = self.query.run(&mut self.workspace, Budget::work(until));
         self.collect(outcome, until)
     }
 
-    fn resume(&mut self, stopped: &Outcome, until: u64) -> Result<Outcome, Failure> {
+    fn resume(&mut self, stopped: &Outcome, until: u64) -> Result<Outcome, ResumeError> {
         let outcome = self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?;
         self.collect(outcome, until)
     }
@@ -92,7 +91,7 @@ impl Stepwise for Steps<'_> {
         (answer.stop, answer.stats)
     }
 
-    fn look(&mut self, outcome: &Outcome, stage: &mut Stage) -> Result<Value, Failure> {
+    fn look(&mut self, outcome: &Outcome, stage: &mut Stage) -> Result<Value, ResumeError> {
         let certificate = self.query.certificate(&self.workspace)?;
         let estimate = self.query.estimate(&self.workspace, None)?;
         let (boxes, told) = stage.open_boxes(&certificate);

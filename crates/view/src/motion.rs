@@ -1,18 +1,17 @@
 //! A query of a motion: until when it is proven to be free, and where the meshes meet.
 
-use punctual::{Aabb, Budget, MotionQuery, Passage, Pose, Stats, StopReason, Workspace};
-use punctual_lab::report::Failure;
+use punctual::{Aabb, Budget, MotionQuery, Passage, Pose, ResumeError, Stats, StopReason, Workspace};
 use serde_json::{Value, json};
 
-use super::ladder::{BUDGET, Stepwise, climb};
-use super::stage::{Stage, count, fact, placed};
-use super::{Bodies, View};
+use crate::ladder::{BUDGET, Stepwise, climb};
+use crate::stage::{Stage, count, fact, placed};
+use crate::{Bodies, View};
 
 /// Equal parts of the motion between the poses that are shown.
 const PARTS: usize = 128;
 
 /// A page for a query of these bodies, of which B moves, which was answered so.
-pub fn motion(bodies: &Bodies, query: MotionQuery, answer: &Passage) -> Result<View, Failure> {
+pub fn motion(bodies: &Bodies, query: MotionQuery, answer: &Passage) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let poses: Vec<Pose> = (0..=PARTS).map(|i| query.pose(i as f64 / PARTS as f64)).collect();
     let bounds = poses.iter().fold(a.mesh().aabb(), |bounds, pose| bounds.union(&placed(b.mesh(), pose)));
@@ -54,11 +53,11 @@ struct Steps<'t> {
 impl Stepwise for Steps<'_> {
     type Answer = Passage;
 
-    fn begin(&mut self, until: u64) -> Result<Passage, Failure> {
+    fn begin(&mut self, until: u64) -> Result<Passage, ResumeError> {
         Ok(self.query.run(&mut self.workspace, Budget::work(until)))
     }
 
-    fn resume(&mut self, stopped: &Passage, until: u64) -> Result<Passage, Failure> {
+    fn resume(&mut self, stopped: &Passage, until: u64) -> Result<Passage, ResumeError> {
         Ok(self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?)
     }
 
@@ -66,7 +65,7 @@ impl Stepwise for Steps<'_> {
         (answer.stop, answer.stats)
     }
 
-    fn look(&mut self, passage: &Passage, stage: &mut Stage) -> Result<Value, Failure> {
+    fn look(&mut self, passage: &Passage, stage: &mut Stage) -> Result<Value, ResumeError> {
         let [a, b] = self.placed;
         let mut marks = vec![json!(["start", 0.0, b[1]])];
         let mut surfaces = vec![stage.whole("a", a), stage.whole("start", b)];

@@ -6,17 +6,21 @@ use std::sync::Arc;
 use punctual::{Aabb, Body, BodyKind, PairReport, Pose, Verdict};
 use serde_json::json;
 
-use super::View;
-use super::stage::{Fact, Stage, placed};
+use crate::View;
+use crate::stage::{Fact, Stage, placed};
 
 /// Frames that are shown, at equal distances.
 const MOST_FRAMES: usize = 120;
 
 /// A frame: its number, a pose for each body, the pairs whose boxes overlap, and the lines of the table.
 pub struct Frame<'r> {
+    /// Counted from 0.
     pub number: usize,
+    /// Of each body, in the scene.
     pub poses: &'r [Pose],
+    /// Reported of this frame; bodies are named by their place in the list.
     pub pairs: &'r [PairReport],
+    /// Lines of the table.
     pub facts: Vec<Fact>,
 }
 

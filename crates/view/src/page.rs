@@ -1,15 +1,15 @@
 //! The page: what is shown, packed, between a style and a program of our own.
 
-use std::io::Write;
+use std::io::{self, Write};
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use punctual_lab::report::{Failure, document, escape};
 use serde_json::{Value, json};
 
-use super::stage::Stage;
+use crate::document::{document, escape};
+use crate::stage::Stage;
 
 /// Its parts, in the order in which they follow one another.
 const PROGRAM: [&str; 6] = [
@@ -23,21 +23,25 @@ const PROGRAM: [&str; 6] = [
 
 /// What a page shows.
 pub struct View {
-    pub title: String,
+    pub(crate) title: String,
     /// Layers that things are drawn in, and what they are.
-    pub key: Vec<(&'static str, String)>,
-    pub stage: Stage,
-    pub steps: Vec<Value>,
+    pub(crate) key: Vec<(&'static str, String)>,
+    pub(crate) stage: Stage,
+    pub(crate) steps: Vec<Value>,
     /// The step that is shown first.
-    pub start: usize,
+    pub(crate) start: usize,
     /// What the steps are steps of.
-    pub slider: &'static str,
+    pub(crate) slider: &'static str,
     /// The poses of a body that moves, at equal steps of time.
-    pub times: Option<Vec<usize>>,
+    pub(crate) times: Option<Vec<usize>>,
 }
 
 impl View {
-    pub fn html(&self) -> Result<String, Failure> {
+    /// The page, which needs no other file and no network.
+    ///
+    /// # Errors
+    /// If its texts alone take 4 GB.
+    pub fn html(&self) -> io::Result<String> {
         let body = include_str!("page/body.html")
             .replace("<!--title-->", &escape(&self.title))
             .replace("<!--data-->", &BASE64_STANDARD.encode(self.packed()?))
@@ -46,16 +50,17 @@ impl View {
     }
 
     /// Deflated: the length of a JSON text, that text, and the arrays that it names, all in words of 32 bits, little-endian.
-    fn packed(&self) -> Result<Vec<u8>, Failure> {
+    fn packed(&self) -> io::Result<Vec<u8>> {
         let Self { key, stage, steps, start, slider, times, .. } = self;
         let mut text = json!({ "key": key, "stage": stage.describe(), "steps": steps, "start": start, "slider": slider, "times": times })
             .to_string();
         // So that the arrays are aligned.
         text += &" ".repeat(text.len().wrapping_neg() % 4);
         let mut packer = ZlibEncoder::new(Vec::new(), Compression::best());
-        packer.write_all(&u32::try_from(text.len())?.to_le_bytes())?;
+        let length = u32::try_from(text.len()).map_err(io::Error::other)?;
+        packer.write_all(&length.to_le_bytes())?;
         packer.write_all(text.as_bytes())?;
         packer.write_all(&stage.arrays.bytes().collect::<Vec<u8>>())?;
-        Ok(packer.finish()?)
+        packer.finish()
     }
 }

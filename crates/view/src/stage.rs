@@ -5,11 +5,12 @@ use punctual::glam::DVec3;
 use punctual::{Aabb, Certificate, Mesh, Pose, Tree};
 use serde_json::{Value, json};
 
-use super::arrays::Arrays;
+use crate::arrays::Arrays;
 
 /// Boxes of a step that are drawn, the largest.
 pub const MOST_BOXES: usize = 500;
 
+/// Meshes, poses and boxes, as arrays of the page.
 pub struct Stage {
     pub arrays: Arrays,
     middle: DVec3,
@@ -143,6 +144,7 @@ impl Stage {
 /// A line of the table beside the picture.
 pub type Fact = (&'static str, String);
 
+/// A line of the table.
 pub fn fact(name: &'static str, value: impl Into<String>) -> Fact {
     (name, value.into())
 }
