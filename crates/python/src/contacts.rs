@@ -1,22 +1,40 @@
 //! Where two meshes meet or come close.
 
+use crate::answer::{Answer, Asked};
 use crate::arrays::{Transform, column, points, table};
 use crate::errors::{not_negative, value_error};
 use crate::limit::Limit;
 use crate::query::WORKSPACE;
 use crate::tree::Tree;
+use crate::view::View;
 use numpy::{PyArray1, PyArray2, PyArray3};
-use punctual::{Contact, ContactQuery, StopReason, Workspace};
+use punctual::{Contact, ContactQuery, Pose, StopReason, Workspace};
 use pyo3::prelude::*;
+use std::path::PathBuf;
 
 /// The pairs of triangles within a margin of each other, the nearest first: a row for each in all arrays, in A's frame.
 ///
 /// All of them if `stop` is "finished"; of a stopped query the part found so far, and every other contact is at least
 /// `low` apart.
-#[pyclass(module = "punctual", frozen)]
+#[pyclass(module = "punctual", frozen, extends = Answer)]
 pub struct Contacts {
     answer: punctual::Contacts,
     found: Vec<Contact>,
+    asked: Asked,
+    options: Options,
+}
+
+/// All that a query of contacts is asked, but the trees and the pose.
+#[derive(Clone, Copy)]
+struct Options {
+    margin: f64,
+    most: usize,
+}
+
+impl Options {
+    fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree, pose: Pose) -> ContactQuery<'t> {
+        ContactQuery::new(a, b, pose).margin(self.margin).contact_limit(self.most)
+    }
 }
 
 #[pymethods]
@@ -59,23 +77,17 @@ impl Contacts {
         self.answer.low
     }
 
-    /// Why the query returned: "finished", "deadline", "work-limit", "pairs-full" (there are more than `limit`) or
-    /// "flushed-to-zero".
-    #[getter]
-    fn stop(&self) -> String {
-        self.answer.stop.to_string()
-    }
-
-    /// Units of work done; the same for the same input on every machine.
-    #[getter]
-    fn work(&self) -> u64 {
-        self.answer.stats.work
-    }
-
-    /// Seconds; None without a budget of time.
-    #[getter]
-    fn elapsed(&self) -> Option<f64> {
-        self.answer.stats.elapsed.map(|elapsed| elapsed.as_secs_f64())
+    /// A page that shows where surfaces meet or come close, saved if a path is given. The query is run anew for it.
+    ///
+    /// Raises ValueError if a tree was refitted since, and OSError if the file cannot be written.
+    #[pyo3(signature = (path=None))]
+    fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
+        let Self { answer, asked, options, .. } = self;
+        self.asked.view(py, path, |bodies| {
+            let [a, b] = bodies.trees();
+            let most = (options.most < usize::MAX).then_some(options.most);
+            punctual_view::contacts(bodies, options.query(a, b, asked.pose), &asked.pose, most, answer)
+        })
     }
 
     fn __len__(&self) -> usize {
@@ -87,8 +99,13 @@ impl Contacts {
     }
 }
 
-/// Runs a query and goes on when the workspace is full, until `most` contacts are found.
-fn spend(query: &ContactQuery<'_>, workspace: &mut Workspace, limit: Limit, most: usize) -> Contacts {
+/// Runs a query and goes on when the workspace is full, until `most` contacts are found, the nearest first.
+fn spend(
+    query: &ContactQuery<'_>,
+    workspace: &mut Workspace,
+    limit: Limit,
+    most: usize,
+) -> (punctual::Contacts, Vec<Contact>) {
     let mut answer = query.run(workspace, limit.budget());
     let mut found: Vec<Contact> = workspace.drain_contacts().collect();
     while answer.stop == StopReason::PairsFull && found.len() < most {
@@ -102,7 +119,7 @@ fn spend(query: &ContactQuery<'_>, workspace: &mut Workspace, limit: Limit, most
         (answer.low, answer.stop) = (answer.low.min(left_out.distance), StopReason::PairsFull);
         found.truncate(most);
     }
-    Contacts { answer, found }
+    (answer, found)
 }
 
 /// All pairs of triangles of two trees that meet or are no farther apart than a margin, the nearest first.
@@ -115,23 +132,26 @@ fn spend(query: &ContactQuery<'_>, workspace: &mut Workspace, limit: Limit, most
 #[pyfunction]
 #[pyo3(signature = (a, b, T=None, *, margin=0.0, limit=None, budget=None, work=None))]
 #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
-pub fn contacts(
-    py: Python<'_>,
-    a: PyRef<'_, Tree>,
-    b: PyRef<'_, Tree>,
+pub fn contacts<'py>(
+    py: Python<'py>,
+    a: PyRef<'py, Tree>,
+    b: PyRef<'py, Tree>,
     T: Option<Transform>,
     margin: f64,
     limit: Option<usize>,
     budget: Option<f64>,
     work: Option<u64>,
-) -> PyResult<Contacts> {
+) -> PyResult<Bound<'py, Contacts>> {
     not_negative([("margin", Some(margin))])?;
     let most = match limit {
         Some(0) => return Err(value_error("limit is 0, expected at least 1")),
         most => most.unwrap_or(usize::MAX),
     };
     let spent = Limit::new(budget, work)?;
-    let (a, b) = (&*a.0, &*b.0);
-    let query = ContactQuery::new(a, b, T.unwrap_or_default().0).margin(margin).contact_limit(most);
-    Ok(spent.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| spend(&query, workspace, spent, most))))
+    let (options, pose) = (Options { margin, most }, T.unwrap_or_default().0);
+    let query = options.query(&a.arc, &b.arc, pose);
+    let (answer, found) =
+        spent.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| spend(&query, workspace, spent, most)));
+    let base = Answer::new(answer.stop, &answer.stats);
+    Bound::new(py, (Contacts { answer, found, asked: Asked::new(a, b, pose), options }, base))
 }

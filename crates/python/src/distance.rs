@@ -1,5 +1,6 @@
 //! How far apart two meshes are at a pose.
 
+use crate::answer::{Answer, Asked};
 use crate::arrays::{Transform, table};
 use crate::errors::{not_negative, resume_error, undecided};
 use crate::estimate::{Certificate, DistanceEstimate, Quantiles};
@@ -7,26 +8,25 @@ use crate::limit::Limit;
 use crate::memory::{Memory, lent};
 use crate::query::WORKSPACE;
 use crate::tree::Tree;
+use crate::view::View;
 use numpy::PyArray2;
 use punctual::{PairMemory, Pose, Workspace};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use std::path::PathBuf;
 use std::sync::Arc;
 
-/// All that a distance query is asked, but the pose.
-pub struct DistanceQuestion {
-    a: Arc<punctual::Tree>,
-    b: Arc<punctual::Tree>,
+/// All that a distance query is asked, but the trees and the pose.
+#[derive(Clone, Copy)]
+pub struct DistanceOptions {
     absolute: Option<f64>,
     relative: Option<f64>,
     margins: [f64; 2],
     limit: Option<f64>,
 }
 
-impl DistanceQuestion {
+impl DistanceOptions {
     pub fn new(
-        a: &Tree,
-        b: &Tree,
         [absolute, relative]: [Option<f64>; 2],
         margins: Option<[f64; 2]>,
         limit: Option<f64>,
@@ -40,11 +40,11 @@ impl DistanceQuestion {
             ("closer_than", limit),
         ];
         not_negative(numbers)?;
-        Ok(Self { a: Arc::clone(&a.0), b: Arc::clone(&b.0), absolute, relative, margins, limit })
+        Ok(Self { absolute, relative, margins, limit })
     }
 
-    pub fn at(&self, pose: Pose) -> punctual::DistanceQuery<'_> {
-        let mut query = punctual::DistanceQuery::new(&self.a, &self.b, pose).margins(self.margins);
+    pub fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree, pose: Pose) -> punctual::DistanceQuery<'t> {
+        let mut query = punctual::DistanceQuery::new(a, b, pose).margins(self.margins);
         if let Some(length) = self.absolute {
             query = query.absolute_tolerance(length);
         }
@@ -75,10 +75,22 @@ pub fn spend(
 ///
 /// Its truth value is the answer to `closer_than`; it raises UndecidedError while that is not known, and TypeError if
 /// it was not asked.
-#[pyclass(module = "punctual", frozen)]
+#[pyclass(module = "punctual", frozen, extends = Answer)]
 pub struct Distance {
     answer: punctual::Distance,
-    limit: Option<f64>,
+    asked: Asked,
+    options: DistanceOptions,
+}
+
+impl Distance {
+    fn new(
+        py: Python<'_>,
+        answer: punctual::Distance,
+        asked: Asked,
+        options: DistanceOptions,
+    ) -> PyResult<Bound<'_, Self>> {
+        Bound::new(py, (Self { answer, asked, options }, Answer::new(answer.stop, &answer.stats)))
+    }
 }
 
 #[pymethods]
@@ -114,26 +126,20 @@ impl Distance {
         self.answer.closer
     }
 
-    /// Why the query returned: "finished", "deadline", "work-limit" or "flushed-to-zero".
-    #[getter]
-    fn stop(&self) -> String {
-        self.answer.stop.to_string()
-    }
-
-    /// Units of work done; the same for the same input on every machine.
-    #[getter]
-    fn work(&self) -> u64 {
-        self.answer.stats.work
-    }
-
-    /// Seconds; None without a budget of time.
-    #[getter]
-    fn elapsed(&self) -> Option<f64> {
-        self.answer.stats.elapsed.map(|elapsed| elapsed.as_secs_f64())
+    /// A page that shows the closest points found, saved if a path is given. The query is run anew for it.
+    ///
+    /// Raises ValueError if a tree was refitted since, and OSError if the file cannot be written.
+    #[pyo3(signature = (path=None))]
+    fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
+        let Self { answer, asked, options } = self;
+        asked.view(py, path, |bodies| {
+            let [a, b] = bodies.trees();
+            punctual_view::distance(bodies, options.query(a, b, asked.pose), &asked.pose, answer)
+        })
     }
 
     fn __bool__(&self) -> PyResult<bool> {
-        let Some(limit) = self.limit else {
+        let Some(limit) = self.options.limit else {
             return Err(PyTypeError::new_err("a distance has no truth value: compare its bounds low and high"));
         };
         let what = format!("the surfaces are closer than {limit}");
@@ -146,17 +152,18 @@ impl Distance {
     }
 }
 
-fn ask(
-    py: Python<'_>,
-    question: &DistanceQuestion,
+fn ask<'py>(
+    py: Python<'py>,
+    [a, b]: [PyRef<'py, Tree>; 2],
     pose: Pose,
+    options: DistanceOptions,
     limit: Limit,
     mut memory: Option<PyRefMut<'_, Memory>>,
-) -> Distance {
-    let query = question.at(pose);
+) -> PyResult<Bound<'py, Distance>> {
+    let query = options.query(&a.arc, &b.arc, pose);
     let memory = lent(&mut memory);
     let answer = limit.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| spend(&query, workspace, memory, limit)));
-    Distance { answer, limit: question.limit }
+    Distance::new(py, answer, Asked::new(a, b, pose), options)
 }
 
 /// How far apart the surfaces of two trees are: 0 if they meet.
@@ -172,10 +179,10 @@ fn ask(
     budget=None, work=None,
     memory=None))]
 #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
-pub fn distance(
-    py: Python<'_>,
-    a: PyRef<'_, Tree>,
-    b: PyRef<'_, Tree>,
+pub fn distance<'py>(
+    py: Python<'py>,
+    a: PyRef<'py, Tree>,
+    b: PyRef<'py, Tree>,
     T: Option<Transform>,
     absolute_tolerance: Option<f64>,
     relative_tolerance: Option<f64>,
@@ -183,9 +190,9 @@ pub fn distance(
     budget: Option<f64>,
     work: Option<u64>,
     memory: Option<PyRefMut<'_, Memory>>,
-) -> PyResult<Distance> {
-    let question = DistanceQuestion::new(&a, &b, [absolute_tolerance, relative_tolerance], margins, None)?;
-    Ok(ask(py, &question, T.unwrap_or_default().0, Limit::new(budget, work)?, memory))
+) -> PyResult<Bound<'py, Distance>> {
+    let options = DistanceOptions::new([absolute_tolerance, relative_tolerance], margins, None)?;
+    ask(py, [a, b], T.unwrap_or_default().0, options, Limit::new(budget, work)?, memory)
 }
 
 /// Whether the surfaces of two trees are no farther apart than a length: the truth value of the result. Takes a
@@ -193,28 +200,36 @@ pub fn distance(
 #[pyfunction]
 #[pyo3(signature = (a, b, length, T=None, *, margins=None, budget=None, work=None, memory=None))]
 #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
-pub fn closer_than(
-    py: Python<'_>,
-    a: PyRef<'_, Tree>,
-    b: PyRef<'_, Tree>,
+pub fn closer_than<'py>(
+    py: Python<'py>,
+    a: PyRef<'py, Tree>,
+    b: PyRef<'py, Tree>,
     length: f64,
     T: Option<Transform>,
     margins: Option<[f64; 2]>,
     budget: Option<f64>,
     work: Option<u64>,
     memory: Option<PyRefMut<'_, Memory>>,
-) -> PyResult<Distance> {
-    let question = DistanceQuestion::new(&a, &b, [None; 2], margins, Some(length))?;
-    Ok(ask(py, &question, T.unwrap_or_default().0, Limit::new(budget, work)?, memory))
+) -> PyResult<Bound<'py, Distance>> {
+    let options = DistanceOptions::new([None; 2], margins, Some(length))?;
+    ask(py, [a, b], T.unwrap_or_default().0, options, Limit::new(budget, work)?, memory)
 }
 
 /// The same question as that of `distance`, or of `closer_than`, with buffers of its own (930 kB), so that it can be
 /// predicted, resumed and asked for its certificate.
 #[pyclass(module = "punctual")]
 pub struct DistanceQuery {
-    question: DistanceQuestion,
-    pose: Pose,
+    trees: [Arc<punctual::Tree>; 2],
+    asked: Asked,
+    options: DistanceOptions,
     workspace: Box<Workspace>,
+}
+
+impl DistanceQuery {
+    fn query(&self) -> punctual::DistanceQuery<'_> {
+        let [a, b] = &self.trees;
+        self.options.query(a, b, self.asked.pose)
+    }
 }
 
 #[pymethods]
@@ -232,51 +247,59 @@ impl DistanceQuery {
         margins: Option<[f64; 2]>,
         closer_than: Option<f64>,
     ) -> PyResult<Self> {
-        let question = DistanceQuestion::new(&a, &b, [absolute_tolerance, relative_tolerance], margins, closer_than)?;
-        Ok(Self { question, pose: T.unwrap_or_default().0, workspace: Box::new(Workspace::new()) })
+        let options = DistanceOptions::new([absolute_tolerance, relative_tolerance], margins, closer_than)?;
+        let trees = [Arc::clone(&a.arc), Arc::clone(&b.arc)];
+        let asked = Asked::new(a, b, T.unwrap_or_default().0);
+        Ok(Self { trees, asked, options, workspace: Box::new(Workspace::new()) })
     }
 
     /// Runs from the start, within a budget of seconds or of units of work.
     #[pyo3(signature = (*, budget=None, work=None, memory=None))]
-    fn run(
+    fn run<'py>(
         &mut self,
-        py: Python<'_>,
+        py: Python<'py>,
         budget: Option<f64>,
         work: Option<u64>,
         mut memory: Option<PyRefMut<'_, Memory>>,
-    ) -> PyResult<Distance> {
+    ) -> PyResult<Bound<'py, Distance>> {
         let limit = Limit::new(budget, work)?;
-        let Self { question, pose, workspace } = self;
-        let memory = lent(&mut memory);
-        let answer = limit.unlocked(py, || spend(&question.at(*pose), workspace, memory, limit));
-        Ok(Distance { answer, limit: self.question.limit })
+        let Self { trees: [a, b], asked, options, workspace } = self;
+        let (query, memory) = (options.query(a, b, asked.pose), lent(&mut memory));
+        let answer = limit.unlocked(py, || spend(&query, workspace, memory, limit));
+        Distance::new(py, answer, asked.clone_ref(py), *options)
     }
 
     /// Goes on with the stopped run, with a fresh budget; its bounds are no worse than before. Raises ResumeError if
     /// there is no stopped run.
     #[pyo3(signature = (*, budget=None, work=None))]
-    fn resume(&mut self, py: Python<'_>, budget: Option<f64>, work: Option<u64>) -> PyResult<Distance> {
+    fn resume<'py>(
+        &mut self,
+        py: Python<'py>,
+        budget: Option<f64>,
+        work: Option<u64>,
+    ) -> PyResult<Bound<'py, Distance>> {
         let limit = Limit::new(budget, work)?;
-        let Self { question, pose, workspace } = self;
-        let answer = limit.unlocked(py, || question.at(*pose).resume(workspace, limit.budget()));
-        Ok(Distance { answer: answer.map_err(resume_error)?, limit: self.question.limit })
+        let Self { trees: [a, b], asked, options, workspace } = self;
+        let query = options.query(a, b, asked.pose);
+        let answer = limit.unlocked(py, || query.resume(workspace, limit.budget())).map_err(resume_error)?;
+        Distance::new(py, answer, asked.clone_ref(py), *options)
     }
 
     /// Units of work that it will take if nothing stops it.
     #[pyo3(signature = (*, memory=None))]
     fn predict(&self, memory: Option<PyRef<'_, Memory>>) -> Quantiles {
-        self.question.at(self.pose).predict(memory.as_ref().map(|memory| &memory.0)).into()
+        self.query().predict(memory.as_ref().map(|memory| &memory.0)).into()
     }
 
     /// What the last run left open, as far as can be guessed. Raises ResumeError before the first run.
     #[pyo3(signature = (*, memory=None))]
     fn estimate(&self, memory: Option<PyRef<'_, Memory>>) -> PyResult<DistanceEstimate> {
         let memory = memory.as_ref().map(|memory| &memory.0);
-        Ok(self.question.at(self.pose).estimate(&self.workspace, memory).map_err(resume_error)?.into())
+        Ok(self.query().estimate(&self.workspace, memory).map_err(resume_error)?.into())
     }
 
     /// Where the last run may have missed what is closer than its upper bound. Raises ResumeError before the first run.
     fn certificate(&self) -> PyResult<Certificate> {
-        Ok(self.question.at(self.pose).certificate(&self.workspace).map_err(resume_error)?.into())
+        Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into())
     }
 }

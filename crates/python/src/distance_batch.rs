@@ -2,7 +2,7 @@
 
 use crate::arrays::{Transforms, column, points, table};
 use crate::batch::{each, workers};
-use crate::distance::{DistanceQuestion, spend};
+use crate::distance::{DistanceOptions, spend};
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
 use crate::tree::Tree;
@@ -88,11 +88,12 @@ pub fn distance_batch(
     threads: usize,
 ) -> PyResult<DistanceBatch> {
     let limit = Limit::new(budget, work)?;
-    let question = DistanceQuestion::new(&a, &b, [absolute_tolerance, relative_tolerance], margins, closer_than)?;
+    let options = DistanceOptions::new([absolute_tolerance, relative_tolerance], margins, closer_than)?;
     let Transforms(poses) = poses;
+    let (a, b) = (&*a.arc, &*b.arc);
     let workers = workers(threads, poses.len(), lent(&mut memory))?;
     let rows = each(py, poses.len(), workers, |worker, at| {
-        let query = question.at(poses[at]);
+        let query = options.query(a, b, poses[at]);
         let answer = spend(&query, &mut worker.workspace, worker.memory.as_deref_mut(), limit);
         let Distance { low, high, nearest, closer, stats, .. } = answer;
         Row { low, high, nearest, closer, work: stats.work }

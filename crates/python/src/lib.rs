@@ -8,6 +8,7 @@
 
 #![deny(missing_docs, unsafe_code)]
 
+mod answer;
 mod arrays;
 mod batch;
 mod contacts;
@@ -25,12 +26,15 @@ mod rays;
 mod scene;
 mod shapes;
 mod tree;
+mod view;
 
 /// The compiled part of the package.
 #[pyo3::pymodule]
 mod _punctual {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use super::answer::Answer;
     #[pymodule_export]
     use super::contacts::{Contacts, contacts};
     #[pymodule_export]
@@ -59,6 +63,8 @@ mod _punctual {
     use super::shapes::{cuboid, icosphere, torus, torus_knot};
     #[pymodule_export]
     use super::tree::Tree;
+    #[pymodule_export]
+    use super::view::View;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

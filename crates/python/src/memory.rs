@@ -40,7 +40,7 @@ impl Memory {
     #[pyo3(signature = (a, b, T=None))]
     #[expect(non_snake_case, reason = "the name of the argument in Python")]
     fn clearance(&self, a: PyRef<'_, Tree>, b: PyRef<'_, Tree>, T: Option<Transform>) -> f64 {
-        self.0.clearance(&a.0, &b.0, &T.unwrap_or_default().0)
+        self.0.clearance(&a.arc, &b.arc, &T.unwrap_or_default().0)
     }
 
     /// How often the verdict changes from one decided frame to the next, 0 to 1.

@@ -1,58 +1,80 @@
 //! Until when a motion is free.
 
+use crate::answer::{Answer, Asked};
 use crate::arrays::Transform;
 use crate::errors::{not_negative, value_error};
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
 use crate::query::WORKSPACE;
 use crate::tree::Tree;
+use crate::view::View;
 use punctual::{Motion, MotionQuery};
 use pyo3::prelude::*;
+use std::path::PathBuf;
 
 /// What a motion query says; times from 0 to 1.
-#[pyclass(module = "punctual", frozen)]
-pub struct Passage(punctual::Passage);
+#[pyclass(module = "punctual", frozen, extends = Answer)]
+pub struct Passage {
+    answer: punctual::Passage,
+    asked: Asked,
+    options: Options,
+}
+
+/// All that a query of a motion is asked, but the trees.
+#[derive(Clone, Copy)]
+struct Options {
+    motion: Motion,
+    margins: [f64; 2],
+    tolerance: Option<f64>,
+    time_tolerance: Option<f64>,
+}
+
+impl Options {
+    fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree) -> MotionQuery<'t> {
+        let mut query = MotionQuery::new(a, b, self.motion).margins(self.margins);
+        if let Some(length) = self.tolerance {
+            query = query.tolerance(length);
+        }
+        if let Some(time) = self.time_tolerance {
+            query = query.time_tolerance(time);
+        }
+        query
+    }
+}
 
 #[pymethods]
 impl Passage {
     /// Proven: the surfaces meet at no time before. 1 where `touching_at` is None: the motion is free to its end.
     #[getter]
     fn free_until(&self) -> f64 {
-        self.0.free_until
+        self.answer.free_until
     }
 
     /// Proven: the surfaces meet at this time; 0 if they do at the start. None: no contact was found (yet).
     #[getter]
     fn touching_at(&self) -> Option<f64> {
-        self.0.touching_at
+        self.answer.touching_at
     }
 
     /// The triangles that meet then, of A and of B; None if no contact was found.
     #[getter]
     fn triangles(&self) -> Option<(u32, u32)> {
-        self.0.triangles.map(Into::into)
+        self.answer.triangles.map(Into::into)
     }
 
-    /// Why the query returned: "finished", "deadline", "work-limit" or "flushed-to-zero".
-    #[getter]
-    fn stop(&self) -> String {
-        self.0.stop.to_string()
-    }
-
-    /// Units of work done; the same for the same input on every machine.
-    #[getter]
-    fn work(&self) -> u64 {
-        self.0.stats.work
-    }
-
-    /// Seconds; None without a budget of time.
-    #[getter]
-    fn elapsed(&self) -> Option<f64> {
-        self.0.stats.elapsed.map(|elapsed| elapsed.as_secs_f64())
+    /// A page that shows the way of b, and where it meets a; saved if a path is given. The query is run anew for it.
+    ///
+    /// Raises ValueError if a tree was refitted since, and OSError if the file cannot be written.
+    #[pyo3(signature = (path=None))]
+    fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
+        self.asked.view(py, path, |bodies| {
+            let [a, b] = bodies.trees();
+            punctual_view::motion(bodies, self.options.query(a, b), &self.answer)
+        })
     }
 
     fn __repr__(&self) -> String {
-        let punctual::Passage { free_until, touching_at, stop, .. } = self.0;
+        let punctual::Passage { free_until, touching_at, stop, .. } = self.answer;
         let touching = touching_at.map_or("no contact found".to_owned(), |time| format!("touching at {time}"));
         format!("<punctual.Passage: free until {free_until}, {touching}, {stop}>")
     }
@@ -88,10 +110,10 @@ fn path(start: Transform, to: Option<Transform>, [velocity, turn, point]: [Optio
 #[pyo3(signature = (a, b, T=None, *, to=None, velocity=None, turn=None, point=None, tolerance=None,
     time_tolerance=None, margins=None, budget=None, work=None, memory=None))]
 #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
-pub fn motion(
-    py: Python<'_>,
-    a: PyRef<'_, Tree>,
-    b: PyRef<'_, Tree>,
+pub fn motion<'py>(
+    py: Python<'py>,
+    a: PyRef<'py, Tree>,
+    b: PyRef<'py, Tree>,
     T: Option<Transform>,
     to: Option<Transform>,
     velocity: Option<[f64; 3]>,
@@ -103,25 +125,23 @@ pub fn motion(
     budget: Option<f64>,
     work: Option<u64>,
     mut memory: Option<PyRefMut<'_, Memory>>,
-) -> PyResult<Passage> {
+) -> PyResult<Bound<'py, Passage>> {
     let margins = margins.unwrap_or_default();
     let [of_a, of_b] = margins.map(Some);
     let lengths = [("tolerance", tolerance), ("margins[0]", of_a), ("margins[1]", of_b)];
     not_negative(lengths.into_iter().chain([("time_tolerance", time_tolerance)]))?;
-    let motion = path(T.unwrap_or_default(), to, [velocity, turn, point])?;
+    let start = T.unwrap_or_default();
+    let motion = path(start, to, [velocity, turn, point])?;
     let limit = Limit::new(budget, work)?;
-    let mut query = MotionQuery::new(&a.0, &b.0, motion).margins(margins);
-    if let Some(length) = tolerance {
-        query = query.tolerance(length);
-    }
-    if let Some(time) = time_tolerance {
-        query = query.time_tolerance(time);
-    }
+    let options = Options { motion, margins, tolerance, time_tolerance };
+    let query = options.query(&a.arc, &b.arc);
     let memory = lent(&mut memory);
-    Ok(Passage(limit.unlocked(py, || {
+    let answer = limit.unlocked(py, || {
         WORKSPACE.with_borrow_mut(|workspace| match memory {
             Some(memory) => query.run_with_memory(workspace, memory, limit.budget()),
             None => query.run(workspace, limit.budget()),
         })
-    })))
+    });
+    let base = Answer::new(answer.stop, &answer.stats);
+    Bound::new(py, (Passage { answer, asked: Asked::new(a, b, start.0), options }, base))
 }

@@ -1,5 +1,6 @@
 //! Which way, and how far, two meshes have to be moved apart.
 
+use crate::answer::Answer;
 use crate::arrays::{Transform, column, table};
 use crate::limit::Limit;
 use crate::query::WORKSPACE;
@@ -9,7 +10,7 @@ use punctual::PushOutQuery;
 use pyo3::prelude::*;
 
 /// The shortest translation of B found that parts the surfaces. There may be a shorter one.
-#[pyclass(module = "punctual", frozen)]
+#[pyclass(module = "punctual", frozen, extends = Answer)]
 pub struct PushOut(punctual::PushOut);
 
 #[pymethods]
@@ -44,24 +45,6 @@ impl PushOut {
         self.0.queries
     }
 
-    /// Why it returned: "finished", also at the limit of queries, "deadline", "work-limit" or "flushed-to-zero".
-    #[getter]
-    fn stop(&self) -> String {
-        self.0.stop.to_string()
-    }
-
-    /// Units of work done; the same for the same input on every machine.
-    #[getter]
-    fn work(&self) -> u64 {
-        self.0.work
-    }
-
-    /// Seconds; None without a budget of time.
-    #[getter]
-    fn elapsed(&self) -> Option<f64> {
-        self.0.elapsed.map(|elapsed| elapsed.as_secs_f64())
-    }
-
     fn __repr__(&self) -> String {
         let found = self.0.push.map_or("none found".to_owned(), |push| {
             let [x, y, z] = push.direction.to_array();
@@ -84,17 +67,18 @@ const LAST: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 #[pyfunction]
 #[pyo3(signature = (a, b, T=None, *, query_limit=None, budget=None, work=None))]
 #[expect(non_snake_case, reason = "the name of the argument in Python")]
-pub fn push_out(
-    py: Python<'_>,
+pub fn push_out<'py>(
+    py: Python<'py>,
     a: PyRef<'_, Tree>,
     b: PyRef<'_, Tree>,
     T: Option<Transform>,
     query_limit: Option<u32>,
     budget: Option<f64>,
     work: Option<u64>,
-) -> PyResult<PushOut> {
+) -> PyResult<Bound<'py, PushOut>> {
     let limit = Limit::new(budget, work)?;
-    let (a, b) = (&*a.0, &*b.0);
+    let (a, b) = (&*a.arc, &*b.arc);
     let query = PushOutQuery::new(a, b, T.unwrap_or_default().0).query_limit(query_limit.unwrap_or(u32::MAX));
-    Ok(PushOut(limit.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| query.run(workspace, limit.budget())))))
+    let found = limit.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| query.run(workspace, limit.budget())));
+    Bound::new(py, (PushOut(found), Answer { stop: found.stop, work: found.work, elapsed: found.elapsed }))
 }

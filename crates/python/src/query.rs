@@ -1,17 +1,20 @@
 //! Whether, and where, two meshes meet at a pose.
 
+use crate::answer::{Answer, Asked};
 use crate::arrays::{Transform, table};
 use crate::errors::{resume_error, undecided, value_error};
 use crate::estimate::{Certificate, Estimate, Prediction};
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
 use crate::tree::Tree;
+use crate::view::View;
 use numpy::PyArray2;
 use punctual::{CostModel, Mode, Outcome, PairMemory, Pose, StopReason, Verdict, Workspace};
 use pyo3::intern;
 use pyo3::prelude::*;
 use std::borrow::Cow;
 use std::cell::RefCell;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// "any" or "all".
@@ -31,27 +34,25 @@ impl<'py> FromPyObject<'_, 'py> for ModeName {
     }
 }
 
-/// All that a query is asked, but the pose.
-#[derive(Clone)]
-pub struct Question {
-    a: Arc<punctual::Tree>,
-    b: Arc<punctual::Tree>,
+/// All that a query is asked, but the trees and the pose.
+#[derive(Clone, Copy)]
+pub struct QueryOptions {
     mode: Mode,
     early: bool,
     prior: Option<f64>,
 }
 
-impl Question {
-    pub fn new(a: &Tree, b: &Tree, mode: Option<ModeName>, early: bool, prior: Option<f64>) -> PyResult<Self> {
+impl QueryOptions {
+    pub fn new(mode: Option<ModeName>, early: bool, prior: Option<f64>) -> PyResult<Self> {
         if let Some(share) = prior.filter(|share| !(0.0..=1.0).contains(share)) {
             return Err(value_error(format_args!("prior is {share}, expected a share, 0 to 1")));
         }
         let mode = mode.map_or(Mode::Any, |ModeName(mode)| mode);
-        Ok(Self { a: Arc::clone(&a.0), b: Arc::clone(&b.0), mode, early, prior })
+        Ok(Self { mode, early, prior })
     }
 
-    pub fn at(&self, pose: Pose) -> punctual::Query<'_> {
-        let query = punctual::Query::new(&self.a, &self.b, pose).mode(self.mode).early(self.early);
+    pub fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree, pose: Pose) -> punctual::Query<'t> {
+        let query = punctual::Query::new(a, b, pose).mode(self.mode).early(self.early);
         match self.prior {
             Some(share) => query.prior(share),
             None => query,
@@ -91,27 +92,38 @@ pub fn is_stopped(outcome: &Outcome) -> bool {
 
 /// What a query says. Its truth value tells whether the surfaces meet, and raises UndecidedError while that is not
 /// known.
-#[pyclass(module = "punctual", frozen)]
+#[pyclass(module = "punctual", frozen, extends = Answer)]
 pub struct Collision {
     outcome: Outcome,
     pairs: Vec<[u32; 2]>,
     /// Of a stopped query.
     estimate: Option<Estimate>,
+    asked: Asked,
+    options: QueryOptions,
 }
 
 impl Collision {
-    /// What the last run of a query in `workspace` says.
-    fn new(
-        query: &punctual::Query<'_>,
-        workspace: &Workspace,
-        memory: Option<&PairMemory>,
-        outcome: Outcome,
+    fn new<'py>(
+        py: Python<'py>,
+        (outcome, estimate): (Outcome, Option<Estimate>),
         pairs: Vec<[u32; 2]>,
-    ) -> Result<Self, punctual::ResumeError> {
-        let estimate = is_stopped(&outcome).then(|| query.estimate(workspace, memory)).transpose()?;
-        let estimate = estimate.map(|estimate| Estimate::new(&estimate, &workspace.cost_model()));
-        Ok(Self { outcome, pairs, estimate })
+        asked: Asked,
+        options: QueryOptions,
+    ) -> PyResult<Bound<'py, Self>> {
+        let base = Answer::new(outcome.stop, &outcome.stats);
+        Bound::new(py, (Self { outcome, pairs, estimate, asked, options }, base))
     }
+}
+
+/// What can be said of the last run of a query in `workspace`, if it was stopped.
+fn estimate(
+    query: &punctual::Query<'_>,
+    workspace: &Workspace,
+    memory: Option<&PairMemory>,
+    outcome: &Outcome,
+) -> Result<Option<Estimate>, punctual::ResumeError> {
+    let estimate = is_stopped(outcome).then(|| query.estimate(workspace, memory)).transpose()?;
+    Ok(estimate.map(|estimate| Estimate::new(&estimate, &workspace.cost_model())))
 }
 
 /// The verdict as a number for arrays.
@@ -185,18 +197,6 @@ impl Collision {
         self.estimate.map(|estimate| estimate.remaining)
     }
 
-    /// Why the query returned: "finished", "first-hit", "deadline", "work-limit" or "flushed-to-zero".
-    #[getter]
-    fn stop(&self) -> String {
-        self.outcome.stop.to_string()
-    }
-
-    /// Units of work done; the same for the same input on every machine.
-    #[getter]
-    fn work(&self) -> u64 {
-        self.outcome.stats.work
-    }
-
     /// Box overlap tests.
     #[getter]
     fn bv_tests(&self) -> u64 {
@@ -209,10 +209,17 @@ impl Collision {
         self.outcome.stats.primitive_tests
     }
 
-    /// Seconds; None without a budget of time, since a look at the clock costs as much as a small query.
-    #[getter]
-    fn elapsed(&self) -> Option<f64> {
-        self.outcome.stats.elapsed.map(|elapsed| elapsed.as_secs_f64())
+    /// A page that shows which triangles meet, and the boxes not looked at, after each of a ladder of budgets; saved if
+    /// a path is given. The query is run anew for it.
+    ///
+    /// Raises ValueError if a tree was refitted since, and OSError if the file cannot be written.
+    #[pyo3(signature = (path=None))]
+    fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
+        let Self { outcome, asked, options, .. } = self;
+        asked.view(py, path, |bodies| {
+            let [a, b] = bodies.trees();
+            punctual_view::pair(bodies, options.query(a, b, asked.pose), &asked.pose, options.mode, outcome)
+        })
     }
 
     fn __bool__(&self) -> PyResult<bool> {
@@ -246,10 +253,10 @@ thread_local! {
 #[pyfunction]
 #[pyo3(signature = (a, b, T=None, *, mode=None, budget=None, work=None, memory=None, early=false, prior=None))]
 #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
-pub fn collide(
-    py: Python<'_>,
-    a: PyRef<'_, Tree>,
-    b: PyRef<'_, Tree>,
+pub fn collide<'py>(
+    py: Python<'py>,
+    a: PyRef<'py, Tree>,
+    b: PyRef<'py, Tree>,
     T: Option<Transform>,
     mode: Option<ModeName>,
     budget: Option<f64>,
@@ -257,25 +264,26 @@ pub fn collide(
     mut memory: Option<PyRefMut<'_, Memory>>,
     early: bool,
     prior: Option<f64>,
-) -> PyResult<Collision> {
-    let limit = Limit::new(budget, work)?;
-    let question = Question::new(&a, &b, mode, early, prior)?;
-    let query = question.at(T.unwrap_or_default().0);
-    let mut memory = lent(&mut memory);
+) -> PyResult<Bound<'py, Collision>> {
+    let (limit, pose) = (Limit::new(budget, work)?, T.unwrap_or_default().0);
+    let options = QueryOptions::new(mode, early, prior)?;
+    let query = options.query(&a.arc, &b.arc, pose);
+    let (mut memory, mut pairs) = (lent(&mut memory), Vec::new());
     let run = |workspace: &mut Box<Workspace>| {
-        let mut pairs = Vec::new();
         let outcome = spend(&query, workspace, memory.as_deref_mut(), limit, &mut pairs, None)?;
-        Collision::new(&query, workspace, memory.as_deref(), outcome, pairs)
+        Ok((outcome, estimate(&query, workspace, memory.as_deref(), &outcome)?))
     };
-    limit.unlocked(py, || WORKSPACE.with_borrow_mut(run)).map_err(resume_error)
+    let answer = limit.unlocked(py, || WORKSPACE.with_borrow_mut(run)).map_err(resume_error)?;
+    Collision::new(py, answer, pairs, Asked::new(a, b, pose), options)
 }
 
 /// The same question as that of `collide`, with buffers of its own (930 kB), so that it can be predicted, resumed and
 /// asked for its certificate.
 #[pyclass(module = "punctual")]
 pub struct Query {
-    question: Question,
-    pose: Pose,
+    trees: [Arc<punctual::Tree>; 2],
+    asked: Asked,
+    options: QueryOptions,
     workspace: Box<Workspace>,
     /// All that the last run found, and its outcome.
     pairs: Vec<[u32; 2]>,
@@ -283,23 +291,27 @@ pub struct Query {
 }
 
 impl Query {
-    fn spend(
+    fn query(&self) -> punctual::Query<'_> {
+        let [a, b] = &self.trees;
+        self.options.query(a, b, self.asked.pose)
+    }
+
+    fn spend<'py>(
         &mut self,
-        py: Python<'_>,
+        py: Python<'py>,
         limit: Limit,
         mut memory: Option<PyRefMut<'_, Memory>>,
         stopped: Option<Outcome>,
-    ) -> PyResult<Collision> {
-        let Self { question, pose, workspace, pairs, outcome } = self;
-        let mut memory = lent(&mut memory);
-        limit
-            .unlocked(py, || {
-                let query = question.at(*pose);
-                let now = spend(&query, workspace, memory.as_deref_mut(), limit, pairs, stopped)?;
-                *outcome = Some(now);
-                Collision::new(&query, workspace, memory.as_deref(), now, pairs.clone())
-            })
-            .map_err(resume_error)
+    ) -> PyResult<Bound<'py, Collision>> {
+        let Self { trees: [a, b], asked, options, workspace, pairs, outcome } = self;
+        let (query, mut memory) = (options.query(a, b, asked.pose), lent(&mut memory));
+        let run = || {
+            let now = spend(&query, workspace, memory.as_deref_mut(), limit, pairs, stopped)?;
+            *outcome = Some(now);
+            Ok(((now, estimate(&query, workspace, memory.as_deref(), &now)?), pairs.clone()))
+        };
+        let (answer, pairs) = limit.unlocked(py, run).map_err(resume_error)?;
+        Collision::new(py, answer, pairs, asked.clone_ref(py), *options)
     }
 }
 
@@ -316,20 +328,22 @@ impl Query {
         early: bool,
         prior: Option<f64>,
     ) -> PyResult<Self> {
-        let question = Question::new(&a, &b, mode, early, prior)?;
+        let options = QueryOptions::new(mode, early, prior)?;
+        let trees = [Arc::clone(&a.arc), Arc::clone(&b.arc)];
+        let asked = Asked::new(a, b, T.unwrap_or_default().0);
         let workspace = Box::new(Workspace::new());
-        Ok(Self { question, pose: T.unwrap_or_default().0, workspace, pairs: Vec::new(), outcome: None })
+        Ok(Self { trees, asked, options, workspace, pairs: Vec::new(), outcome: None })
     }
 
     /// Runs from the start, within a budget of seconds or of units of work.
     #[pyo3(signature = (*, budget=None, work=None, memory=None))]
-    fn run(
+    fn run<'py>(
         &mut self,
-        py: Python<'_>,
+        py: Python<'py>,
         budget: Option<f64>,
         work: Option<u64>,
         memory: Option<PyRefMut<'_, Memory>>,
-    ) -> PyResult<Collision> {
+    ) -> PyResult<Bound<'py, Collision>> {
         let limit = Limit::new(budget, work)?;
         self.pairs.clear();
         self.spend(py, limit, memory, None)
@@ -338,13 +352,13 @@ impl Query {
     /// Goes on with the stopped run, with a fresh budget. Cut anyhow by budgets of work, the end is that of one run.
     /// Raises ResumeError if there is no stopped run.
     #[pyo3(signature = (*, budget=None, work=None, memory=None))]
-    fn resume(
+    fn resume<'py>(
         &mut self,
-        py: Python<'_>,
+        py: Python<'py>,
         budget: Option<f64>,
         work: Option<u64>,
         memory: Option<PyRefMut<'_, Memory>>,
-    ) -> PyResult<Collision> {
+    ) -> PyResult<Bound<'py, Collision>> {
         let limit = Limit::new(budget, work)?;
         let stopped = self.outcome.filter(is_stopped).ok_or_else(|| resume_error(punctual::ResumeError))?;
         self.spend(py, limit, memory, Some(stopped))
@@ -354,19 +368,19 @@ impl Query {
     #[pyo3(signature = (*, memory=None))]
     fn predict(&self, memory: Option<PyRef<'_, Memory>>) -> Prediction {
         let memory = memory.as_ref().map(|memory| &memory.0);
-        Prediction::new(&self.question.at(self.pose).predict(memory), &CostModel::default())
+        Prediction::new(&self.query().predict(memory), &CostModel::default())
     }
 
     /// What the last run left open, as far as can be guessed; about 3 us. Raises ResumeError before the first run.
     #[pyo3(signature = (*, memory=None))]
     fn estimate(&self, memory: Option<PyRef<'_, Memory>>) -> PyResult<Estimate> {
         let memory = memory.as_ref().map(|memory| &memory.0);
-        let estimate = self.question.at(self.pose).estimate(&self.workspace, memory).map_err(resume_error)?;
+        let estimate = self.query().estimate(&self.workspace, memory).map_err(resume_error)?;
         Ok(Estimate::new(&estimate, &self.workspace.cost_model()))
     }
 
     /// What the last run left open, as far as it is proven. Raises ResumeError before the first run.
     fn certificate(&self) -> PyResult<Certificate> {
-        Ok(self.question.at(self.pose).certificate(&self.workspace).map_err(resume_error)?.into())
+        Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into())
     }
 }

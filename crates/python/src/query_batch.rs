@@ -5,7 +5,7 @@ use crate::batch::{each, workers};
 use crate::errors::resume_error;
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
-use crate::query::{ModeName, Question, certainty, code, is_stopped, spend, witness};
+use crate::query::{ModeName, QueryOptions, certainty, code, is_stopped, spend, witness};
 use crate::tree::Tree;
 use numpy::{PyArray1, PyArray2};
 use punctual::{Outcome, Verdict};
@@ -98,11 +98,12 @@ pub fn collide_batch(
     threads: usize,
 ) -> PyResult<CollisionBatch> {
     let limit = Limit::new(budget, work)?;
-    let question = Question::new(&a, &b, mode, early, prior)?;
+    let options = QueryOptions::new(mode, early, prior)?;
     let Transforms(poses) = poses;
+    let (a, b) = (&*a.arc, &*b.arc);
     let workers = workers(threads, poses.len(), lent(&mut memory))?;
     let rows = each(py, poses.len(), workers, |worker, at| {
-        let (query, mut pairs) = (question.at(poses[at]), Vec::new());
+        let (query, mut pairs) = (options.query(a, b, poses[at]), Vec::new());
         let outcome = spend(&query, &mut worker.workspace, worker.memory.as_deref_mut(), limit, &mut pairs, None)?;
         let (mut probability, mut recall) = (certainty(outcome.verdict), 1.0);
         if is_stopped(&outcome) {

@@ -1,25 +1,35 @@
 //! What rays hit.
 
+use crate::answer::Answer;
 use crate::arrays::{column, vectors};
 use crate::errors::value_error;
 use crate::limit::Limit;
 use crate::query::WORKSPACE;
 use crate::tree::Tree;
 use numpy::PyArray1;
-use punctual::{Ray, RayBatch, RayBatchOutcome, RayHit, RayMode, Side};
+use punctual::{Ray, RayBatch, RayBatchOutcome, RayHit, RayMode, RayQuery, Side, Stats, StopReason, Workspace};
 use pyo3::prelude::*;
 
-/// What rays hit: a row for each in all arrays.
+/// What rays hit. In all arrays a row for each ray; of mode "all" a row for each hit, ray by ray, the nearest first.
 ///
-/// The first `done` rows are answers. If the budget ended first, rows follow that say nothing: there `t` is NaN.
-#[pyclass(module = "punctual", frozen)]
+/// The first `done` rays are answered. If the budget ended first, rows follow that say nothing: there `t` is NaN; of mode
+/// "all" there are no rows of rays that are not answered.
+#[pyclass(module = "punctual", frozen, extends = Answer)]
 pub struct RayHits {
     hits: Vec<Option<RayHit>>,
-    answer: RayBatchOutcome,
+    /// The ray of each hit; None: as many rows as rays.
+    rays: Option<Vec<i64>>,
+    done: usize,
 }
 
 #[pymethods]
 impl RayHits {
+    /// (N,) int64: which of the rays given each row is of.
+    #[getter]
+    fn rays<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        column(py, self.rays.clone().unwrap_or_else(|| (0..self.hits.len() as i64).collect()))
+    }
+
     /// (N,) int64: the triangle that is hit, an index into the faces of the mesh; -1 for none.
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
@@ -29,7 +39,7 @@ impl RayHits {
     /// (N,) float64: the hit is at `origin + t * direction`, or at `origin + t * (end - origin)`; infinite for none.
     #[getter]
     fn t<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let done = self.answer.done;
+        let done = self.done;
         let none = |row| if row < done { f64::INFINITY } else { f64::NAN };
         column(py, self.hits.iter().enumerate().map(|(row, hit)| hit.map_or(none(row), |hit| hit.t)).collect())
     }
@@ -49,35 +59,61 @@ impl RayHits {
     /// The first so many rays are answered; all of them if `stop` is "finished".
     #[getter]
     fn done(&self) -> usize {
-        self.answer.done
-    }
-
-    /// Why the query returned: "finished", "deadline", "work-limit" or "flushed-to-zero".
-    #[getter]
-    fn stop(&self) -> String {
-        self.answer.stop.to_string()
-    }
-
-    /// Units of work done; the same for the same input on every machine.
-    #[getter]
-    fn work(&self) -> u64 {
-        self.answer.stats.work
-    }
-
-    /// Seconds; None without a budget of time.
-    #[getter]
-    fn elapsed(&self) -> Option<f64> {
-        self.answer.stats.elapsed.map(|elapsed| elapsed.as_secs_f64())
+        self.done
     }
 
     fn __len__(&self) -> usize {
         self.hits.len()
     }
 
-    fn __repr__(&self) -> String {
-        let count = self.hits.iter().flatten().count();
-        format!("<punctual.RayHits: {count} of {}, {} done, {}>", self.hits.len(), self.answer.done, self.answer.stop)
+    fn __repr__(slf: PyRef<'_, Self>) -> String {
+        let count = slf.hits.iter().flatten().count();
+        format!("<punctual.RayHits: {count} hits, {} rays done, {}>", slf.done, slf.as_super().stop)
     }
+}
+
+/// One hit of each ray, or none.
+fn one(
+    tree: &punctual::Tree,
+    rays: &[Ray],
+    mode: RayMode,
+    workspace: &mut Workspace,
+    limit: Limit,
+) -> (RayHits, Answer) {
+    let batch = RayBatch::new(tree, rays);
+    let batch = if mode == RayMode::Any { batch.any() } else { batch };
+    let mut hits = vec![None; rays.len()];
+    let RayBatchOutcome { done, stop, stats, .. } = batch.run(workspace, &mut hits, limit.budget());
+    (RayHits { hits, rays: None, done }, Answer::new(stop, &stats))
+}
+
+/// All hits of each ray.
+fn all(tree: &punctual::Tree, rays: &[Ray], workspace: &mut Workspace, mut limit: Limit) -> (RayHits, Answer) {
+    let (mut hits, mut of_rays, mut done) = (Vec::new(), Vec::new(), 0);
+    let mut answer = Answer::new(StopReason::Finished, &Stats::default());
+    for ray in rays {
+        let query = RayQuery::new(tree, *ray).mode(RayMode::All);
+        let mut cast = query.run(workspace, limit.budget());
+        let mut found: Vec<RayHit> = workspace.drain_ray_hits().collect();
+        while cast.stop == StopReason::PairsFull {
+            let left = limit.left(&Stats::default(), &cast.stats);
+            let Ok(next) = query.resume(workspace, left.budget()) else { break };
+            cast = next;
+            found.extend(workspace.drain_ray_hits());
+        }
+        limit = limit.left(&Stats::default(), &cast.stats);
+        answer.work += cast.stats.work;
+        answer.elapsed = cast.stats.elapsed.map(|elapsed| elapsed + answer.elapsed.unwrap_or_default());
+        if cast.stop != StopReason::Finished {
+            answer.stop = cast.stop;
+            break;
+        }
+        found.sort_by(|x, y| x.t.total_cmp(&y.t).then(x.triangle.cmp(&y.triangle)));
+        of_rays.extend(found.iter().map(|_| done as i64));
+        hits.extend(found.into_iter().map(Some));
+        done += 1;
+    }
+    (RayHits { hits, rays: Some(of_rays), done }, answer)
 }
 
 /// The rays of two arrays, checked: each origin with its direction, or with its end.
@@ -112,7 +148,8 @@ fn checked(
 /// What each of many rays hits, in one call and, without a budget of time, without the interpreter's lock.
 ///
 /// origins: (N, 3), in the frame of the tree's mesh. directions: (N, 3), of any length; t counts in that length. Or ends:
-/// (N, 3), for segments, of which t goes from 0 to 1. mode: "nearest" hit, or "any". t_min, t_max: hits outside are
+/// (N, 3), for segments, of which t goes from 0 to 1. mode: "nearest" hit, "any", or
+/// "all". t_min, t_max: hits outside are
 /// left out. budget: seconds; work: units of work; of all rays together.
 ///
 /// Whether a triangle is hit is exact: no ray slips through between two triangles that share an edge.
@@ -122,8 +159,8 @@ fn checked(
 #[pyo3(signature = (tree, origins, directions=None, *, ends=None, mode="nearest", t_min=0.0, t_max=f64::INFINITY,
     budget=None, work=None))]
 #[expect(clippy::too_many_arguments, reason = "the arguments of the Python function")]
-pub fn rays(
-    py: Python<'_>,
+pub fn rays<'py>(
+    py: Python<'py>,
     tree: PyRef<'_, Tree>,
     origins: &Bound<'_, PyAny>,
     directions: Option<&Bound<'_, PyAny>>,
@@ -133,20 +170,14 @@ pub fn rays(
     t_max: f64,
     budget: Option<f64>,
     work: Option<u64>,
-) -> PyResult<RayHits> {
-    let is_any = match mode.parse() {
-        Ok(RayMode::Nearest) => false,
-        Ok(RayMode::Any) => true,
-        _ => return Err(value_error(format_args!("mode is {mode:?}, expected \"nearest\" or \"any\""))),
-    };
+) -> PyResult<Bound<'py, RayHits>> {
+    let mode = mode.parse().map_err(|error| value_error(format_args!("mode: {error}")))?;
     let limit = Limit::new(budget, work)?;
     let rays = checked(origins, [directions, ends], [t_min, t_max])?;
-    let tree = &*tree.0;
-    Ok(limit.unlocked(py, || {
-        let batch = RayBatch::new(tree, &rays);
-        let batch = if is_any { batch.any() } else { batch };
-        let mut hits = vec![None; rays.len()];
-        let answer = WORKSPACE.with_borrow_mut(|workspace| batch.run(workspace, &mut hits, limit.budget()));
-        RayHits { hits, answer }
-    }))
+    let tree = &*tree.arc;
+    let run = |workspace: &mut Box<Workspace>| match mode {
+        RayMode::All => all(tree, &rays, workspace, limit),
+        RayMode::Nearest | RayMode::Any => one(tree, &rays, mode, workspace, limit),
+    };
+    Bound::new(py, limit.unlocked(py, || WORKSPACE.with_borrow_mut(run)))
 }

@@ -103,7 +103,7 @@ impl Scene {
         mask: u32,
         importance: f32,
     ) -> PyResult<u64> {
-        let (tree, Transform(pose)) = (Arc::clone(&tree.0), T.unwrap_or_default());
+        let (tree, Transform(pose)) = (Arc::clone(&tree.arc), T.unwrap_or_default());
         let body = if fixed { Body::fixed(tree, pose) } else { Body::moving(tree, pose) };
         let body = body.filter(Filter::new(groups, mask)).importance(importance);
         self.0.insert(body).map(BodyId::to_bits).map_err(scene_error)
@@ -138,7 +138,7 @@ impl Scene {
 
     /// Gives a body another tree.
     fn set_tree(&mut self, body: u64, tree: PyRef<'_, Tree>) -> PyResult<()> {
-        self.0.set_tree(BodyId::from_bits(body), Arc::clone(&tree.0)).map_err(scene_error)
+        self.0.set_tree(BodyId::from_bits(body), Arc::clone(&tree.arc)).map_err(scene_error)
     }
 
     /// Finds out which bodies meet, within a budget of seconds or units of work for the whole frame. Every pair of

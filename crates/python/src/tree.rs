@@ -19,12 +19,21 @@ use std::sync::Arc;
 /// A mesh is a surface: no inside, degenerate triangles are what they are. Takes O(F log F), about 1 us a triangle.
 /// Raises ValueError for an index out of range and for coordinates that are not finite, with the place.
 #[pyclass(module = "punctual")]
-#[derive(Clone)]
-pub struct Tree(pub Arc<punctual::Tree>);
+pub struct Tree {
+    pub arc: Arc<punctual::Tree>,
+    /// How often its vertices were moved: what is known of it holds for one number of these.
+    pub refits: u64,
+}
 
 impl Tree {
     pub fn new(mesh: Mesh) -> Self {
-        Self(Arc::new(punctual::Tree::new(mesh)))
+        punctual::Tree::new(mesh).into()
+    }
+}
+
+impl From<punctual::Tree> for Tree {
+    fn from(tree: punctual::Tree) -> Self {
+        Self { arc: Arc::new(tree), refits: 0 }
     }
 }
 
@@ -51,7 +60,7 @@ impl Tree {
     ) -> PyResult<Self> {
         let options = options(effort, neighbors)?;
         let mesh = mesh(vertices, faces)?;
-        Ok(py.detach(|| Self(Arc::new(punctual::Tree::with_options(mesh, &options)))))
+        Ok(py.detach(|| punctual::Tree::with_options(mesh, &options).into()))
     }
 
     /// The tree of a trimesh.Trimesh, or of anything else with `vertices` and `faces`.
@@ -68,9 +77,8 @@ impl Tree {
     #[pyo3(signature = (path, *, effort="normal", neighbors=false))]
     fn load(_: &Bound<'_, PyType>, py: Python<'_>, path: PathBuf, effort: &str, neighbors: bool) -> PyResult<Self> {
         let options = options(effort, neighbors)?;
-        let loaded = py.detach(|| {
-            punctual_io::load(&path).map(|mesh| Self(Arc::new(punctual::Tree::with_options(mesh, &options))))
-        });
+        let loaded =
+            py.detach(|| punctual_io::load(&path).map(|mesh| punctual::Tree::with_options(mesh, &options).into()));
         loaded.map_err(|error| PyOSError::new_err(error.to_string()))
     }
 
@@ -78,12 +86,12 @@ impl Tree {
     #[classmethod]
     fn from_bytes(_: &Bound<'_, PyType>, py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
         let tree = py.detach(|| punctual::Tree::from_bytes(bytes));
-        tree.map(|tree| Self(Arc::new(tree))).map_err(value_error)
+        tree.map(Self::from).map_err(value_error)
     }
 
     /// The tree as bytes, the same on every machine. Pickles hold them.
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        PyBytes::new(py, &py.detach(|| self.0.to_bytes()))
+        PyBytes::new(py, &py.detach(|| self.arc.to_bytes()))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
@@ -94,27 +102,29 @@ impl Tree {
     /// scenes keep the old ones.
     fn refit(&mut self, py: Python<'_>, vertices: &Bound<'_, PyAny>) -> PyResult<()> {
         let vertices = vectors(vertices, "vertices")?;
-        let tree = &mut self.0;
-        py.detach(|| Arc::make_mut(tree).refit_f64(&vertices)).map_err(value_error)
+        let tree = &mut self.arc;
+        py.detach(|| Arc::make_mut(tree).refit_f64(&vertices)).map_err(value_error)?;
+        self.refits += 1;
+        Ok(())
     }
 
     /// The vertices, (V, 3), exact where triangles use them.
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let mesh = self.0.mesh();
+        let mesh = self.arc.mesh();
         table(py, (0..mesh.vertex_count()).map(|vertex| mesh.vertex(vertex).to_array()))
     }
 
     /// The triangles, (F, 3), in the order given.
     #[getter]
     fn faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
-        table(py, self.0.mesh().triangles().iter().copied())
+        table(py, self.arc.mesh().triangles().iter().copied())
     }
 
     /// Least and greatest corner of the box around all triangles, (2, 3); None without triangles.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        let mesh = self.0.mesh();
+        let mesh = self.arc.mesh();
         let corners = [mesh.aabb().min.to_array(), mesh.aabb().max.to_array()];
         (!mesh.is_empty()).then(|| table(py, corners)).transpose()
     }
@@ -122,21 +132,21 @@ impl Tree {
     /// Bytes of memory that the tree takes, its mesh included.
     #[getter]
     fn nbytes(&self) -> usize {
-        self.0.stats().bytes()
+        self.arc.stats().bytes()
     }
 
     /// Levels of nodes.
     #[getter]
     fn depth(&self) -> usize {
-        self.0.root().map_or(0, |root| root.height())
+        self.arc.root().map_or(0, |root| root.height())
     }
 
     /// Number of triangles.
     fn __len__(&self) -> usize {
-        self.0.mesh().len()
+        self.arc.mesh().len()
     }
 
     fn __repr__(&self) -> String {
-        format!("<punctual.Tree of {} triangles>", self.0.mesh().len())
+        format!("<punctual.Tree of {} triangles>", self.arc.mesh().len())
     }
 }

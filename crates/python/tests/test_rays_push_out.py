@@ -61,7 +61,35 @@ def test_stopped_rays_say_which_are_done(cube):
     assert np.array_equal(part.t[: part.done], whole.t[: part.done]) and (part.triangles[part.done :] == -1).all()
     late = punctual.rays(cube, origins, directions, budget=0.0)
     assert late.stop == "deadline" and late.elapsed >= 0 and whole.elapsed is None
-    assert len(punctual.rays(cube, np.empty((0, 3)), [])) == 0 and "0 of 0" in repr(punctual.rays(cube, [], []))
+    assert len(punctual.rays(cube, np.empty((0, 3)), [])) == 0 and "0 hits" in repr(punctual.rays(cube, [], []))
+
+
+def test_all_hits_of_rays(cube):
+    origins, directions = beams()
+    nearest, every = (punctual.rays(cube, origins, directions, mode=mode) for mode in ("nearest", "all"))
+    assert nearest.rays.tolist() == list(range(400)) and (every.done, every.stop) == (400, "finished")
+    # A ray that enters a cube leaves it: in front of it and behind, through one triangle or along an edge.
+    rays, first = np.unique(every.rays, return_index=True)
+    assert np.array_equal(rays, np.flatnonzero(nearest.triangles >= 0)) and every.rays.dtype == np.int64
+    assert np.array_equal(every.triangles[first], nearest.triangles[rays])
+    assert np.array_equal(every.t[first], nearest.t[rays]) and len(every) >= 2 * len(rays)
+    same = every.rays[1:] == every.rays[:-1]
+    assert (np.diff(every.t)[same] >= 0).all() and {tuple(every.sides[first]), tuple(every.sides[first + 1])} == {
+        (1,) * len(rays),
+        (-1,) * len(rays),
+    }
+    part = punctual.rays(cube, origins, directions, mode="all", work=30_000)
+    assert part.stop == "work-limit" and 0 < part.done < 400 and part.work >= 30_000
+    assert np.array_equal(part.t, every.t[every.rays < part.done]) and (part.rays < part.done).all()
+    late = punctual.rays(cube, origins, directions, mode="all", budget=0.0)
+    assert (late.stop, late.done, len(late)) == ("deadline", 0, 0) and late.elapsed >= 0 and every.elapsed is None
+    # More hits of one ray than a workspace has room for at first.
+    sheets = np.arange(5000.0)
+    corners = np.stack([np.tile([x, y, 0.0], (5000, 1)) for x, y in [(0, 0), (1, 0), (0, 1)]], axis=1)
+    corners[:, :, 2] = sheets[:, None]
+    book = punctual.Tree(corners.reshape(-1, 3), np.arange(15_000).reshape(-1, 3))
+    through = punctual.rays(book, [[0.2, 0.3, -1]], [[0, 0, 1]], mode="all")
+    assert np.array_equal(through.triangles, np.arange(5000)) and np.array_equal(through.t, sheets + 1)
 
 
 def test_rays_leave_the_lock_to_others(cube):
@@ -87,7 +115,7 @@ def test_rays_leave_the_lock_to_others(cube):
         (([[0, 0, 0]], [1, 0, 0]), {}, r"directions: shape .*expected \(N, 3\)"),
         (([[0, 0, 0]] * 2, [[1, 0, 0], [0, np.nan, 0]]), {}, "ray 1: y of the ray's direction"),
         (([[0, 0, 0]] * 2, [[1, 0, 0], [0, 0, 0]]), {}, "ray 1: the ray's direction is zero"),
-        (([[0, 0, 0]], [[1, 0, 0]]), {"mode": "all"}, 'mode is "all", expected "nearest" or "any"'),
+        (([[0, 0, 0]], [[1, 0, 0]]), {"mode": "most"}, 'mode: "most" is none of nearest, any, all'),
         (([[0, 0, 0]], [[1, 0, 0]]), {"t_max": np.nan}, "t_max is NaN"),
         (([[0, 0, 0]], [[1, 0, 0]]), {"budget": 1.0, "work": 1}, "budget and work"),
     ],

@@ -47,7 +47,7 @@ impl Stepwise for Steps<'_> {
     }
 
     fn resume(&mut self, stopped: &Distance, until: u64) -> Result<Distance, ResumeError> {
-        Ok(self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?)
+        self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))
     }
 
     fn reached(answer: &Distance) -> (StopReason, Stats) {

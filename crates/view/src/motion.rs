@@ -58,7 +58,7 @@ impl Stepwise for Steps<'_> {
     }
 
     fn resume(&mut self, stopped: &Passage, until: u64) -> Result<Passage, ResumeError> {
-        Ok(self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?)
+        self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))
     }
 
     fn reached(answer: &Passage) -> (StopReason, Stats) {

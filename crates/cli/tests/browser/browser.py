@@ -68,7 +68,7 @@ class Browser:
                 return answer["result"]
             self.events.append(answer)
 
-    def open(self, file, size=(800, 600), dark=False, touch=False, mark=""):
+    def open(self, file, size=(800, 600), dark=False, touch=False, mark="", canvas="document.querySelector('canvas')"):
         """Opens a page and waits until its picture is drawn; seconds from the beginning of the navigation until then."""
         self.ask("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=touch)
         scheme = "dark" if dark else "light"
@@ -79,7 +79,7 @@ class Browser:
         self.ask("Page.navigate", url=f"file://{os.path.abspath(file)}{mark}")
         end = time.monotonic() + 60
         while time.monotonic() < end:
-            drawn = self.run("Number(document.querySelector('canvas')?.dataset.drawn ?? 0)")
+            drawn = self.run(f"Number({canvas}?.dataset.drawn ?? 0)")
             if drawn:
                 return drawn / 1000
             assert not self.faults(), self.faults()

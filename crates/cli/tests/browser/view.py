@@ -1,5 +1,6 @@
 """The pages of `--view` in a headless Chromium: view.py PROGRAM FOLDER. Leaves pages and screenshots in the folder."""
 
+import html
 import math
 import pathlib
 import subprocess
@@ -136,6 +137,17 @@ def orbit(browser):
     return frames / seconds, 1000 * (browser.processor_seconds() - before) / frames
 
 
+def try_notebook(browser, folder):
+    """The page in a frame that holds its text, as a notebook shows the answers of Python."""
+    page = html.escape((folder / "pair.html").read_text())
+    (folder / "notebook.html").write_text(f'<!DOCTYPE html><iframe srcdoc="{page}" style="width: 100%; height: 640px"></iframe>')
+    inner = "document.querySelector('iframe').contentDocument"
+    browser.open(folder / "notebook.html", canvas=f"{inner}.querySelector('canvas')")
+    assert browser.run(f"{inner}.querySelector('#facts').textContent").startswith("Verdict")
+    browser.shoot(folder / "notebook.png")
+    assert not browser.faults(), browser.faults()
+
+
 def main():
     if not find_chromium():
         print("Chromium is not installed: the pages of --view are not tried in a browser")
@@ -158,6 +170,7 @@ def main():
             browser.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
             browser.open(folder / "pair.html", (400, 700), touch=True, mark=mark)
             try_fingers(browser, folder)
+            try_notebook(browser, folder)
         print(f"{'WebGL' if webgl else 'without WebGL'}: {', '.join(COMMANDS)}")
     for webgl in [True, False]:
         with Browser(webgl) as browser:

@@ -10,6 +10,7 @@ False
 
 from . import shapes
 from ._punctual import (
+    Answer,
     Certificate,
     Collision,
     CollisionBatch,
@@ -31,6 +32,7 @@ from ._punctual import (
     Scene,
     Tree,
     UndecidedError,
+    View,
     __version__,
     closer_than,
     collide,
@@ -45,6 +47,7 @@ from ._punctual import (
 from .collision_manager import CollisionManager
 
 __all__ = [
+    "Answer",
     "Certificate",
     "Collision",
     "CollisionBatch",
@@ -67,6 +70,7 @@ __all__ = [
     "Scene",
     "Tree",
     "UndecidedError",
+    "View",
     "__version__",
     "closer_than",
     "collide",

@@ -1,0 +1,97 @@
+//! What all answers have in common: why they were given and what they took, and of what.
+
+use crate::errors::value_error;
+use crate::tree::Tree;
+use crate::view::View;
+use punctual::{Pose, ResumeError, Stats, StopReason};
+use punctual_view::Bodies;
+use pyo3::prelude::*;
+use std::io;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What every answer has, whatever was asked.
+#[pyclass(module = "punctual", frozen, subclass)]
+pub struct Answer {
+    pub stop: StopReason,
+    pub work: u64,
+    pub elapsed: Option<Duration>,
+}
+
+impl Answer {
+    pub fn new(stop: StopReason, stats: &Stats) -> Self {
+        Self { stop, work: stats.work, elapsed: stats.elapsed }
+    }
+}
+
+#[pymethods]
+impl Answer {
+    /// Why the query returned: "finished"; "first-hit", of `collide` if one is enough; "deadline" or "work-limit", the
+    /// budget ended first; "pairs-full", there are more contacts than `limit`; "flushed-to-zero", the processor drops
+    /// denormal numbers.
+    #[getter]
+    fn stop(&self) -> String {
+        self.stop.to_string()
+    }
+
+    /// Units of work done; the same for the same input on every machine.
+    #[getter]
+    fn work(&self) -> u64 {
+        self.work
+    }
+
+    /// Seconds; None without a budget of time, since a look at the clock costs as much as a small query.
+    #[getter]
+    fn elapsed(&self) -> Option<f64> {
+        self.elapsed.map(|elapsed| elapsed.as_secs_f64())
+    }
+}
+
+/// Two trees and where B was, for answers that can be shown.
+///
+/// Trees are kept by their Python names and not as `Arc`: otherwise a refit would have to copy a tree that an answer
+/// still knows.
+pub struct Asked {
+    trees: [(Py<Tree>, u64); 2],
+    pub pose: Pose,
+}
+
+impl Asked {
+    pub fn new(a: PyRef<'_, Tree>, b: PyRef<'_, Tree>, pose: Pose) -> Self {
+        let known = |tree: PyRef<'_, Tree>| {
+            let refits = tree.refits;
+            (tree.into(), refits)
+        };
+        Self { trees: [known(a), known(b)], pose }
+    }
+
+    pub fn clone_ref(&self, py: Python<'_>) -> Self {
+        Self { trees: [0, 1].map(|side| (self.trees[side].0.clone_ref(py), self.trees[side].1)), pose: self.pose }
+    }
+
+    /// The page that `show` makes of the trees, saved if a file is named. Made without the interpreter's lock.
+    pub fn view(
+        &self,
+        py: Python<'_>,
+        path: Option<PathBuf>,
+        show: impl FnOnce(&Bodies<'_>) -> Result<punctual_view::View, ResumeError> + Send,
+    ) -> PyResult<View> {
+        let mut trees = Vec::new();
+        for (name, (tree, refits)) in ["a", "b"].into_iter().zip(&self.trees) {
+            let tree = tree.try_borrow(py)?;
+            if tree.refits != *refits {
+                return Err(value_error(format_args!("{name} was refitted since it was asked about")));
+            }
+            trees.push(tree.arc.clone());
+        }
+        let html = py.detach(|| {
+            let trees = [&*trees[0], &*trees[1]];
+            let name =
+                |tree: &punctual::Tree| format!("mesh of {} triangles", punctual_view::count(tree.mesh().len() as u64));
+            show(&Bodies::new(trees.map(name), trees)).map_err(io::Error::other)?.html()
+        })?;
+        let view = View::new(html);
+        path.map_or(Ok(()), |path| view.save(py, path))?;
+        Ok(view)
+    }
+}

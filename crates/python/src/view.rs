@@ -1,0 +1,43 @@
+//! A page that shows an answer, in a notebook or a browser.
+
+use pyo3::prelude::*;
+use std::fs;
+use std::path::PathBuf;
+
+/// A page that shows an answer: both meshes, what was found after each of a ladder of budgets, and the boxes not looked
+/// at. One HTML text that needs no network.
+///
+/// A notebook shows it where it is the value of a cell.
+#[pyclass(module = "punctual", frozen)]
+pub struct View(String);
+
+impl View {
+    pub fn new(html: String) -> Self {
+        Self(html)
+    }
+}
+
+#[pymethods]
+impl View {
+    /// The page.
+    #[getter]
+    fn html(&self) -> &str {
+        &self.0
+    }
+
+    /// Writes the page to a file. Raises OSError if that cannot be written.
+    pub fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        Ok(py.detach(|| fs::write(path, &self.0))?)
+    }
+
+    fn _repr_html_(&self) -> String {
+        format!(
+            "<iframe srcdoc=\"{}\" style=\"width: 100%; height: 640px; border: 0\"></iframe>",
+            punctual_view::escape(&self.0)
+        )
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<punctual.View of {} kB>", self.0.len() / 1000)
+    }
+}
