@@ -109,6 +109,55 @@ def test_a_scene_of_trimesh(cube, monkeypatch):
     assert manager.in_collision_internal(return_names=True) == (True, {("a", "b")})
 
 
+# What follows is what trimesh 5.2 tests of its own manager (tests/test_collision.py) and the tests above do not say.
+
+
+def test_many_spheres_of_a_scene(monkeypatch):
+    monkeypatch.setattr(trimesh.collision, "CollisionManager", CollisionManager)
+    random = np.random.default_rng(8).random((1000, 4))
+    spheres = [trimesh.creation.icosphere(radius=row[0]).apply_translation(100 * row[1:]) for row in random]
+    manager, nodes = trimesh.collision.scene_to_collision(trimesh.Scene(spheres))
+    hit, names = manager.in_collision_internal(return_names=True)
+    # Surfaces of balls, which lie up to 2 % below those of spheres.
+    apart = np.linalg.norm(random[:, None, 1:] - random[None, :, 1:], axis=-1) * 100
+    sums, gaps = random[:, None, 0] + random[None, :, 0], abs(random[:, None, 0] - random[None, :, 0])
+    surely = (apart < 0.98 * sums) & (apart > gaps + 0.02 * sums)
+    perhaps = (apart <= sums) & (apart > gaps - 0.02 * sums)
+    above = np.triu_indices(1000, 1)
+    assert len(nodes) == 1000 and hit is (len(names) > 0)
+    assert 0 < surely[above].sum() <= len(names) <= perhaps[above].sum()
+
+
+def test_all_names_are_told():
+    anvil = trimesh.creation.box(extents=[200, 200, 200])
+    outline = [[0, 3.0], [3, 3], [3, 75], [127, 75], [127, 580], [0, 580]]
+    probe = punctual.Tree.from_trimesh(trimesh.creation.revolve(np.array(outline), sections=32))
+    manager, names = CollisionManager(), [f"probe_{i}" for i in range(700)]
+    for i, name in enumerate(names):
+        pose = np.eye(4)
+        pose[:3, 3] = [(i / 700 - 0.5) * 30, 0, -50]
+        manager.add_object(name, probe, pose)
+    assert manager.in_collision_single(anvil, return_names=True) == (True, set(names))
+
+
+def test_moved_objects_have_other_distances(cube):
+    manager = CollisionManager()
+    for name, x in [("cube1", 5), ("cube2", -5), ("cube3", 2)]:
+        manager.add_object(name, cube, at(x))
+    assert manager.min_distance_internal(return_names=True) == (pytest.approx(2.0), ("cube1", "cube3"))
+    manager.set_transform("cube3", at(-2))
+    assert manager.min_distance_internal(return_names=True) == (pytest.approx(2.0), ("cube2", "cube3"))
+    assert manager.min_distance_internal(name="cube1", return_names=True) == (pytest.approx(6.0), ("cube1", "cube3"))
+    left, right = CollisionManager(), CollisionManager()
+    left.add_object("cube0", cube)
+    left.add_object("cube1", cube, at(5))
+    for name, x, expected in [("cube4", -5, 4.0), ("cube5", -2, 1.0)]:
+        right.add_object(name, cube, at(x))
+        distance, names, data = left.min_distance_other(right, return_names=True, return_data=True)
+        assert distance == pytest.approx(expected) and names == ("cube0", name)
+        assert np.linalg.norm(data.point("cube0") - data.point(name)) == pytest.approx(distance)
+
+
 def test_the_same_as_with_fcl():
     pytest.importorskip("fcl")
     meshes = [trimesh.creation.icosphere(3), trimesh.creation.torus(2.0, 0.5)]
