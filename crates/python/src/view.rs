@@ -1,5 +1,6 @@
 //! A page that shows an answer, in a notebook or a browser.
 
+use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use std::fs;
 use std::path::PathBuf;
@@ -27,7 +28,8 @@ impl View {
 
     /// Writes the page to a file. Raises OSError if that cannot be written.
     pub fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        Ok(py.detach(|| fs::write(path, &self.0))?)
+        let written = py.detach(|| fs::write(&path, &self.0));
+        written.map_err(|error| PyOSError::new_err(format!("{}: {error}", path.display())))
     }
 
     fn _repr_html_(&self) -> String {

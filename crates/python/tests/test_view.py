@@ -86,7 +86,7 @@ def test_a_page_is_saved_and_shown_in_a_notebook(ball, ring, tmp_path):
     frame = view._repr_html_()
     assert frame.startswith("<iframe srcdoc=") and html.unescape(frame.split('"')[1]) == view.html
     assert "kB" in repr(view)
-    with pytest.raises(OSError):
+    with pytest.raises(OSError, match="page.html: "):
         answer.view(tmp_path / "no" / "page.html")
 
 

@@ -140,7 +140,8 @@ def orbit(browser):
 def try_notebook(browser, folder):
     """The page in a frame that holds its text, as a notebook shows the answers of Python."""
     page = html.escape((folder / "pair.html").read_text())
-    (folder / "notebook.html").write_text(f'<!DOCTYPE html><iframe srcdoc="{page}" style="width: 100%; height: 640px"></iframe>')
+    frame = f'<iframe srcdoc="{page}" style="width: 100%; height: 640px"></iframe>'
+    (folder / "notebook.html").write_text(f"<!DOCTYPE html>{frame}")
     inner = "document.querySelector('iframe')?.contentDocument"
     browser.open(folder / "notebook.html", canvas=f"{inner}?.querySelector('canvas')")
     assert browser.run(f"{inner}.querySelector('#facts').textContent").startswith("Verdict")
