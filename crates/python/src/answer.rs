@@ -49,7 +49,7 @@ impl Answer {
 
 /// Two trees and where B was, for answers that can be shown.
 ///
-/// Trees are kept by their Python names and not as `Arc`: otherwise a refit would have to copy a tree that an answer
+/// Trees are kept as the objects of Python, not by an `Arc`: otherwise a refit would have to copy a tree that an answer
 /// still knows.
 pub struct Asked {
     trees: [(Py<Tree>, u64); 2],
