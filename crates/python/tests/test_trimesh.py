@@ -115,14 +115,14 @@ def test_a_scene_of_trimesh(cube, monkeypatch):
 def test_many_spheres_of_a_scene(monkeypatch):
     monkeypatch.setattr(trimesh.collision, "CollisionManager", CollisionManager)
     random = np.random.default_rng(8).random((1000, 4))
-    spheres = [trimesh.creation.icosphere(radius=row[0]).apply_translation(100 * row[1:]) for row in random]
+    spheres = [trimesh.creation.icosphere(1, row[0]).apply_translation(100 * row[1:]) for row in random]
     manager, nodes = trimesh.collision.scene_to_collision(trimesh.Scene(spheres))
     hit, names = manager.in_collision_internal(return_names=True)
-    # Surfaces of balls, which lie up to 2 % below those of spheres.
+    # Surfaces of balls, which lie up to 8 % below those of spheres.
     apart = np.linalg.norm(random[:, None, 1:] - random[None, :, 1:], axis=-1) * 100
     sums, gaps = random[:, None, 0] + random[None, :, 0], abs(random[:, None, 0] - random[None, :, 0])
-    surely = (apart < 0.98 * sums) & (apart > gaps + 0.02 * sums)
-    perhaps = (apart <= sums) & (apart > gaps - 0.02 * sums)
+    surely = (apart < 0.92 * sums) & (apart > gaps + 0.08 * sums)
+    perhaps = (apart <= sums) & (apart > gaps - 0.08 * sums)
     above = np.triu_indices(1000, 1)
     assert len(nodes) == 1000 and hit is (len(names) > 0)
     assert 0 < surely[above].sum() <= len(names) <= perhaps[above].sum()
