@@ -1235,6 +1235,20 @@ typedef struct punctual_contact {
 } punctual_contact;
 
 /**
+ * The unit normals of a triangle of A and of one of B by the right-hand rule, in A's frame: which way the surfaces face.
+ */
+typedef struct punctual_face_normals {
+  /**
+   * That of the triangle of A; zeros if it has no area.
+   */
+  struct punctual_point a;
+  /**
+   * That of the triangle of B; zeros if it has no area.
+   */
+  struct punctual_point b;
+} punctual_face_normals;
+
+/**
  * The question which way, and how far, B has to be moved until the surfaces no longer meet. Plain data, made by
  * `punctual_push_out_query_new`, one for each pose; it borrows the trees.
  */
@@ -2288,11 +2302,20 @@ punctual_status punctual_workspace_contacts(const struct punctual_workspace *wor
 punctual_status punctual_workspace_drain_contacts(struct punctual_workspace *workspace);
 
 /**
- * Makes room for at least so many contacts, 150 bytes each.
+ * Makes room for at least so many contacts, 170 bytes each.
  *
  * Fails with OUT_OF_MEMORY if there is not that much.
  */
 punctual_status punctual_workspace_reserve_contacts(struct punctual_workspace *workspace, size_t contacts);
+
+/**
+ * Tells which way the triangles of a contact face. The query need not have been run; only its trees and its pose matter.
+ *
+ * Fails with BAD_ARGUMENT if one of the meshes has no such triangle.
+ */
+punctual_status punctual_contact_face_normals(const struct punctual_contact_query *query,
+                                              struct punctual_triangle_pair triangles,
+                                              struct punctual_face_normals *normals);
 
 /**
  * The question how `b` is pushed out of `a`, with the default options. Checked when it is run.

@@ -438,6 +438,12 @@ struct ContactQuery : punctual_contact_query {
       return punctual_contact_query_resume(this, workspace.get(), budget, clock, contacts);
     });
   }
+  /** Which way the two triangles of a contact face. */
+  Result<punctual_face_normals> face_normals(punctual_triangle_pair triangles) const noexcept {
+    return detail::filled<punctual_face_normals>([&](punctual_face_normals *normals) {
+      return punctual_contact_face_normals(this, triangles, normals);
+    });
+  }
   Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
     return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
       return punctual_contact_query_certificate(this, workspace.get(), certificate);

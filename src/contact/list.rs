@@ -2,19 +2,44 @@
 
 use super::Contact;
 use alloc::vec::Vec;
-use core::cmp::Ordering;
+use arrayvec::ArrayVec;
 
-/// Contacts, nearest first. Adding one takes a search and the move of some indices, so that no call ends with a sort.
+/// Contacts that are put in order together: enough that moving the others costs little, and few enough for one step.
+const BLOCK: usize = 16;
+
+/// Contacts, nearest first once they are [sorted](Self::sort).
+///
+/// Where a clock waits they are sorted block by block as they come, so that no call ends with much to sort. Otherwise all are
+/// sorted at the end, which takes less.
 #[derive(Debug, Default)]
 pub(crate) struct ContactList {
     /// In the order in which they were found. Those of a list that was drained stay until the next is added.
     contacts: Vec<Contact>,
-    /// Which they are, nearest first.
-    order: Vec<u32>,
+    /// Which they are: the first so many nearest first, then the latest.
+    order: Vec<Place>,
+    sorted: usize,
+    /// Whether a clock waits.
+    is_timed: bool,
     /// Most contacts at a time, if there is room for them.
     limit: usize,
     /// Triangle pairs this close are contacts; `None` if the query at hand does not look for any.
     margin: Option<f64>,
+}
+
+/// Where a contact stands, in the order of distances and then of triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    /// The bits of the distance, which is not negative, and both triangles: compared without a look at the contact.
+    distance: u64,
+    triangles: u64,
+    contact: u32,
+}
+
+impl Place {
+    fn new(contact: &Contact, index: usize) -> Self {
+        let [a, b] = contact.triangles.map(u64::from);
+        Self { distance: contact.distance.to_bits(), triangles: a << 32 | b, contact: index as u32 }
+    }
 }
 
 impl ContactList {
@@ -34,12 +59,18 @@ impl ContactList {
     #[inline(always)]
     pub fn clear(&mut self) {
         self.order.clear();
+        self.sorted = 0;
         self.margin = None;
     }
 
     /// Looks for triangle pairs this close, at most `limit` at a time.
     pub fn begin(&mut self, margin: f64, limit: usize) {
         (self.margin, self.limit) = (Some(margin), limit);
+    }
+
+    /// Before a call, with a limit of time or without.
+    pub fn hurry(&mut self, is_timed: bool) {
+        self.is_timed = is_timed;
     }
 
     /// How close a contact is, at most; `None` if contacts are not looked for.
@@ -60,34 +91,52 @@ impl ContactList {
         if self.order.is_empty() {
             self.contacts.clear();
         }
-        let at = self.order.partition_point(|&i| compare(&self.contacts[i as usize], &contact) == Ordering::Less);
-        self.order.insert(at, self.contacts.len() as u32);
+        self.order.push(Place::new(&contact, self.contacts.len()));
         self.contacts.push(contact);
+        if self.is_timed && self.order.len() == self.sorted + BLOCK {
+            self.sort();
+        }
     }
 
-    /// All of them, nearest first.
+    /// Puts the latest in their places. Of a few the farthest first: a search for each, and one move of each of the others.
+    pub fn sort(&mut self) {
+        let mut end = core::mem::replace(&mut self.sorted, self.order.len());
+        let latest = &mut self.order[end..];
+        if latest.len() > BLOCK || end == 0 {
+            return self.order.sort_unstable();
+        }
+        latest.sort_unstable();
+        let latest: ArrayVec<Place, BLOCK> = latest.iter().copied().collect();
+        for (before, new) in latest.into_iter().enumerate().rev() {
+            let at = self.order[..end].partition_point(|old| *old < new);
+            self.order.copy_within(at..end, at + before + 1);
+            self.order[at + before] = new;
+            end = at;
+        }
+    }
+
+    /// All of them, nearest first, if they are sorted.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &Contact> + Clone {
-        self.order.iter().map(|&i| &self.contacts[i as usize])
+        debug_assert!(self.sorted == self.order.len());
+        self.order.iter().map(|place| &self.contacts[place.contact as usize])
     }
 
-    /// Takes all of them out, nearest first.
+    /// Takes all of them out, nearest first, if they are sorted.
     pub fn drain(&mut self) -> impl ExactSizeIterator<Item = Contact> {
-        self.order.drain(..).map(|i| self.contacts[i as usize])
+        debug_assert!(self.sorted == self.order.len());
+        self.sorted = 0;
+        self.order.drain(..).map(|place| self.contacts[place.contact as usize])
     }
 }
 
 impl Clone for ContactList {
     fn clone(&self) -> Self {
-        let mut clone = Self { limit: self.limit, margin: self.margin, ..Self::default() };
+        let Self { sorted, limit, margin, .. } = *self;
+        let mut clone = Self { sorted, limit, margin, ..Self::default() };
         // A cloned vector has no room beyond what it holds.
         clone.reserve(self.capacity());
         clone.contacts.extend_from_slice(&self.contacts);
         clone.order.extend_from_slice(&self.order);
         clone
     }
-}
-
-/// By distance; equal ones by their triangles.
-fn compare(x: &Contact, y: &Contact) -> Ordering {
-    x.distance.total_cmp(&y.distance).then(x.triangles.cmp(&y.triangles))
 }

@@ -64,7 +64,7 @@ fn parting(a: Option<DVec3>, b: Option<DVec3>) -> DVec3 {
 }
 
 /// The unit normal of a triangle, if it has an area that `f64` can tell.
-fn face_normal([p, q, r]: &[DVec3; 3]) -> Option<DVec3> {
+pub(crate) fn face_normal([p, q, r]: &[DVec3; 3]) -> Option<DVec3> {
     let (x, y) = (*q - *p, *r - *p);
     common_unit(x.cross(y)).or_else(|| unit(unit(x)?.cross(unit(y)?)))
 }

@@ -1,26 +1,31 @@
 //! Where two meshes meet or come close: all pairs of triangles within a margin, the nearest first.
 //!
 //! It is the question of the distance with a cut that stays where it is ([`nearest`]): nothing is said of pairs beyond the
-//! margin, and every pair within is written to the list of the workspace.
+//! margin, and every pair within is written to the list of the workspace. With margin 0 it is that of the intersection
+//! ([`intersection`](super::intersection)), whose boxes and triangle tests cost less.
 
 use super::Deadline;
 #[cfg(feature = "std")]
 use super::budget::by_system_clock;
 use super::budget::{Budget, Clock};
 use super::certificate::Certificate;
+use super::intersection::Intersection;
 use super::interval::{Interval, Tolerance};
 use super::nearest;
-use super::options::ContactOptions;
+use super::options::{ContactOptions, Mode, Options};
 use super::outcome::{Stats, StopReason};
 use super::queue::Pair;
 use super::strategy::Strategy;
 use super::traversal::Traversal;
+use super::triangle_pairs::PATIENCE;
 use super::views::Relation;
 use super::workspace::{Asked, Key, ResumeError, Workspace};
+use crate::contact::face_normal;
 use crate::math::Pose;
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::Tree;
+use glam::DVec3;
 
 /// The question where two surfaces meet, or come within a margin of each other. Cheap to make; one for each pose.
 ///
@@ -139,6 +144,32 @@ impl<'t> ContactQuery<'t> {
         Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, self.options.margin))
     }
 
+    /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame: which way the two faces of a
+    /// [`Contact`](crate::Contact) look. `None` for a triangle without an area that `f64` can tell.
+    ///
+    /// The query need not have been run. Contacts don't hold these normals, so that they stay small.
+    ///
+    /// ```
+    /// use punctual::glam::{DMat3, DVec3, Vec3};
+    /// use punctual::{Budget, ContactQuery, Pose, Tree, Workspace, shapes};
+    /// let (floor, ball) = (Tree::new(shapes::cuboid(Vec3::ONE, 1)), Tree::new(shapes::icosphere(3)));
+    /// let (mut workspace, pose) = (Workspace::new(), Pose::new(DMat3::IDENTITY, DVec3::Z * 1.99)?);
+    /// let query = ContactQuery::new(&floor, &ball, pose);
+    /// let _ = query.run(&mut workspace, Budget::unlimited());
+    /// let nearest = workspace.contacts().next().unwrap();
+    /// let [of_floor, of_ball] = query.face_normals(nearest.triangles);
+    /// assert!(of_floor == Some(DVec3::Z) && of_ball.unwrap().z < -0.9);
+    /// # Ok::<(), punctual::PoseError>(())
+    /// ```
+    ///
+    /// # Panics
+    /// If one of the meshes has no such triangle.
+    #[must_use]
+    pub fn face_normals(&self, [of_a, of_b]: [u32; 2]) -> [Option<DVec3>; 2] {
+        let placed = self.b.mesh().triangle(of_b as usize).map(|corner| self.b_in_a.transform_point(corner));
+        [face_normal(&self.a.mesh().triangle(of_a as usize)), face_normal(&placed)]
+    }
+
     fn run_by(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> Contacts {
         let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
         self.begin(workspace);
@@ -158,7 +189,7 @@ impl<'t> ContactQuery<'t> {
     /// Prepares the workspace for a run from the roots.
     fn begin(&self, workspace: &mut Workspace) {
         workspace.clear();
-        workspace.run.begin(self.key(), Strategy::NONE);
+        workspace.run.begin(self.key(), Strategy { batch: PATIENCE, ..Strategy::NONE });
         if workspace.contacts.capacity() == 0 {
             workspace.contacts.reserve(DEFAULT_ROOM);
         }
@@ -167,17 +198,28 @@ impl<'t> ContactQuery<'t> {
         if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
-        let none = Tolerance { absolute: 0.0, relative: 0.0 };
-        workspace.search.begin(Interval::new(none, 0.0, margin), None);
+        if margin > 0.0 {
+            let none = Tolerance { absolute: 0.0, relative: 0.0 };
+            workspace.search.begin(Interval::new(none, 0.0, margin), None);
+        }
         workspace.front.push(Pair::new(0, 0));
     }
 
     /// Spends a budget on the run in the workspace.
     fn spend(&self, workspace: &mut Workspace, deadline: &mut Deadline) -> Contacts {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
-        let question = nearest::Distance::new(&relation, &workspace.search.interval);
-        let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
-        workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
+        let trees = [self.a, self.b];
+        workspace.contacts.hurry(deadline.is_timed());
+        let stop = if self.options.margin > 0.0 {
+            let question = nearest::Distance::new(&relation, &workspace.search.interval);
+            let stop = Traversal::new(question, trees, &self.b_in_a, &relation, workspace, deadline).advance();
+            workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
+            stop
+        } else {
+            let question = Intersection { options: &Options { mode: Mode::All, ..Options::DEFAULT } };
+            Traversal::new(question, trees, &self.b_in_a, &relation, workspace, deadline).advance()
+        };
+        workspace.contacts.sort();
         workspace.run.took(deadline.elapsed());
         let low = if stop.is_final() { f64::INFINITY } else { workspace.search.interval.low() };
         Contacts { low, found: workspace.run.found, stop, stats: workspace.stats() }

@@ -46,7 +46,7 @@ impl Question for Traversal<'_, '_, Intersection<'_>> {
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
-        if self.workspace.found.len() >= self.pair_limit() {
+        if self.room() == 0 {
             return Some(StopReason::PairsFull);
         }
         self.test_triangles(lanes);

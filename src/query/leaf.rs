@@ -5,8 +5,10 @@ use super::intersection::Intersection;
 use super::march::ALL_EDGES;
 use super::options::Mode;
 use super::traversal::{Traversal, bits};
+use super::workspace::Workspace;
+use crate::contact::Contact;
 use crate::math::lanes::Lanes;
-use crate::model::cost::{WORK_PER_EXACT_TEST, WORK_PER_TRIANGLE_TEST};
+use crate::model::cost::{WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST};
 use crate::tree::{Tree, WIDTH};
 use crate::triangle::again::Again;
 use crate::triangle::batch::{self, Crossings, Rows};
@@ -41,15 +43,26 @@ impl Traversal<'_, '_, Intersection<'_>> {
             waiting >= WIDTH && !workspace.inconclusive || waiting > 0 && last || workspace.waiting.is_full();
     }
 
+    /// Whether hits are contacts; then they too go through the exact test, which says how the triangles lie.
     #[inline(always)]
-    pub(super) fn pair_limit(&self) -> usize {
-        self.question.options.pair_limit.min(self.workspace.found.capacity())
+    fn looks_for_contacts(&self) -> bool {
+        self.workspace.contacts.margin().is_some()
+    }
+
+    /// How many more pairs could be reported.
+    #[inline(always)]
+    pub(super) fn room(&self) -> usize {
+        let Workspace { contacts, found, .. } = &*self.workspace;
+        if self.looks_for_contacts() {
+            return if contacts.is_full() { 0 } else { WIDTH };
+        }
+        self.question.options.pair_limit.min(found.capacity()) - found.len()
     }
 
     /// Tests up to eight waiting pairs, as many as could be reported.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
-        let room = self.pair_limit() - self.workspace.found.len();
+        let room = self.room();
         let (pairs, count) = self.workspace.waiting.pop_batch(room);
         if count == 0 {
             return;
@@ -65,11 +78,12 @@ impl Traversal<'_, '_, Intersection<'_>> {
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
+        let exact = if self.looks_for_contacts() { verdicts.hit | verdicts.doubt } else { verdicts.doubt };
         let tested = (1 << count) - 1;
-        for lane in bits(verdicts.hit & tested) {
+        for lane in bits(verdicts.hit & !exact & tested) {
             self.report(pairs[lane], || crossings.of(lane));
         }
-        for lane in bits(verdicts.doubt & tested) {
+        for lane in bits(exact & tested) {
             self.workspace.doubtful.push(pairs[lane]);
         }
     }
@@ -78,7 +92,7 @@ impl Traversal<'_, '_, Intersection<'_>> {
     #[cold]
     #[inline(never)]
     fn test_doubtful<L: Lanes>(&mut self, lanes: L) {
-        let room = self.pair_limit() - self.workspace.found.len();
+        let room = if self.looks_for_contacts() { 0 } else { self.room() };
         let workspace = &mut *self.workspace;
         let count = workspace.refinement.due(workspace.doubtful.len(), room);
         if count > 0 {
@@ -122,13 +136,19 @@ impl Traversal<'_, '_, Intersection<'_>> {
         let [of_a, of_b] = &mut self.workspace.corners;
         let a = of_a.of(self.a, pair[0], |v| v);
         let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
-        let meet = triangles_intersect(a, b);
         let stats = &mut self.workspace.run.stats;
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST;
         // The one step whose time differs a hundredfold.
         self.deadline.look_next();
-        if meet {
+        if self.workspace.contacts.margin().is_some() {
+            let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
+            if let Some(contact) = Contact::touching(ids, [a, b]) {
+                stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
+                self.workspace.run.found += 1;
+                self.workspace.contacts.push(contact);
+            }
+        } else if triangles_intersect(a, b) {
             self.report(pair, || ALL_EDGES);
         }
     }

@@ -75,7 +75,6 @@ pub use workspace::{ResumeError, Workspace};
 
 use crate::math::Pose;
 use crate::model::confidence::DEFAULT_PRIOR;
-use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::Tree;
 use intersection::Intersection;
 use memory::{Before, WITNESSES};
@@ -116,15 +115,7 @@ impl<'t> Query<'t> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's.
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        let options = Options {
-            mode: Mode::Any,
-            order: Order::Penetration,
-            pair_limit: usize::MAX,
-            poll_interval: MAX_STEP_WORK,
-            queue_threshold: None,
-            early: false,
-        };
-        Self { a, b, b_in_a, options, prior: DEFAULT_PRIOR }
+        Self { a, b, b_in_a, options: Options::DEFAULT, prior: DEFAULT_PRIOR }
     }
 
     /// Any intersection (the default), or all of them.

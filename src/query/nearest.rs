@@ -244,7 +244,7 @@ fn contact(
         stats.work += WORK_PER_EXACT_TEST;
         let touching = Contact::touching(triangles, corners);
         stats.work += if touching.is_some() { WORK_PER_SEGMENT + WORK_PER_CONTACT } else { 0 };
-        if touching.is_some() || margin == 0.0 {
+        if touching.is_some() {
             return touching;
         }
     }

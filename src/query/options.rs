@@ -3,6 +3,7 @@
 use super::order::Order;
 use crate::math::Motion;
 use crate::math::tolerance::COORDINATE_LIMIT;
+use crate::model::cost::MAX_STEP_WORK;
 use crate::names::named;
 
 /// What a query looks for.
@@ -27,6 +28,17 @@ pub(crate) struct Options {
     pub poll_interval: u64,
     pub queue_threshold: Option<f32>,
     pub early: bool,
+}
+
+impl Options {
+    pub const DEFAULT: Self = Self {
+        mode: Mode::Any,
+        order: Order::Penetration,
+        pair_limit: usize::MAX,
+        poll_interval: MAX_STEP_WORK,
+        queue_threshold: None,
+        early: false,
+    };
 }
 
 /// The same of a contact query.

@@ -260,7 +260,7 @@ impl Workspace {
         self.contacts.drain()
     }
 
-    /// Makes room for at least so many contacts, 150 bytes each; the first contact query does so for 4,096 if there is no room
+    /// Makes room for at least so many contacts, 170 bytes each; the first contact query does so for 4,096 if there is no room
     /// at all. A query that stopped with [`crate::StopReason::PairsFull`] can be resumed then too.
     pub fn reserve_contacts(&mut self, contacts: usize) {
         self.contacts.reserve(contacts);

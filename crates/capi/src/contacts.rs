@@ -10,7 +10,7 @@ use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Contact, ContactQuery, Contacts, MAX_STEP_WORK};
+use punctual::{Contact, ContactQuery, Contacts, MAX_STEP_WORK, Tree};
 
 /// The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
 /// one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
@@ -194,7 +194,7 @@ pub extern "C" fn punctual_workspace_drain_contacts(workspace: Option<&mut punct
     })
 }
 
-/// Makes room for at least so many contacts, 150 bytes each.
+/// Makes room for at least so many contacts, 170 bytes each.
 ///
 /// Fails with OUT_OF_MEMORY if there is not that much.
 #[unsafe(no_mangle)]
@@ -204,17 +204,58 @@ pub extern "C" fn punctual_workspace_reserve_contacts(
 ) -> punctual_status {
     door("punctual_workspace_reserve_contacts", || {
         given(workspace, "workspace")?.0.change("workspace", |workspace| {
-            find_room([(contacts, size_of::<Contact>() + size_of::<u32>())])?;
+            find_room([(contacts, size_of::<Contact>() + 3 * size_of::<u64>())])?;
             workspace.reserve_contacts(contacts);
             Ok(())
         })
     })
 }
 
+/// The unit normals of a triangle of A and of one of B by the right-hand rule, in A's frame: which way the surfaces face.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_face_normals {
+    /// That of the triangle of A; zeros if it has no area.
+    pub a: punctual_point,
+    /// That of the triangle of B; zeros if it has no area.
+    pub b: punctual_point,
+}
+
+/// Tells which way the triangles of a contact face. The query need not have been run; only its trees and its pose matter.
+///
+/// Fails with BAD_ARGUMENT if one of the meshes has no such triangle.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_contact_face_normals(
+    query: Option<&punctual_contact_query>,
+    triangles: punctual_triangle_pair,
+    normals: Option<&mut MaybeUninit<punctual_face_normals>>,
+) -> punctual_status {
+    door("punctual_contact_face_normals", || {
+        let normals = given(normals, "normals")?;
+        let query = given(query, "query")?;
+        let [a, b] = query.trees()?;
+        for (name, triangle, tree) in [("triangles.a", triangles.a, a), ("triangles.b", triangles.b, b)] {
+            let count = tree.mesh().len();
+            if triangle as usize >= count {
+                return Err(Fault::Index(name, triangle as usize, count));
+            }
+        }
+        let query = ContactQuery::new(a, b, query.b_in_a.check()?);
+        let [a, b] = query.face_normals([triangles.a, triangles.b]).map(Option::unwrap_or_default);
+        normals.write(punctual_face_normals { a: a.into(), b: b.into() });
+        Ok(())
+    })
+}
+
 impl punctual_contact_query<'_> {
-    fn check(&self) -> Result<ContactQuery<'_>, Fault> {
+    fn trees(&self) -> Result<[&Tree; 2], Fault> {
         let a = given(self.a, "query->a")?.0.get("query->a")?;
         let b = given(self.b, "query->b")?.0.get("query->b")?;
+        Ok([a, b])
+    }
+
+    fn check(&self) -> Result<ContactQuery<'_>, Fault> {
+        let [a, b] = self.trees()?;
         not_negative(self.margin, "query->margin")?;
         let query = ContactQuery::new(a, b, self.b_in_a.check()?).margin(self.margin);
         Ok(query.contact_limit(self.contact_limit).poll_interval(self.poll_interval))

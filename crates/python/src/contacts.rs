@@ -8,6 +8,7 @@ use crate::query::WORKSPACE;
 use crate::tree::Tree;
 use crate::view::View;
 use numpy::{PyArray1, PyArray2, PyArray3};
+use punctual::glam::DVec3;
 use punctual::{Contact, ContactQuery, Pose, StopReason, Workspace};
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -20,6 +21,8 @@ use std::path::PathBuf;
 pub struct Contacts {
     answer: punctual::Contacts,
     found: Vec<Contact>,
+    /// The unit normals of both triangles, if they have any.
+    faces: Vec<[Option<DVec3>; 2]>,
     asked: Asked,
     options: Options,
 }
@@ -55,6 +58,12 @@ impl Contacts {
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         table(py, self.found.iter().map(|contact| contact.normal.to_array()))
+    }
+
+    /// (N, 2, 3): the unit normals of the triangle of A and of that of B, by the right-hand rule; NaN for one without area.
+    #[getter]
+    fn face_normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        points(py, self.faces.iter().map(|faces| faces.map(|normal| normal.unwrap_or(DVec3::NAN).to_array())))
     }
 
     /// (N,): how far apart they are, ascending; 0 only if they meet.
@@ -153,5 +162,7 @@ pub fn contacts<'py>(
     let (answer, found) =
         spent.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| spend(&query, workspace, spent, most)));
     let base = Answer::new(answer.stop, &answer.stats);
-    Bound::new(py, (Contacts { answer, found, asked: Asked::new(a, b, pose), options }, base))
+    let faces = found.iter().map(|contact| query.face_normals(contact.triangles)).collect();
+    let asked = Asked::new(a, b, pose);
+    Bound::new(py, (Contacts { answer, found, faces, asked, options }, base))
 }

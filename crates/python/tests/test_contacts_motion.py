@@ -19,6 +19,9 @@ def test_contacts_without_a_margin_are_the_pairs_that_meet(ball, ring, touching)
     assert (found.distances == 0).all() and np.isfinite(found.segments).all()
     assert np.allclose(found.points, found.segments.mean(axis=1, keepdims=True))
     assert np.allclose(np.linalg.norm(found.normals, axis=1), 1)
+    of_a, of_b = found.face_normals.swapaxes(0, 1)
+    parting = (of_b - of_a) / np.linalg.norm(of_b - of_a, axis=1, keepdims=True)
+    assert np.allclose(parting, found.normals)
 
 
 def test_contacts_within_a_margin(ball, ring):

@@ -77,6 +77,9 @@ fn contacts_and_patches_are_those_of_rust() {
             assert_eq!(count, other.contacts().len());
             for (ours, theirs) in room.iter().zip(other.contacts()) {
                 same_contact(ours, theirs);
+                let faces = made(|out| punctual_contact_face_normals(Some(&query), ours.triangles, out));
+                let normals = [faces.a, faces.b].map(|n| Some([n.x, n.y, n.z].into()));
+                assert_eq!(normals, native.face_normals(theirs.triangles));
                 touching += usize::from(ours.has_segment);
             }
             let open = made(|out| punctual_contact_query_certificate(Some(&query), Some(&workspace), out));
@@ -156,6 +159,15 @@ fn nulls_and_numbers_are_refused_by_contact_queries() {
     null_is_seen(resume(&query, None, budget, Some(&mut out)), "workspace");
     null_is_seen(punctual_contact_query_certificate(None, None, None), "query");
     null_is_seen(punctual_contact_query_certificate(Some(&query), None, None), "certificate");
+    let pair = punctual_triangle_pair { a: 0, b: u32::MAX };
+    let mut normals = MaybeUninit::uninit();
+    null_is_seen(punctual_contact_face_normals(None, pair, Some(&mut normals)), "query");
+    null_is_seen(punctual_contact_face_normals(Some(&query), pair, None), "normals");
+    let text = format!(
+        "punctual_contact_face_normals: triangles.b is 4294967295, but there are {}",
+        made(|out| punctual_tree_describe(Some(&tree), out)).triangles
+    );
+    fails(punctual_contact_face_normals(Some(&query), pair, Some(&mut normals)), Status::BadArgument, &text);
     null_is_seen(punctual_workspace_drain_contacts(None), "workspace");
     null_is_seen(punctual_workspace_reserve_contacts(None, 1), "workspace");
     null_is_seen(punctual_patches_update(None, None, None, None, None), "a");
