@@ -56,6 +56,11 @@ impl Motion {
         Self::checked(start, DVec3::from_array(velocity.into()), DVec3::ZERO, DVec3::ZERO)
     }
 
+    /// None at all, of a body in a scene.
+    pub(crate) const fn still(start: Pose) -> Self {
+        Self { start, velocity: DVec3::ZERO, turn: DVec3::ZERO, arm: DVec3::ZERO }
+    }
+
     /// With a turn: its axis times its angle in radians; `point` is on the axis at time 0, and moves with the velocity.
     ///
     /// # Errors

@@ -171,16 +171,40 @@ impl<'t> MotionQuery<'t> {
             memory.bind(self.a, self.b);
         }
         let course = self.course();
+        self.begin(&course, workspace, memory.as_deref());
+        self.spend(&course, workspace, memory, &mut deadline)
+    }
+
+    /// Prepares the workspace for a run.
+    fn begin(&self, course: &Course, workspace: &mut Workspace, memory: Option<&PairMemory>) {
         workspace.clear();
         workspace.run.begin(self.key(), Strategy::NONE);
-        workspace.journey.begin(self.options, self.tolerance_in_time(&course));
+        workspace.journey.begin(self.options, self.tolerance_in_time(course));
         let is_empty = self.a.nodes().is_empty() || self.b.nodes().is_empty();
         workspace.journey.piece = if is_empty { course.pieces } else { 0 };
         if !is_empty {
-            let guess = memory.as_deref().and_then(|memory| memory.nearest(self.a, self.b));
-            workspace.begin_piece(guess);
+            workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));
         }
-        self.spend(&course, workspace, memory, &mut deadline)
+    }
+
+    /// Begins a run that a scene goes on with: [`MotionQuery::advance`].
+    pub(crate) fn start(&self, workspace: &mut Workspace, memory: Option<&PairMemory>) {
+        self.begin(&self.course(), workspace, memory);
+    }
+
+    /// Goes on with the run in the workspace until it is over or the deadline stops it.
+    pub(crate) fn advance(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> Passage {
+        self.spend(&self.course(), workspace, memory, deadline)
+    }
+
+    /// Whether the workspace holds a stopped run of this query.
+    pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
+        workspace.run.holds_stopped(&self.key()).is_ok() && workspace.journey.options == Some(self.options)
     }
 
     fn resume_by(
@@ -190,8 +214,7 @@ impl<'t> MotionQuery<'t> {
         budget: Budget,
         clock: &dyn Clock,
     ) -> Result<Passage, ResumeError> {
-        self.holds(workspace)?;
-        if !workspace.run.stopped {
+        if !self.is_stopped_in(workspace) {
             return Err(ResumeError);
         }
         let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);

@@ -155,6 +155,6 @@ impl PairState {
     /// Takes note of what came of the turn.
     fn end_turn(&mut self, frame: u64) {
         self.turn.standing = self.standing(frame);
-        self.turn.teaches = self.turn.standing.verdict != Verdict::Undecided && !self.told.is_empty();
+        self.turn.teaches = self.turn.standing.verdict != Verdict::Undecided && self.has_told();
     }
 }

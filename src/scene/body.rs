@@ -6,9 +6,10 @@ use super::measured::Measured;
 use super::room::reserve;
 use super::waiting::Waiting;
 use crate::math::tolerance::{COORDINATE_LIMIT, SCENE_REACH, SCENE_ROTATION_TOLERANCE};
-use crate::math::{Pose, rotation_deviation};
+use crate::math::{Motion, Pose, rotation_deviation};
 use crate::model::cost::{LEAST_DISTANCE_WORK, LEAST_WORK};
 use crate::tree::Tree;
+use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::mem;
@@ -112,12 +113,19 @@ pub(super) struct Placed {
     pub inverse: Pose,
     /// The pose that it had in the frame before its last change.
     pub last: Pose,
+    /// Where it goes until the next frame.
+    pub motion: Option<Box<Motion>>,
 }
 
 impl Placed {
     /// The pose of another body in the frame of this one. There always is one: [`checked_inverse`].
     pub fn relative(&self, other: &Self) -> Pose {
         self.inverse.compose_unchecked(&other.body.pose)
+    }
+
+    /// Where it is until the next frame.
+    pub fn motion(&self) -> Motion {
+        self.motion.as_deref().copied().unwrap_or(Motion::still(self.body.pose))
     }
 }
 
@@ -286,9 +294,9 @@ impl Bodies {
     /// Copies the facts of a body that was last new in `frame`.
     fn note(&mut self, index: usize, frame: u64) {
         let facts = &mut self.facts[index];
-        if let Some(Placed { body, .. }) = &self.slots[index] {
+        if let Some(Placed { body, motion, .. }) = &self.slots[index] {
             (facts.importance, facts.filter) = (body.importance, body.filter);
-            facts.is_special = facts.is_measured || body.margin > 0.0;
+            facts.is_special = facts.is_measured || body.margin > 0.0 || motion.is_some();
             self.has_special |= facts.is_special;
             facts.size = libm::sqrtf(libm::sqrtf(body.tree.mesh().len() as f32));
         }
@@ -316,6 +324,18 @@ impl Bodies {
     /// Whether more may be asked of a pair than if it meets.
     pub fn is_special(&self, key: PairKey) -> bool {
         bodies_of(key).into_iter().any(|body| self.facts(body).is_special)
+    }
+
+    /// Whether one of a pair has a motion, and its distance is not asked for.
+    pub fn is_moving(&self, key: PairKey) -> bool {
+        self.is_special(key)
+            && self.measured.tolerance(key).is_none()
+            && bodies_of(key).into_iter().any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
+    }
+
+    /// Whether more may be asked than which bodies meet.
+    pub fn has_special(&self) -> bool {
+        self.has_special
     }
 
     /// The least work of a turn, of whatever may be asked.

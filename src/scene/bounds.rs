@@ -2,7 +2,7 @@
 
 use crate::math::lanes::{F8, Portable, dot, greatest, least, per_axis};
 use crate::math::tolerance::{FRAME_ROUNDING, ROUNDING};
-use crate::math::{Aabb, Pose, rotation_deviation};
+use crate::math::{Aabb, Motion, Pose, length, rotation_deviation};
 use crate::tree::{Node, Tree};
 use core::f64::consts::PI;
 use glam::{DMat3, DVec3, Vec3};
@@ -60,8 +60,31 @@ pub(super) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
     Aabb { min: ends.min - bulge, max: ends.max + bulge }
 }
 
+/// A box around all places that the mesh takes in a motion.
+///
+/// The bound is that of [`swept`], with the radius of the body about the axis of the turn, which is known; and no point is
+/// farther from the line between its ends than from one end of a circle to the other. Rounding of the poses in between is
+/// relative to the arm and the way, and less than a tenth of what is allowed for.
+pub(super) fn on_way(tree: &Tree, motion: &Motion) -> Aabb {
+    let (start, end) = (motion.start(), motion.pose(1.0));
+    let ends = at(tree, &start).union(&at(tree, &end));
+    let angle = motion.turn().length();
+    if tree.nodes().is_empty() || angle == 0.0 {
+        return ends;
+    }
+    let bounds = tree.mesh().aabb();
+    let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
+    let arm = start.transform_point(min + max) - start.translation() + motion.arm();
+    let stretch = 1.0 + 2.0 * motion.deviation();
+    let radius = length((motion.turn() / angle).cross(arm)) + length(max - min) * stretch;
+    let lengths = length(motion.arm()) + length(motion.velocity()) + length(start.translation()) + radius;
+    let bulge = radius * (angle * angle / 8.0).min(2.0) * (1.0 + 1e-9) + 512.0 * f64::EPSILON * lengths;
+    Aabb { min: ends.min - bulge, max: ends.max + bulge }
+}
+
 /// A box around what is thickened by a margin. That is a sum more for each corner; the margins of the box have room for it.
 pub(super) fn thickened(bounds: Aabb, margin: f64) -> Aabb {
+    let margin = margin * (1.0 + 4.0 * f64::EPSILON);
     Aabb { min: bounds.min - margin, max: bounds.max + margin }
 }
 

@@ -24,11 +24,12 @@ impl Scene {
     /// [`Scene::detect`] rather than before it. The others are found through the tree of the broad phase, nearest boxes first,
     /// in a time that grows with the logarithm of their number.
     ///
-    /// **Guarantee.** A body is hit where its own [`RayQuery`](crate::RayQuery) says so, asked about the ray
-    /// [as it is](Ray::transformed) in the coordinates of its mesh, by the inverse of its pose: no ray passes between triangles
-    /// of a body that share an edge. Of several nearest hits with the same `t`, the one of the least body, then of the least
-    /// triangle. A cast that is cut short has true hits, and [`SceneCast::free_until`] is proven. The same bits under the same
-    /// budget of work, which is never passed. It allocates only in a scene with more bodies, or for more hits, than any before.
+    /// **Guarantee.** A body is hit where its own [`RayQuery`](crate::RayQuery) says so, asked about the ray [as it
+    /// is](crate::Ray::transformed) in the coordinates of its mesh, by the inverse of its pose: no ray passes between
+    /// triangles of a body that share an edge. Of several nearest hits with the same `t`, the one of the least body, then
+    /// of the least triangle. A cast that is cut short has true hits, and [`SceneCast::free_until`] is proven. The same
+    /// bits under the same budget of work, which is never passed. It allocates only in a scene with more bodies, or for
+    /// more hits, than any before.
     ///
     /// # Errors
     /// [`SceneError::NoRay`].

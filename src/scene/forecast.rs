@@ -35,6 +35,12 @@ impl Forecast {
         let capped = |work: u64| (work + WORK_PER_QUERY).min(u64::from(u32::MAX)) as u32;
         Self { median: capped(median), high: capped(high), search: capped(search), still, chance }
     }
+
+    /// Chance of finding an intersection per expected work; at most 1.
+    #[inline]
+    pub fn gain(&self) -> f32 {
+        self.chance / (self.search as f32 + 1.0)
+    }
 }
 
 /// Per-frame probability that an intersecting pair has separated (.007 and .015 measured on two scenes).

@@ -39,14 +39,15 @@ impl Scene {
 
     /// Gives their boxes to bodies that moved, came or went.
     fn place_changed(&mut self, deadline: &mut Deadline) {
-        let work = if self.reach == Reach::Swept { WORK_PER_SWEPT_BOX } else { WORK_PER_BOX };
+        let sweeps = self.reach == Reach::Swept || self.bodies.has_special();
+        let work = if sweeps { WORK_PER_SWEPT_BOX } else { WORK_PER_BOX };
         let bodies = Arc::make_mut(&mut self.bodies);
         while deadline.has_room(work)
             && let Some((index, news)) = bodies.take_pending()
         {
             deadline.spend(work);
             let Facts { changed, importance, .. } = *bodies.facts(index);
-            let Some(Placed { body, last, .. }) = bodies.at(index) else {
+            let Some(Placed { body, last, motion, .. }) = bodies.at(index) else {
                 self.broad.place(index, Aabb::EMPTY, false, news, importance);
                 continue;
             };
@@ -55,6 +56,7 @@ impl Scene {
                 true => bounds::swept(&body.tree, last, &body.pose),
                 false => bounds::at(&body.tree, &body.pose),
             };
+            let bounds = motion.as_ref().map_or(bounds, |motion| bounds.union(&bounds::on_way(&body.tree, motion)));
             let bounds = bounds::thickened(bounds, body.margin);
             self.broad.place(index, bounds, body.kind == BodyKind::Moving, news, importance);
             if moves {

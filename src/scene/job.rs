@@ -36,10 +36,9 @@ impl Job {
     }
 }
 
-/// Sorts by importance, then by gain, both descending.
-pub(super) fn rank(importance: f32, forecast: &Forecast) -> u64 {
+/// Sorts by importance, then by gain, not negative, both descending.
+pub(super) fn rank(importance: f32, gain: f32) -> u64 {
     let bits = importance.to_bits();
     let ascending = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
-    let gain = forecast.chance / (forecast.search as f32 + 1.0);
     u64::from(!ascending) << 32 | u64::from(!gain.to_bits())
 }

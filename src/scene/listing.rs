@@ -91,7 +91,7 @@ impl Listing<'_> {
         let Some(state) = self.pairs.overlapping(place, overlap, number) else { return false };
         self.turns.list(key, changed == number);
         if changed == number {
-            state.told.clear();
+            state.forget_told();
         }
         let complete = state.completed >= changed;
         let mut probability = 0.0;
@@ -106,13 +106,14 @@ impl Listing<'_> {
             let scale = if special { 2.0 } else { 1.0 };
             let sizes = [scale * x.size, scale * y.size];
             let forecast = if forecasts { Forecast::new(state, sizes, age) } else { Forecast::default() };
+            let urgency = if special { state.urgency() } else { None };
             probability = if hit && state.refuted >= changed { forecast.chance } else { forecast.still };
             self.jobs.push(Job {
                 key,
                 listed: self.report.pairs.len() as u32,
                 place: place as u32,
                 forecast,
-                rank: rank(x.importance.max(y.importance), &forecast),
+                rank: rank(x.importance.max(y.importance), urgency.map_or(forecast.gain(), |urgency| 1.0 + urgency)),
                 home: None,
                 witnessed: hit && state.refuted < changed,
                 open: true,

@@ -2,8 +2,9 @@
 //!
 //! A [`Scene`] holds bodies ([`body`]). A frame ([`frame`]) places those that changed ([`bounds`]), finds pairs of them that are
 //! near each other ([`broad`], [`fat_tree`], [`pairs`]), lists those whose boxes overlap ([`listing`]), shares the budget among
-//! them ([`schedule`], [`deal`]), and runs each through the one query ([`batch`]), on one thread or on several ([`workers`]). Of
-//! two bodies there is a state that is kept from their first turn on, a job of the frame, and a report.
+//! them ([`schedule`], [`deal`]), and runs each through the query that answers what is asked of it ([`question`], [`batch`]), on
+//! one thread or on several ([`workers`]). Of two bodies there is a state that is kept from their first turn on, a job of the
+//! frame, and a report. Then it is told which contacts begin and end ([`events`]). Rays are cast between frames ([`cast`]).
 //!
 //! Each of these steps has a part of the budget ([`share`]), stops when that is spent, and goes on in the next frame where it
 //! stopped. What was not reached is counted: bodies that are not placed, bodies whose partners are not known, pairs that are not
@@ -28,6 +29,7 @@ mod job;
 mod line;
 mod listing;
 mod measured;
+mod motions;
 mod node;
 mod pace;
 mod pairs;
@@ -48,7 +50,7 @@ pub use body::{Body, BodyKind, Filter};
 pub use error::SceneError;
 pub use id::BodyId;
 pub use ray::{BodyHit, SceneCast, SceneRay};
-pub use report::{BodyContact, ContactPhase, PairCertificate, PairDistance, PairReport, Report};
+pub use report::{BodyContact, ContactPhase, PairCertificate, PairDistance, PairPassage, PairReport, Report};
 
 use crate::math::{Aabb, Pose};
 use crate::model::calibration::Calibration;
@@ -217,7 +219,7 @@ impl Scene {
         checked_length(id, body.margin)?;
         let frame = self.next_frame();
         let last = body.pose;
-        self.bodies_mut().insert(Placed { body: Body { importance, ..body }, inverse, last }, frame);
+        self.bodies_mut().insert(Placed { body: Body { importance, ..body }, inverse, last, motion: None }, frame);
         self.broad.reserve(self.bodies.room());
         self.broad.insert(id.index);
         Ok(id)
@@ -254,14 +256,15 @@ impl Scene {
         self.len() == 0
     }
 
-    /// Moves a body. Setting the pose that it already has is a no-op.
+    /// Moves a body, which rests there. Setting the pose that it already has is a no-op.
     ///
     /// # Errors
     /// If the body is not in the scene, or its pose too far from a rotation or too far out; it then stays where it was.
     pub fn set_pose(&mut self, id: BodyId, pose: Pose) -> Result<(), SceneError> {
-        if self.bodies.get(id)?.body.pose != pose {
+        let Placed { body, motion, .. } = self.bodies.get(id)?;
+        if body.pose != pose || motion.is_some() {
             let inverse = checked_inverse(id, &pose)?;
-            self.change(id, |placed| (placed.body.pose, placed.inverse) = (pose, inverse))?;
+            self.change(id, |placed| (placed.body.pose, placed.inverse, placed.motion) = (pose, inverse, None))?;
         }
         Ok(())
     }
@@ -324,9 +327,9 @@ impl Scene {
     /// **Guarantee: no pair starves.** Let `B` be the budget of each frame, of work (at least `L`) or the time that the
     /// broad phase leaves; `R = B/8`; and `C` the sum over the overlapping pairs of what each takes to its end, or is
     /// expected to take if that is more, with `L` units for every frame in which it goes on: `L` is 602, or 1,290 if
-    /// [margins](Scene::set_margin) or [distances](Scene::measure) are asked for. Then each pair has a turn within
-    /// **`K = 2 ⌈C/R⌉ + 1`** frames, and a pair that rests, or that takes no more than `R`, is decided at least once in `K`
-    /// frames.
+    /// [margins](Scene::set_margin), [distances](Scene::measure) or [motions](Scene::set_motion) are asked for. Then each
+    /// pair has a turn within **`K = 2 ⌈C/R⌉ + 1`** frames, and a pair that rests, or that takes no more than `R`, is
+    /// decided at least once in `K` frames.
     ///
     /// If the broad phase is cut, this holds from the frame on in which a pair is known, with `K` plus twice the frames that it
     /// takes to list all known pairs once.

@@ -3,9 +3,9 @@
 use super::asked::Frame;
 use super::body::{Bodies, Change};
 use super::broad::Broad;
-use super::id::{PairKey, bodies_of};
+use super::id::{PairKey, bodies_of, pair_key};
 use super::question::Bounds;
-use super::report::{PairDistance, Report};
+use super::report::{PairDistance, PairPassage, PairReport, Report};
 use super::room::{Room, reserve};
 use super::state::PairState;
 use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
@@ -205,17 +205,34 @@ impl Pairs {
         }
     }
 
-    /// Tells the distances that are asked for.
-    pub fn tell_distances(&mut self, frame: &Frame, report: &mut Report) {
+    /// Tells the distances and motions that are asked for.
+    pub fn tell_bounds(&mut self, frame: &Frame, report: &mut Report) {
         for key in frame.bodies.measured.keys() {
-            let place = self.place(key);
-            let has_state = place < self.len() && self.key(place) == key && self.overlapped(place);
-            let state = has_state.then(|| self.state(place, frame.number));
-            let Bounds { low, high, triangles } = state.as_ref().map_or(Bounds::NOTHING, |state| state.bounds);
-            let measured = state.map_or(0, |state| state.measured);
-            let age = if measured >= frame.changed(key).max(1) { 0 } else { frame.number - measured };
+            let (Bounds { low, high, triangles, .. }, age) = self.bounds(key, false, frame);
             let [a, b] = bodies_of(key).map(|body| frame.bodies.id(body));
             report.distances.push(PairDistance { a, b, low, high, triangles, age });
+        }
+        let pairs = if frame.bodies.has_special() { &report.pairs[..] } else { &[] };
+        for &PairReport { a, b, .. } in pairs {
+            let key = pair_key(a.index, b.index);
+            if frame.bodies.is_moving(key) {
+                let known = self.bounds(key, true, frame);
+                let Bounds { low, high, triangles, .. } = if known.1 == 0 { known.0 } else { Bounds::NOTHING };
+                let touching_at = (high < f64::INFINITY).then_some(high);
+                report.passages.push(PairPassage { a, b, free_until: low, touching_at, triangles });
+            }
+        }
+    }
+
+    /// What was proven of a pair, times or lengths, and how many frames ago.
+    fn bounds(&mut self, key: PairKey, are_times: bool, frame: &Frame) -> (Bounds, u64) {
+        let place = self.place(key);
+        let is_known = place < self.len() && self.key(place) == key && self.overlapped(place);
+        let proven = if is_known { self.state(place, frame.number).bounds(are_times) } else { None };
+        match proven {
+            Some((bounds, since)) if since >= frame.changed(key) => (bounds, 0),
+            Some((bounds, since)) => (bounds, frame.number - since),
+            None => (Bounds::NOTHING, frame.number),
         }
     }
 

@@ -4,14 +4,19 @@ use super::body::{Bodies, Placed};
 use super::id::PairKey;
 use crate::math::Pose;
 use crate::model::cost::{LEAST_DISTANCE_WORK, LEAST_WORK, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
-use crate::query::{Deadline, DistanceQuery, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
+use crate::query::{
+    Deadline, Distance, DistanceQuery, Mode, MotionQuery, PairMemory, Passage, Query, StopReason, Verdict, Workspace,
+};
 
 /// What is asked of a pair. A stopped run is resumed by an equal question.
+#[allow(clippy::large_enum_variant, reason = "it is made anew for each turn, on the stack")]
 pub(super) enum Question<'t> {
     /// Whether, or where, the surfaces meet.
     Meet(Query<'t>),
     /// How far the thickened surfaces are apart, or only whether they meet.
     Distance(DistanceQuery<'t>),
+    /// Until when they are apart.
+    Motion(MotionQuery<'t>),
 }
 
 /// What is known after a call.
@@ -23,22 +28,36 @@ pub(super) struct Answer {
     pub bounds: Option<Bounds>,
 }
 
-/// What is proven of a distance.
+/// What is proven of a distance, or of the time of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
     pub low: f64,
     pub high: f64,
-    /// The triangles that are `high` apart.
+    /// The triangles that are `high` apart, or meet then.
     pub triangles: Option<[u32; 2]>,
+    /// Whether these are times of a motion, not lengths.
+    pub are_times: bool,
 }
 
 impl Bounds {
-    pub const NOTHING: Self = Self { low: 0.0, high: f64::INFINITY, triangles: None };
+    pub const NOTHING: Self = Self { low: 0.0, high: f64::INFINITY, triangles: None, are_times: false };
 
     /// Both of one pose.
     pub fn and(self, other: Self) -> Self {
         let nearer = if other.high < self.high { other } else { self };
         Self { low: self.low.max(other.low), ..nearer }
+    }
+}
+
+impl Answer {
+    /// They meet now if the upper bound is 0, and do not if the lower one is more.
+    fn bounded(stop: StopReason, bounds: Bounds) -> Self {
+        let verdict = match bounds.triangles {
+            Some(witness) if bounds.high == 0.0 => Verdict::Intersecting { witness },
+            _ if bounds.low > 0.0 => Verdict::Separated,
+            _ => Verdict::Undecided,
+        };
+        Self { stop, verdict, found: u64::from(bounds.high == 0.0), bounds: Some(bounds) }
     }
 }
 
@@ -53,6 +72,9 @@ impl<'t> Question<'t> {
         let distance = DistanceQuery::new(trees[0], trees[1], b_in_a).margins(margins);
         match bodies.measured.tolerance(key) {
             Some(tolerance) => Self::Distance(distance.absolute_tolerance(tolerance)),
+            None if bodies.is_moving(key) => {
+                Self::Motion(MotionQuery::of_both(trees, [a.motion(), b.motion()]).margins(margins))
+            }
             None if margins != [0.0; 2] => Self::Distance(distance.closer_than(0.0)),
             None => Self::Meet(Query::new(trees[0], trees[1], b_in_a).mode(mode)),
         }
@@ -62,7 +84,7 @@ impl<'t> Question<'t> {
     pub fn least_work(&self) -> u64 {
         match self {
             Self::Meet(_) => LEAST_WORK,
-            Self::Distance(_) => LEAST_DISTANCE_WORK,
+            Self::Distance(_) | Self::Motion(_) => LEAST_DISTANCE_WORK,
         }
     }
 
@@ -71,6 +93,7 @@ impl<'t> Question<'t> {
         match self {
             Self::Meet(query) => query.is_stopped_in(workspace),
             Self::Distance(query) => query.is_stopped_in(workspace),
+            Self::Motion(query) => query.is_stopped_in(workspace),
         }
     }
 
@@ -79,6 +102,7 @@ impl<'t> Question<'t> {
         match self {
             Self::Meet(query) => query.begin(workspace, Some(memory), query.strategy(to_the_end)),
             Self::Distance(query) => query.begin(workspace, Some(memory)),
+            Self::Motion(query) => query.start(workspace, Some(memory)),
         }
     }
 
@@ -91,16 +115,18 @@ impl<'t> Question<'t> {
             }
             Self::Distance(query) => {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);
-                let distance = query.spend(workspace, Some(memory), deadline);
+                let Distance { low, high, nearest, stop, .. } = query.spend(workspace, Some(memory), deadline);
                 deadline.leave(MAX_STEP_WORK);
-                let triangles = distance.nearest.map(|nearest| nearest.triangles);
-                let verdict = match triangles {
-                    Some(witness) if distance.high == 0.0 => Verdict::Intersecting { witness },
-                    _ if distance.low > 0.0 => Verdict::Separated,
-                    _ => Verdict::Undecided,
-                };
-                let bounds = Some(Bounds { low: distance.low, high: distance.high, triangles });
-                Answer { stop: distance.stop, verdict, found: u64::from(distance.high == 0.0), bounds }
+                let triangles = nearest.map(|nearest| nearest.triangles);
+                Answer::bounded(stop, Bounds { low, high, triangles, are_times: false })
+            }
+            Self::Motion(query) => {
+                deadline.leave(MAX_DISTANCE_STEP_WORK);
+                let Passage { free_until, touching_at, triangles, stop, .. } =
+                    query.advance(workspace, Some(memory), deadline);
+                deadline.leave(MAX_STEP_WORK);
+                let high = touching_at.unwrap_or(f64::INFINITY);
+                Answer::bounded(stop, Bounds { low: free_until, high, triangles, are_times: true })
             }
         }
     }

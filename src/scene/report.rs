@@ -16,7 +16,7 @@ pub struct PairReport {
     pub a: BodyId,
     /// The other one.
     pub b: BodyId,
-    /// Whether their surfaces meet, in this frame.
+    /// Whether their surfaces meet, thickened by their [margins](crate::Body::margin), in this frame.
     pub verdict: Verdict,
     /// Intersecting pairs of triangles found; at most 1 in [`crate::Mode::Any`].
     pub found: u64,
@@ -54,6 +54,25 @@ pub struct PairDistance {
     /// Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As many as there were if
     /// nothing is known.
     pub age: u64,
+}
+
+/// Until when two bodies are apart, of which one or both move: [`crate::Scene::set_motion`]. Times from 0, this frame, to 1,
+/// the end of their motions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct PairPassage {
+    /// The body of the lower index.
+    pub a: BodyId,
+    /// The other one.
+    pub b: BodyId,
+    /// Proven: they meet at no time before; 1 without `touching_at`: they are free to the end. 0 if the budget did not reach
+    /// the pair.
+    pub free_until: f64,
+    /// Proven: they meet at this time. `None`: no contact was found (yet).
+    pub touching_at: Option<f64>,
+    /// The triangles that meet then: ids of the meshes of `a` and of `b`.
+    pub triangles: Option<[u32; 2]>,
 }
 
 /// What becomes of a contact of two bodies in a frame.
@@ -101,10 +120,14 @@ pub struct BodyContact {
 pub struct Report {
     /// Frames so far, this one included.
     pub frame: u64,
-    /// All pairs of bodies whose boxes overlap and that may meet, ascending by index, as far as they are known and listed.
+    /// All pairs of bodies that may meet and whose boxes overlap, or whose [distance](crate::Scene::measure) is asked for,
+    /// ascending by index, as far as they are known and listed.
     pub pairs: Vec<PairReport>,
     /// The distances that are [asked for](crate::Scene::measure), ascending by index, whether their pairs had a turn or not.
     pub distances: Vec<PairDistance>,
+    /// The pairs of `pairs` of which one or both bodies have a [motion](crate::Scene::set_motion), and whose distance is not
+    /// asked for. Others, if the report [is whole](Report::is_whole), do not meet on their way.
+    pub passages: Vec<PairPassage>,
     /// The contacts of bodies, ascending by index; of one index, that of a removed body first. Empty unless
     /// [asked for](crate::Scene::track_contacts). Contacts of a removed body end in the next frame, under its own id.
     pub contacts: Vec<BodyContact>,
@@ -140,6 +163,7 @@ impl Report {
     pub(super) fn begin(&mut self) {
         self.pairs.clear();
         self.distances.clear();
+        self.passages.clear();
         (self.decided, self.intersecting, self.complete) = (0, 0, 0);
         (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
     }

@@ -149,12 +149,12 @@ impl Schedule {
         }
         let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, pairs, report));
         self.turns.end_frame(&self.jobs);
-        found.pairs.tell_distances(frame, report);
+        found.pairs.tell_bounds(frame, report);
         report.finish();
         found.events.tell(frame.bodies, found.broad, report);
         if let Some((last, now)) = last.zip(frame.now()) {
             let took = now.saturating_sub(last).saturating_sub(estimating);
-            let told = report.pairs.len() + report.distances.len() + found.events.len();
+            let told = report.pairs.len() + report.distances.len() + report.passages.len() + found.events.len();
             let most = (2_000 + 10 * told) as f64 + estimates.unwrap_or_default().as_nanos() as f64;
             self.rest.learn(took.as_nanos() as f64, most);
         }
@@ -205,8 +205,7 @@ impl Schedule {
             };
             let state = pairs.state(place as usize, frame.number);
             if let Ok(mut estimate) = query.estimate_while(workspace, Some(&state.memory), &goes_on) {
-                // More than there is room for are not needed.
-                let _ = state.told.try_push(estimate.probability);
+                state.tell(estimate.probability);
                 estimate.probability = self.calibration.apply(estimate.probability);
                 report.estimate(listed as usize, &estimate);
             }

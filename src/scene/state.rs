@@ -33,6 +33,15 @@ impl Spent {
 /// Most estimates of a pair that are kept until their truth comes out.
 const TOLD: usize = 8;
 
+/// What was said of a pair, besides verdicts.
+#[derive(Clone, Debug)]
+pub(super) enum Said {
+    /// Probabilities that estimates told of the bodies as they are, until their truth comes out.
+    Estimates(ArrayVec<f64, TOLD>),
+    /// What was proven last of its distance or motion, and in which frame.
+    Bounds(Bounds, u64),
+}
+
 /// What is known of a pair in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Standing {
@@ -94,11 +103,7 @@ pub(super) struct PairState {
     pub search: u64,
     /// What the run that is not at its end has spent.
     pub pending: Spent,
-    /// Probabilities that estimates told of the bodies as they are, until their truth comes out.
-    pub told: ArrayVec<f64, TOLD>,
-    /// What was proven last of its distance, and the last frame that did; 0 if none did.
-    pub bounds: Bounds,
-    pub measured: u64,
+    pub said: Said,
     /// While it is in a batch.
     pub turn: Turn,
 }
@@ -116,9 +121,7 @@ impl PairState {
             cost: 0,
             search: 0,
             pending: Spent::default(),
-            told: ArrayVec::new(),
-            bounds: Bounds::NOTHING,
-            measured: 0,
+            said: Said::Estimates(ArrayVec::new()),
             turn: Turn::NONE,
         }
     }
@@ -129,10 +132,35 @@ impl PairState {
         Standing { verdict, found: self.found, complete: self.completed == frame }
     }
 
+    /// Keeps a probability that was told; more than there is room for are not needed.
+    pub fn tell(&mut self, probability: f64) {
+        match &mut self.said {
+            Said::Estimates(told) => {
+                let _ = told.try_push(probability);
+            }
+            said @ Said::Bounds(..) => *said = Said::Estimates([probability].into_iter().collect()),
+        }
+    }
+
+    /// Whether probabilities were told whose truth has not come out.
+    pub fn has_told(&self) -> bool {
+        matches!(&self.said, Said::Estimates(told) if !told.is_empty())
+    }
+
+    /// Forgets the probabilities that were told of bodies that have moved.
+    #[inline]
+    pub fn forget_told(&mut self) {
+        if let Said::Estimates(told) = &mut self.said {
+            told.clear();
+        }
+    }
+
     /// Teaches what was told, the pair being decided.
     pub fn teach(&mut self, calibration: &mut Calibration) {
-        let met = self.verdict != Verdict::Separated;
-        self.told.drain(..).for_each(|told| calibration.learn(told, met));
+        if let Said::Estimates(told) = &mut self.said {
+            let met = self.verdict != Verdict::Separated;
+            told.drain(..).for_each(|told| calibration.learn(told, met));
+        }
     }
 
     /// Takes note of a witness that still meets in `frame`.
@@ -143,8 +171,25 @@ impl PairState {
 
     /// Takes note of bounds that are proven in `frame`, of bodies that were last new in `changed`.
     pub fn measure(&mut self, bounds: Bounds, frame: u64, changed: u64) {
-        self.bounds = if self.measured >= changed { self.bounds.and(bounds) } else { bounds };
-        self.measured = frame;
+        self.said = match self.said {
+            Said::Bounds(before, since) if since >= changed && before.are_times == bounds.are_times => {
+                Said::Bounds(before.and(bounds), frame)
+            }
+            _ => Said::Bounds(bounds, frame),
+        };
+    }
+
+    /// What was proven last, times or lengths, and in which frame.
+    pub fn bounds(&self, are_times: bool) -> Option<(Bounds, u64)> {
+        match self.said {
+            Said::Bounds(bounds, frame) if bounds.are_times == are_times => Some((bounds, frame)),
+            _ => None,
+        }
+    }
+
+    /// How soon a contact was proven in the last motion: 1 at once, 0 at its end.
+    pub fn urgency(&self) -> Option<f32> {
+        self.bounds(true).filter(|(bounds, _)| bounds.high <= 1.0).map(|(bounds, _)| 1.0 - bounds.low as f32)
     }
 
     /// Takes note of the answer of a call in `frame`, and of what the run has spent; whether it is over.

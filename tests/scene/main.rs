@@ -5,6 +5,7 @@ mod broad_phase;
 mod common;
 mod distances;
 mod events;
+mod motions;
 mod promises;
 mod rays;
 

@@ -115,6 +115,39 @@ fn what_is_in_sight_is_found_without_looking_at_the_rest() {
     assert!(free > 0.9, "{free}, {first:?}");
 }
 
+/// Budgets that leave the broad phase at every one of its steps: new bodies, bodies far from where they were, trees half built.
+#[test]
+fn rays_see_bodies_that_the_broad_phase_is_still_at() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(0)));
+    let (mut scene, mut model, mut random) = (Scene::new(), Model::default(), Random::new(51));
+    let mut workspace = Workspace::new();
+    let place = |random: &mut Random| Pose::new(DMat3::IDENTITY, 12.0 * random.vector()).unwrap();
+    let mut unplaced = [false; 2];
+    for frame in 0..40 {
+        for i in 0..60 {
+            let here = place(&mut random);
+            if frame < 20 {
+                let body = Body::moving(Arc::clone(&ball), here);
+                model.bodies.push((scene.insert(body.clone()).unwrap(), body));
+            } else {
+                let at = (61 * frame + 19 * i) % model.bodies.len();
+                let (id, body) = &mut model.bodies[at];
+                body.pose = here;
+                scene.set_pose(*id, here).unwrap();
+            }
+        }
+        let report = detect(&mut scene, Budget::work(0));
+        unplaced[usize::from(frame >= 20)] |= report.unpaired > 0;
+        for _ in 0..3 {
+            let ray = Ray::new(20.0 * random.vector(), random.vector()).unwrap();
+            let hit = cast(&mut scene, &SceneRay::new(ray), Budget::unlimited()).hit;
+            let first = truth(&model, &ray, Filter::default(), &mut workspace).first().copied();
+            assert_eq!(hit.as_ref().map(key), first, "frame {frame}");
+        }
+    }
+    assert_eq!(unplaced, [true; 2], "the broad phase was cut");
+}
+
 #[test]
 fn a_ray_sees_the_poses_that_were_set_and_only_bodies_that_are_there() {
     let (mut scene, ids) = row(3);
