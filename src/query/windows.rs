@@ -1,8 +1,9 @@
 //! When boxes meet on the way: lower bounds of times, eight at a time.
 //!
 //! A box of B that goes along a straight line overlaps one of A, on an axis, from one time to another; on six axes, from the
-//! latest such beginning to the earliest end. All is in A's units, with the views and margins of the overlap test, and with
-//! the length of the piece of motion as unit of time, from -1/2 to 1/2; the proof is in `docs/numerics.md`, "Motion".
+//! latest such beginning to the earliest end. Triangles against boxes are compared along their normals too. All is in A's
+//! units, with the views and margins of the overlap test, and with the length of the piece of motion as unit of time, from -1/2
+//! to 1/2; the proof is in `docs/numerics.md`, "Motion".
 
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, Triangles, splat};
 use super::course::{Course, Piece};
@@ -64,6 +65,7 @@ struct Drift {
     /// What margins are in time.
     extra: f32x4,
     velocity: f32x4,
+    /// What B may be off, and the margin of the overlap test.
     margin: f32,
 }
 

@@ -220,3 +220,28 @@ fn tolerances_are_kept() {
         assert!(said.touching_at.unwrap() >= last, "{said:?}");
     }
 }
+
+/// Eight triangles go down the tree of a fine mesh together, each by its box and its plane.
+#[test]
+fn large_triangles_do_not_pass_through_fine_meshes() {
+    let (mut random, mut workspace) = (Random::new(41), Workspace::new());
+    let ball = Tree::new(shapes::icosphere(2));
+    let (mut touching, mut free) = (0, 0);
+    for i in 0..24 {
+        let corners: Vec<DVec3> = (0..27).map(|_| random.vector() * 1.5).collect();
+        let sails = Tree::new(Mesh::from_f64(corners, (0..9).map(|k| [3 * k, 3 * k + 1, 3 * k + 2])).unwrap());
+        let start = pose_about(DVec3::ZERO, 1.0, Drift::None, &mut random);
+        let start = Pose::new(*start.rotation(), random.vector().normalize() * 4.0).unwrap();
+        let velocity = start.translation() * -1.2 + random.vector() * 2.5;
+        let turn = random.vector() * f64::from(i % 3) * 0.5;
+        let motion = Motion::turning(start, velocity, turn, start.translation()).unwrap();
+        let [a, b] = if i % 2 == 0 { [&ball, &sails] } else { [&sails, &ball] };
+        let mut truth = Truth::new(a, b, motion);
+        let said = run(&truth.query, &mut workspace, ENOUGH);
+        match truth.assert_complete(&said, &mut random) {
+            true => touching += 1,
+            false => free += 1,
+        }
+    }
+    assert!(touching > 5 && free > 2, "{touching} and {free}");
+}

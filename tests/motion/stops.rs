@@ -16,12 +16,14 @@ fn cases() -> Vec<([Tree; 2], Motion)> {
     let linked = Pose::new(DMat3::from_rotation_x(1.57), DVec3::new(1.0, 0.0, 0.0)).unwrap();
     let ring = || Tree::new(shapes::torus(1.0, 0.15, 12));
     let cube = || Tree::new(shapes::cuboid(Vec3::ONE, 3));
+    let ball = || Tree::new(shapes::icosphere(2));
     let mut cases = vec![
         ([ring(), ring()], Motion::turning(linked, [0.0; 3], [0.4, 0.1, 2.0], [1.0, 0.0, 0.0]).unwrap()),
         ([ring(), ring()], Motion::straight(linked, [0.8, 0.1, 0.3]).unwrap()),
         ([cube(), cube()], Motion::straight(at(2.01, 0.5, 0.25), [-0.1, 0.3, 0.1]).unwrap()),
         ([cube(), cube()], Motion::straight(at(2.0, 0.5, 0.25), [0.0, 0.3, 0.1]).unwrap()),
         ([cube(), ring()], Motion::screw(at(4.0, 0.0, 0.0), linked).unwrap()),
+        ([ball(), cube()], Motion::straight(at(2.2, 0.3, 0.1), [-0.6, 0.2, 0.1]).unwrap()),
     ];
     for family in [Family::Double, Family::Degenerate, Family::Unequal, Family::FarOffset, Family::Grid] {
         let trees = [18, 25].map(|count| Tree::new(soup(family, count, &mut random)));
