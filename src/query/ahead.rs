@@ -2,6 +2,7 @@
 
 use super::course::Course;
 use super::journey::Journey;
+use super::options::MotionOptions;
 use crate::math::{Aabb, Pose};
 use crate::tree::Tree;
 use glam::DVec3;
@@ -18,7 +19,8 @@ pub(super) struct Ahead {
 }
 
 impl Ahead {
-    pub fn new(course: Course, margin: f64, journey: &Journey) -> Self {
+    pub fn new([a, b]: [&Tree; 2], options: &MotionOptions, journey: &Journey) -> Self {
+        let (course, margin) = (Course::new(a, b, options.of_a, options.of_b), options.margin);
         let until = journey.contact().map_or(1.0, |contact| contact.time);
         Self { course, margin, piece: journey.piece, from: journey.free_until(), until }
     }

@@ -1,7 +1,7 @@
 //! What an unfinished query can still say: how much it may have missed, and where.
 
 use super::ahead::Ahead;
-use super::motion::MotionQuery;
+use super::options::MotionOptions;
 use super::queue::Pair;
 use super::views::rounding;
 use super::workspace::Workspace;
@@ -26,7 +26,7 @@ pub struct Certificate<'w> {
 enum Place<'w> {
     /// At a pose, and how close to one another the points of a missed pair are, at most.
     Still(&'w Pose, f64),
-    Moving(&'w MotionQuery<'w>),
+    Moving(&'w MotionOptions),
 }
 
 impl<'w> Certificate<'w> {
@@ -35,8 +35,8 @@ impl<'w> Certificate<'w> {
     }
 
     /// Of a motion.
-    pub(super) fn of_motion([a, b]: [&'w Tree; 2], query: &'w MotionQuery<'w>, workspace: &'w Workspace) -> Self {
-        Self { a, b, place: Place::Moving(query), workspace }
+    pub(super) fn of_motion([a, b]: [&'w Tree; 2], options: &'w MotionOptions, workspace: &'w Workspace) -> Self {
+        Self { a, b, place: Place::Moving(options), workspace }
     }
 
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. Of a turning motion, which a query cuts into
@@ -79,7 +79,7 @@ impl<'w> Certificate<'w> {
         let certificate = *self;
         self.open().filter_map(move |open| match certificate.place {
             Place::Still(b_in_a, reach) => certificate.box_of(open, b_in_a, reach),
-            Place::Moving(query) => certificate.box_ahead(open, &query.ahead(certificate.workspace)),
+            Place::Moving(options) => certificate.box_ahead(open, &certificate.ahead(options)),
         })
     }
 
@@ -135,10 +135,15 @@ impl<'w> Certificate<'w> {
         let triangles = triangles.chain(workspace.search.pairs()).chain(followed).map(Open::Triangles);
         let later = match self.place {
             Place::Still(..) => None,
-            Place::Moving(query) => Some(query.ahead(workspace).later([self.a, self.b])),
+            Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),
         };
         let later = later.into_iter().flatten().map(Open::Piece);
         workspace.open_nodes().map(Open::Nodes).chain(triangles).chain(later).take(self.most())
+    }
+
+    /// What is left of a motion.
+    fn ahead(&self, options: &MotionOptions) -> Ahead {
+        Ahead::new([self.a, self.b], options, &self.workspace.journey)
     }
 
     /// Of a motion that is finished nothing matters that is still in the buffers.

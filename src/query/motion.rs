@@ -1,7 +1,6 @@
 //! Until when a motion is free: two trees, how one moves, and a budget in, a [`Passage`] with proven times out.
 
 use super::Deadline;
-use super::ahead::Ahead;
 #[cfg(feature = "std")]
 use super::budget::by_system_clock;
 use super::budget::{Budget, Clock};
@@ -227,12 +226,7 @@ impl<'t> MotionQuery<'t> {
     /// If the last run in this workspace was not of these trees, this motion and these options.
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
         self.holds(workspace)?;
-        Ok(Certificate::of_motion([self.a, self.b], self, workspace))
-    }
-
-    /// What the last run left of the motion.
-    pub(super) fn ahead(&self, workspace: &Workspace) -> Ahead {
-        Ahead::new(self.course(), self.options.margin, &workspace.journey)
+        Ok(Certificate::of_motion([self.a, self.b], &self.options, workspace))
     }
 
     /// Whether the workspace has the last run of this query.
