@@ -63,24 +63,30 @@ impl Answer {
 
 impl<'t> Question<'t> {
     /// That of a pair of bodies, of which the second one is at a pose in the frame of the first; `mode` is that of the scene.
+    #[inline(always)]
     pub fn new(bodies: &Bodies, key: PairKey, [a, b]: [&'t Placed; 2], b_in_a: Pose, mode: Mode) -> Self {
+        let special = if bodies.is_special(key) { Self::special(bodies, key, [a, b], b_in_a) } else { None };
+        special.unwrap_or_else(|| Self::Meet(Query::new(&a.body.tree, &b.body.tree, b_in_a).mode(mode)))
+    }
+
+    /// What is asked besides; `None` if that is nothing.
+    #[cold]
+    fn special(bodies: &Bodies, key: PairKey, [a, b]: [&'t Placed; 2], b_in_a: Pose) -> Option<Self> {
         let trees = [&*a.body.tree, &*b.body.tree];
-        if !bodies.is_special(key) {
-            return Self::Meet(Query::new(trees[0], trees[1], b_in_a).mode(mode));
-        }
         let margins = [a.body.margin, b.body.margin];
         let distance = DistanceQuery::new(trees[0], trees[1], b_in_a).margins(margins);
         match bodies.measured.tolerance(key) {
-            Some(tolerance) => Self::Distance(distance.absolute_tolerance(tolerance)),
+            Some(tolerance) => Some(Self::Distance(distance.absolute_tolerance(tolerance))),
             None if bodies.is_moving(key) => {
-                Self::Motion(MotionQuery::of_both(trees, [a.motion(), b.motion()]).margins(margins))
+                Some(Self::Motion(MotionQuery::of_both(trees, [a.motion(), b.motion()]).margins(margins)))
             }
-            None if margins != [0.0; 2] => Self::Distance(distance.closer_than(0.0)),
-            None => Self::Meet(Query::new(trees[0], trees[1], b_in_a).mode(mode)),
+            None if margins != [0.0; 2] => Some(Self::Distance(distance.closer_than(0.0))),
+            None => None,
         }
     }
 
     /// The least work of a turn.
+    #[inline]
     pub fn least_work(&self) -> u64 {
         match self {
             Self::Meet(_) => LEAST_WORK,
@@ -89,6 +95,7 @@ impl<'t> Question<'t> {
     }
 
     /// Whether a workspace holds a stopped run of it.
+    #[inline]
     pub fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         match self {
             Self::Meet(query) => query.is_stopped_in(workspace),
@@ -98,6 +105,7 @@ impl<'t> Question<'t> {
     }
 
     /// Prepares a workspace for a run, which is expected to get to its end or not.
+    #[inline]
     pub fn begin(&self, workspace: &mut Workspace, memory: &PairMemory, to_the_end: bool) {
         match self {
             Self::Meet(query) => query.begin(workspace, Some(memory), query.strategy(to_the_end)),
@@ -107,6 +115,7 @@ impl<'t> Question<'t> {
     }
 
     /// Goes on with the run in a workspace until it is over or the deadline stops it.
+    #[inline]
     pub fn advance(&self, workspace: &mut Workspace, memory: &mut PairMemory, deadline: &mut Deadline) -> Answer {
         match self {
             Self::Meet(query) => {
