@@ -43,7 +43,8 @@ impl Picture {
                 corners.map(|p| format!("{:.0},{:.0}", 0.5 * WIDTH + SCALE * p.x, 0.68 * HEIGHT - SCALE * p.y));
             writeln!(panel, "<path color=\"{color}\" d=\"M{p} {q} {r}z\"/>").expect("room in memory");
         }
-        writeln!(panel, "<text x=\"{}\" y=\"{}\">{caption}</text>", 0.5 * WIDTH, HEIGHT - 6.0).expect("room in memory");
+        writeln!(panel, "<text x=\"{}\" y=\"{}\" fill=\"#888\">{caption}</text>", 0.5 * WIDTH, HEIGHT - 6.0)
+            .expect("room in memory");
         self.panels.push(panel);
     }
 
