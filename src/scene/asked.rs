@@ -32,9 +32,12 @@ impl Frame<'_> {
         end.map(|end| end.saturating_sub(rest))
     }
 
-    /// The time; looked at only under a budget of time.
-    pub fn now(&self) -> Option<Duration> {
-        self.started.map(|_| self.clock.now())
+    /// The time since the last lap, which ends here; under a budget of time.
+    pub fn lap(&self, last: &mut Option<Duration>) -> Option<Duration> {
+        let now = self.started.map(|_| self.clock.now());
+        let since = now.zip(last.or(self.started)).map(|(now, last)| now.saturating_sub(last));
+        *last = now;
+        since
     }
 
     /// Time that is kept for asking stopped queries how sure they are; none if they are not asked.

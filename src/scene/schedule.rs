@@ -115,8 +115,8 @@ impl Schedule {
         let mut round = Round { frame: frame.number, mode: frame.mode, to_the_end: true, witnesses_only: false, end };
         let total = self.left(frame, end, 0);
         let least = frame.bodies.least_work();
-        let mut shared = false;
-        let mut last = frame.now();
+        let (mut shared, mut lap) = (false, None);
+        frame.lap(&mut lap);
         for number in 0..ROUNDS {
             let left = self.left(frame, end, report.work);
             let open = report.pairs.len() - report.complete;
@@ -131,18 +131,14 @@ impl Schedule {
             shared |= !round.witnesses_only;
             let dealt = self.batches.iter().map(|batch| batch.turns.len()).sum();
             round.end = frame.end(rest + self.overhead.collecting(dealt));
-            let began = frame.now();
+            let dealing = frame.lap(&mut lap);
             execute(&mut self.batches, &round);
-            let ended = frame.now();
+            let running = frame.lap(&mut lap);
             let spent = self.collect(&round, [total, least], pairs, report);
-            let collected = frame.now();
-            if let (Some(planned), Some(began), Some(ended), Some(collected)) = (last, began, ended, collected) {
-                let overhead = [began.saturating_sub(planned), collected.saturating_sub(ended)];
-                self.overhead.learn_round(overhead, dealt);
-                let nanos = ended.saturating_sub(began).as_nanos() as f64 * frame.threads as f64;
-                self.speed.learn(spent as f64, nanos);
+            if let (Some(dealing), Some(running), Some(collecting)) = (dealing, running, frame.lap(&mut lap)) {
+                self.overhead.learn_round([dealing, collecting], dealt);
+                self.speed.learn(spent as f64, running.as_nanos() as f64 * frame.threads as f64);
             }
-            last = collected;
             if spent == 0 {
                 break;
             }
@@ -152,8 +148,8 @@ impl Schedule {
         found.pairs.tell_bounds(frame, report);
         report.finish();
         found.events.tell(frame.bodies, found.broad, report);
-        if let Some((last, now)) = last.zip(frame.now()) {
-            let took = now.saturating_sub(last).saturating_sub(estimating);
+        if let Some(took) = frame.lap(&mut lap) {
+            let took = took.saturating_sub(estimating);
             let told = report.pairs.len() + report.distances.len() + report.passages.len() + found.events.len();
             let most = (2_000 + 10 * told) as f64 + estimates.unwrap_or_default().as_nanos() as f64;
             self.rest.learn(took.as_nanos() as f64, most);
