@@ -24,6 +24,8 @@ mod query;
 mod query_batch;
 mod rays;
 mod scene;
+mod scene_cast;
+mod scene_tables;
 mod shapes;
 mod tree;
 mod view;
@@ -59,6 +61,10 @@ mod _punctual {
     use super::rays::{RayHits, rays};
     #[pymodule_export]
     use super::scene::{Report, Scene};
+    #[pymodule_export]
+    use super::scene_cast::BodyHits;
+    #[pymodule_export]
+    use super::scene_tables::{BodyContacts, PairDistances, PairPassages};
     #[pymodule_export]
     use super::shapes::{cuboid, icosphere, torus, torus_knot};
     #[pymodule_export]

@@ -80,8 +80,12 @@ impl Passage {
     }
 }
 
-/// How b goes from T: to another pose, or with a velocity and a turn.
-fn path(start: Transform, to: Option<Transform>, [velocity, turn, point]: [Option<[f64; 3]>; 3]) -> PyResult<Motion> {
+/// How a body goes from T: to another pose, or with a velocity and a turn.
+pub fn path(
+    start: Transform,
+    to: Option<Transform>,
+    [velocity, turn, point]: [Option<[f64; 3]>; 3],
+) -> PyResult<Motion> {
     let motion = match (to, velocity, turn) {
         (Some(end), None, None) if point.is_none() => Motion::screw(start.0, end.0),
         (Some(_), ..) => return Err(value_error("to: not together with velocity, turn or point")),

@@ -48,12 +48,7 @@ impl RayHits {
     /// 0 if it lies in the plane of the triangle, or hits none.
     #[getter]
     fn sides<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
-        let side = |hit: &Option<RayHit>| match hit.map(|hit| hit.side) {
-            Some(Side::Front) => 1,
-            Some(Side::Back) => -1,
-            Some(Side::Edge) | None => 0,
-        };
-        column(py, self.hits.iter().map(side).collect())
+        column(py, self.hits.iter().map(|hit| hit.map_or(0, |hit| side(hit.side))).collect())
     }
 
     /// The first so many rays are answered; all of them if `stop` is "finished".
@@ -69,6 +64,15 @@ impl RayHits {
     fn __repr__(slf: PyRef<'_, Self>) -> String {
         let count = slf.hits.iter().flatten().count();
         format!("<punctual.RayHits: {count} hits, {} rays done, {}>", slf.done, slf.as_super().stop)
+    }
+}
+
+/// A side as a number.
+pub fn side(side: Side) -> i8 {
+    match side {
+        Side::Front => 1,
+        Side::Back => -1,
+        Side::Edge => 0,
     }
 }
 
@@ -116,6 +120,21 @@ fn all(tree: &punctual::Tree, rays: &[Ray], workspace: &mut Workspace, mut limit
     (RayHits { hits, rays: Some(of_rays), done }, answer)
 }
 
+/// The mode of rays by its name.
+pub fn ray_mode(name: &str) -> PyResult<RayMode> {
+    name.parse().map_err(|error| value_error(format_args!("mode: {error}")))
+}
+
+/// Refuses limits of t that are no numbers.
+pub fn not_nan([t_min, t_max]: [f64; 2]) -> PyResult<()> {
+    for (limit, number) in [("t_min", t_min), ("t_max", t_max)] {
+        if number.is_nan() {
+            return Err(value_error(format_args!("{limit} is NaN, expected a number")));
+        }
+    }
+    Ok(())
+}
+
 /// The rays of two arrays, checked: each origin with its direction, or with its end.
 fn checked(
     origins: &Bound<'_, PyAny>,
@@ -127,11 +146,7 @@ fn checked(
         (None, Some(ends)) => ("ends", ends),
         _ => return Err(value_error("directions and ends: one of them is needed, not both")),
     };
-    for (limit, number) in [("t_min", t_min), ("t_max", t_max)] {
-        if number.is_nan() {
-            return Err(value_error(format_args!("{limit} is NaN, expected a number")));
-        }
-    }
+    not_nan([t_min, t_max])?;
     let (origins, targets) = (vectors(origins, "origins")?, vectors(targets, what)?);
     if origins.len() != targets.len() {
         let (origins, targets) = (origins.len(), targets.len());
@@ -171,7 +186,7 @@ pub fn rays<'py>(
     budget: Option<f64>,
     work: Option<u64>,
 ) -> PyResult<Bound<'py, RayHits>> {
-    let mode = mode.parse().map_err(|error| value_error(format_args!("mode: {error}")))?;
+    let mode = ray_mode(mode)?;
     let limit = Limit::new(budget, work)?;
     let rays = checked(origins, [directions, ends], [t_min, t_max])?;
     let tree = &*tree.arc;

@@ -3,10 +3,14 @@
 use crate::arrays::{Transform, Transforms, column, table};
 use crate::errors::value_error;
 use crate::limit::Limit;
+use crate::motion::path;
 use crate::query::{ModeName, code, witness};
+use crate::rays::{not_nan, ray_mode};
+use crate::scene_cast::BodyHits;
+use crate::scene_tables::{BodyContacts, PairDistances, PairPassages, names};
 use crate::tree::Tree;
 use numpy::{PyArray1, PyArray2};
-use punctual::{Body, BodyId, Filter, Mode, PairReport};
+use punctual::{Body, BodyId, Filter, Mode, PairReport, Ray, SceneRay};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -17,8 +21,8 @@ use std::sync::Arc;
 #[pyclass(module = "punctual")]
 pub struct Scene(punctual::Scene);
 
-/// What a frame found: a row for each pair of bodies whose boxes overlap. If whole, bodies that are not in it together
-/// do not meet.
+/// What a frame found: a row for each pair of bodies whose boxes overlap, or whose distance is asked for. If whole,
+/// bodies that are not in it together do not meet.
 #[pyclass(module = "punctual", frozen, get_all)]
 pub struct Report {
     /// Frames so far, this one included.
@@ -47,6 +51,13 @@ pub struct Report {
     work: u64,
     /// Seconds; None without a budget of time.
     elapsed: Option<f64>,
+    /// Contacts that begin, go on and end; empty unless they are tracked (`Scene.track_contacts`).
+    contacts: Py<BodyContacts>,
+    /// The distances that are asked for (`Scene.measure`), whether their pairs had a turn or not.
+    distances: Py<PairDistances>,
+    /// Until when bodies in motion are free (`Scene.set_motion`). If whole, others do not meet on their way; pairs
+    /// whose distance is asked for have no row.
+    passages: Py<PairPassages>,
 }
 
 impl Report {
@@ -55,7 +66,7 @@ impl Report {
         let counts = |count: fn(&PairReport) -> u64| column(py, pairs.iter().map(count).collect()).unbind();
         Ok(Self {
             frame: report.frame,
-            bodies: table(py, pairs.iter().map(|pair| [pair.a.to_bits(), pair.b.to_bits()]))?.unbind(),
+            bodies: names(py, pairs.iter().map(|pair| [pair.a, pair.b]))?,
             verdict: column(py, pairs.iter().map(|pair| code(pair.verdict)).collect()).unbind(),
             witness: table(py, pairs.iter().map(|pair| witness(pair.verdict).unwrap_or_default()))?.unbind(),
             found: counts(|pair| pair.found),
@@ -67,6 +78,9 @@ impl Report {
             unlisted: report.unlisted,
             work: report.work,
             elapsed: report.elapsed.map(|elapsed| elapsed.as_secs_f64()),
+            contacts: BodyContacts::new(py, &report.contacts)?,
+            distances: PairDistances::new(py, &report.distances)?,
+            passages: PairPassages::new(py, &report.passages)?,
         })
     }
 }
@@ -91,9 +105,12 @@ impl Scene {
     ///
     /// T: (4, 4) matrix that brings coordinates of the mesh into those of the scene. Fixed bodies are not compared with
     /// each other. groups and mask: bits; two bodies are compared if each has a group in the other's mask. importance:
-    /// pairs of more important bodies go first.
-    #[pyo3(signature = (tree, T=None, *, fixed=false, groups=u32::MAX, mask=u32::MAX, importance=0.0))]
-    #[expect(non_snake_case, reason = "the name of the Python argument")]
+    /// pairs of more important bodies go first. margin: a length; bodies meet when they come within the sum of theirs.
+    ///
+    /// Raises ValueError for a T that is not rigid, an importance that is not a number, and a margin that is not a
+    /// length from 0 to 2^1000.
+    #[pyo3(signature = (tree, T=None, *, fixed=false, groups=u32::MAX, mask=u32::MAX, importance=0.0, margin=0.0))]
+    #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
     fn insert(
         &mut self,
         tree: PyRef<'_, Tree>,
@@ -102,10 +119,11 @@ impl Scene {
         groups: u32,
         mask: u32,
         importance: f32,
+        margin: f64,
     ) -> PyResult<u64> {
         let (tree, Transform(pose)) = (Arc::clone(&tree.arc), T.unwrap_or_default());
         let body = if fixed { Body::fixed(tree, pose) } else { Body::moving(tree, pose) };
-        let body = body.filter(Filter::new(groups, mask)).importance(importance);
+        let body = body.filter(Filter::new(groups, mask)).importance(importance).margin(margin);
         self.0.insert(body).map(BodyId::to_bits).map_err(scene_error)
     }
 
@@ -114,7 +132,7 @@ impl Scene {
         self.0.remove(BodyId::from_bits(body)).map(drop).map_err(scene_error)
     }
 
-    /// Moves a body.
+    /// Moves a body, which rests there.
     #[expect(non_snake_case, reason = "the name of the Python argument")]
     fn set_pose(&mut self, body: u64, T: Transform) -> PyResult<()> {
         self.0.set_pose(BodyId::from_bits(body), T.0).map_err(scene_error)
@@ -139,6 +157,95 @@ impl Scene {
     /// Gives a body another tree.
     fn set_tree(&mut self, body: u64, tree: PyRef<'_, Tree>) -> PyResult<()> {
         self.0.set_tree(BodyId::from_bits(body), Arc::clone(&tree.arc)).map_err(scene_error)
+    }
+
+    /// Thickens a body by a margin, a length: bodies meet when they come within the sum of theirs. Then the witness is
+    /// the closest pair of triangles that was found. Raises ValueError for a margin that is not from 0 to 2^1000.
+    fn set_margin(&mut self, body: u64, margin: f64) -> PyResult<()> {
+        self.0.set_margin(BodyId::from_bits(body), margin).map_err(scene_error)
+    }
+
+    /// From the next frame on `Report.contacts` tells which pairs of bodies begin to touch, go on, and part.
+    fn track_contacts(&mut self) {
+        self.0.track_contacts();
+    }
+
+    /// Asks for the distance of two bodies in every frame from now on, wherever they are: `Report.distances`. Margins
+    /// count. tolerance: a length, done as soon as the bounds are this close.
+    ///
+    /// Raises ValueError for a body and itself, and a tolerance that is not from 0 to 2^1000.
+    fn measure(&mut self, x: u64, y: u64, tolerance: f64) -> PyResult<()> {
+        self.0.measure(BodyId::from_bits(x), BodyId::from_bits(y), tolerance).map_err(scene_error)
+    }
+
+    /// Asks for the distance of two bodies no more.
+    fn stop_measuring(&mut self, x: u64, y: u64) -> PyResult<()> {
+        self.0.stop_measuring(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)
+    }
+
+    /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1: `Report.passages`
+    /// tells until when each of its pairs is free. The motion stays until `set_pose`, or another one.
+    ///
+    /// T: (4, 4) matrix that brings coordinates of the mesh into those of the scene, at time 0. to: the same at time 1,
+    /// with a screw from the one to the other. Or, in coordinates of the scene, velocity: (3,), the way until time 1;
+    /// turn: (3,), axis times angle in radians; point: (3,), a point of the axis at time 0, which moves with the
+    /// velocity; the origin of the mesh by default.
+    ///
+    /// Raises ValueError for a T that is not rigid, numbers that are not finite and for contradictions; the body then
+    /// stays where it was.
+    #[pyo3(signature = (body, T, *, to=None, velocity=None, turn=None, point=None))]
+    #[expect(non_snake_case, reason = "the name of the Python argument")]
+    fn set_motion(
+        &mut self,
+        body: u64,
+        T: Transform,
+        to: Option<Transform>,
+        velocity: Option<[f64; 3]>,
+        turn: Option<[f64; 3]>,
+        point: Option<[f64; 3]>,
+    ) -> PyResult<()> {
+        let motion = path(T, to, [velocity, turn, point])?;
+        self.0.set_motion(BodyId::from_bits(body), motion).map_err(scene_error)
+    }
+
+    /// Which bodies a ray or a segment hits, where they are now.
+    ///
+    /// origin: (3,), in coordinates of the scene. direction: (3,), of any length; t counts in that length. Or end:
+    /// (3,), for a segment, of which t goes from 0 to 1. mode: "nearest" hit, "any", or "all". t_min, t_max: hits
+    /// outside are left out. groups and mask: bits; only bodies that a body with these may meet are asked. budget: seconds;
+    /// work: units of work.
+    ///
+    /// Casts are fastest after `step`. Raises ValueError for numbers that are no ray, here or in the coordinates of a
+    /// body that is far away.
+    #[pyo3(signature = (origin, direction=None, *, end=None, mode="nearest", t_min=0.0, t_max=f64::INFINITY,
+        groups=u32::MAX, mask=u32::MAX, budget=None, work=None))]
+    #[expect(clippy::too_many_arguments, reason = "the arguments of the Python function")]
+    fn cast<'py>(
+        &mut self,
+        py: Python<'py>,
+        origin: [f64; 3],
+        direction: Option<[f64; 3]>,
+        end: Option<[f64; 3]>,
+        mode: &str,
+        t_min: f64,
+        t_max: f64,
+        groups: u32,
+        mask: u32,
+        budget: Option<f64>,
+        work: Option<u64>,
+    ) -> PyResult<Bound<'py, BodyHits>> {
+        let (mode, limit) = (ray_mode(mode)?, Limit::new(budget, work)?);
+        not_nan([t_min, t_max])?;
+        let ray = match (direction, end) {
+            (Some(direction), None) => Ray::new(origin, direction),
+            (None, Some(end)) => Ray::segment(origin, end),
+            _ => return Err(value_error("direction and end: one of them is needed, not both")),
+        };
+        let ray = SceneRay::new(ray.map_err(value_error)?.within(t_min, t_max)).mode(mode);
+        let ray = ray.filter(Filter::new(groups, mask));
+        let scene = &mut self.0;
+        let cast = limit.unlocked(py, || scene.cast(&ray, limit.budget())).map_err(scene_error)?;
+        BodyHits::new(py, cast, scene.ray_hits())
     }
 
     /// Finds out which bodies meet, within a budget of seconds or units of work for the whole frame. Every pair of

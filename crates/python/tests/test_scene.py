@@ -68,3 +68,209 @@ def test_faults(ball, ring):
     scene.remove(name)
     with pytest.raises(KeyError):
         scene.set_poses([name], [np.eye(4)])
+
+
+def test_contacts_begin_and_end(ball):
+    scene = punctual.Scene()
+    still, other = scene.insert(ball, fixed=True), scene.insert(ball, placed(1.9))
+    assert len(scene.step().contacts) == 0
+    scene.track_contacts()
+    told = []
+    for x, work in [(1.9, None), (1.8, None), (1.85, 0), (2.5, None), (2.5, None)]:
+        scene.set_pose(other, placed(x))
+        report = scene.step(work=work)
+        told += [(report.frame, *told) for told in zip(report.contacts.phases, report.contacts.ages.tolist())]
+        assert report.contacts.bodies.tolist() == [[still, other]] * len(report.contacts)
+    assert told == [(2, "began", 0), (3, "persists", 1), (4, "undecided", 2), (5, "ended", 3)]
+
+
+def test_margins(ball):
+    pair = punctual.distance(ball, ball, placed(2.5), absolute_tolerance=1e-9)
+    scene = punctual.Scene()
+    still, _ = scene.insert(ball, margin=0.25), scene.insert(ball, placed(2.5))
+    assert (scene.step().verdict == 1).sum() == 0
+    scene.set_margin(still, pair.low - 1e-6)
+    assert (scene.step().verdict == 1).sum() == 0
+    scene.set_margin(still, pair.high + 1e-6)
+    assert scene.step().verdict.tolist() == [1]
+
+
+def test_distances_are_those_of_single_queries(ball, ring):
+    poses = random_poses(12, 6.0, seed=3)
+    trees, margins = [ball, ring] * 6, [0.0, 0.1, 0.2] * 4
+    scene = punctual.Scene()
+    names = [scene.insert(tree, T, margin=margin) for tree, T, margin in zip(trees, poses, margins)]
+    asked = [(i, j) for i in range(12) for j in range(i + 1, 12) if (i + j) % 3]
+    for i, j in asked:
+        scene.measure(names[j], names[i], 1e-4)
+    found = scene.step().distances
+    assert found.bodies.tolist() == [[names[i], names[j]] for i, j in asked] and len(found) == len(asked)
+    apart = 0
+    for row, (i, j) in enumerate(asked):
+        T, of_both = np.linalg.inv(poses[i]) @ poses[j], (margins[i], margins[j])
+        single = punctual.distance(trees[i], trees[j], T, absolute_tolerance=1e-4, margins=of_both)
+        assert found.high[row] - found.low[row] < 1.001e-4 and found.ages[row] == 0
+        assert found.low[row] <= single.high + 1e-9 and single.low <= found.high[row] + 1e-9
+        if found.high[row] > 0:
+            at = [trees[k].vertices[trees[k].faces[t]] for k, t in zip((i, j), found.triangles[row])]
+            at = punctual.distance(*(punctual.Tree(corners, [[0, 1, 2]]) for corners in at), T, margins=of_both)
+            assert at.high == pytest.approx(found.high[row], rel=1e-5, abs=1e-5)
+            apart += 1
+    assert 10 < apart < len(asked)
+    # In a frame that measures nothing the bounds stay, and are a frame older; of a new pair nothing is known.
+    scene.set_poses(names, random_poses(12, 6.0, seed=4))
+    new = scene.insert(ball)
+    scene.measure(names[0], new, 0.0)
+    later = scene.step(work=0).distances
+    known = later.bodies[:, 1] != new
+    assert np.array_equal(later.low[known], found.low) and (later.ages[known] == 1).all()
+    row = [column[~known].tolist() for column in (later.low, later.high, later.triangles)]
+    assert row == [[0.0], [np.inf], [[-1, -1]]]
+    for body in scene.step().distances.bodies.tolist():
+        scene.stop_measuring(*body)
+    assert len(scene.step().distances) == 0
+
+
+def test_passages_are_those_of_single_queries(ball, ring):
+    starts, ends = random_poses(20, 4.0, seed=5), random_poses(20, 4.0, seed=6)
+    random = np.random.default_rng(7)
+    here = random_poses(1, 2.0, seed=8)[0]
+    scene, there = punctual.Scene(), np.linalg.inv(here)
+    still = scene.insert(ring, here, fixed=True)
+    single = {}
+    for i, (start, end) in enumerate(zip(starts, ends)):
+        body = scene.insert(ball, placed(100.0), groups=2, mask=1)
+        velocity, turn, point = random.normal(scale=3.0, size=(3, 3))
+        turned, local = there[:3, :3], {}
+        if i % 2:
+            scene.set_motion(body, start, to=end)
+            local = {"to": there @ end}
+        elif i % 4:
+            scene.set_motion(body, start, velocity=velocity)
+            local = {"velocity": turned @ velocity}
+        else:
+            scene.set_motion(body, start, velocity=velocity, turn=turn, point=point)
+            local = {"velocity": turned @ velocity, "turn": turned @ turn, "point": turned @ point + there[:3, 3]}
+        single[body] = punctual.motion(ring, ball, there @ start, **local)
+    passages = scene.step().passages
+    assert (passages.bodies[:, 0] == still).all() and passages.triangles.dtype == np.int64
+    rows = {body: row for row, (_, body) in enumerate(passages.bodies.tolist())}
+    met = 0
+    for body, alone in single.items():
+        free, touching = 1.0, np.nan
+        if body in rows:
+            free, touching = passages.free_until[rows[body]], passages.touching_at[rows[body]]
+            assert (passages.triangles[rows[body]] >= 0).all() == (not np.isnan(touching))
+        assert np.isnan(touching) == (alone.touching_at is None)
+        if alone.touching_at is None:
+            assert (free, alone.free_until) == (1.0, 1.0)
+        else:
+            assert free <= alone.touching_at + 1e-9 and alone.free_until <= touching + 1e-9
+            met += 1
+    assert 3 < met < 20 and len(passages) == len(rows)
+    scene.set_pose(body, starts[-1])
+    assert len(scene.step().passages) == len(passages) - (body in rows)
+    # A frame without work says nothing.
+    cut = punctual.Scene()
+    cut.insert(ring)
+    cut.set_motion(cut.insert(ball), placed(1.0), velocity=[1.0, 0.0, 0.0])
+    passages = cut.step(work=0).passages
+    assert (passages.free_until.tolist(), passages.triangles.tolist()) == ([0.0], [[-1, -1]])
+    assert np.isnan(passages.touching_at).all()
+
+
+@pytest.fixture(scope="module")
+def crowd(ball, ring):
+    """A scene of balls, of group 1, and rings, of group 2, and what is in it: names, trees and poses."""
+    scene, poses = punctual.Scene(), random_poses(24, 8.0, seed=9)
+    bodies = [(tree, T, groups) for T, (tree, groups) in zip(poses, [(ball, 1), (ring, 2)] * 12)]
+    named = {scene.insert(tree, T, groups=groups): (tree, T) for tree, T, groups in bodies}
+    scene.step()
+    return scene, named
+
+
+def one_by_one(named, origin, direction, limits):
+    """All hits of a ray, of one body after the other: (t, body, triangle, side), ascending."""
+    found = []
+    for body, (tree, T) in named.items():
+        there = np.linalg.inv(T)
+        local = there[:3, :3] @ origin + there[:3, 3], there[:3, :3] @ direction
+        hits = punctual.rays(tree, *([vector] for vector in local), mode="all", **limits)
+        found += zip(hits.t.tolist(), [body] * len(hits), hits.triangles.tolist(), hits.sides.tolist())
+    return sorted(found)
+
+
+def test_casts_hit_what_single_rays_hit(crowd):
+    scene, named = crowd
+    random, hit = np.random.default_rng(10), 0
+    for _ in range(60):
+        origin = random.normal(scale=8.0, size=3)
+        direction, limits = random.normal(scale=4.0, size=3) - origin, {"t_min": 0.1, "t_max": 3.0}
+        expected = one_by_one(named, origin, direction, limits)
+        cast = scene.cast(origin, direction, mode="all", **limits)
+        assert (cast.stop, cast.found, len(cast), cast.free_until) == ("finished", len(expected), len(expected), np.inf)
+        assert np.allclose(cast.t, [row[0] for row in expected], atol=1e-9) and (np.diff(cast.t) >= 0).all()
+        rest = zip(cast.bodies.tolist(), cast.triangles.tolist(), cast.sides.tolist())
+        assert sorted(rest) == sorted(row[1:] for row in expected)
+        near, some = scene.cast(origin, direction, **limits), scene.cast(origin, direction, mode="any", **limits)
+        assert len(near) == len(some) == min(len(expected), 1)
+        if expected:
+            assert (near.t[0], near.bodies[0], near.triangles[0]) == (cast.t[0], cast.bodies[0], cast.triangles[0])
+            assert near.free_until == near.t[0] and some.t[0] in cast.t
+            assert scene.cast(origin, direction, work=2_000, **limits).free_until <= near.t[0]
+            hit += 1
+        else:
+            assert near.free_until == np.inf and near.t.shape == (0,)
+        segment = scene.cast(origin, end=origin + direction, mode="all", t_min=0.1)
+        short = cast.t[abs(cast.t - 1.0) > 1e-9]
+        assert len(segment) >= (short < 1.0).sum() and (segment.t <= 1.0).all()
+    assert 20 < hit < 60
+
+
+def test_casts_ask_only_whom_they_may(crowd):
+    scene, named = crowd
+    names = list(named)
+    line = {"origin": [-20.0, 0.1, 0.2], "end": [20.0, 0.3, 0.1], "mode": "all"}
+    whole = scene.cast(**line)
+    every = whole.bodies.tolist()
+    balls, rings = (scene.cast(mask=mask, **line).bodies.tolist() for mask in (1, 2))
+    assert set(balls) <= set(names[::2]) and set(rings) <= set(names[1::2])
+    assert sorted(every) == sorted(balls + rings) and balls and rings
+    stopped = scene.cast(**line, work=0)
+    assert (stopped.stop, stopped.work, len(stopped)) == ("work-limit", 0, 0) and stopped.free_until <= whole.t[0]
+    assert scene.cast(**line, budget=10.0).elapsed > 0
+
+
+@pytest.mark.parametrize(
+    "call, text",
+    [
+        (lambda scene, body: scene.set_margin(body, -1.0), "-1 is not a length"),
+        (lambda scene, body: scene.measure(body, body, 1.0), "no distance from itself"),
+        (lambda scene, body: scene.measure(body, body, np.nan), "NaN is not a length"),
+        (lambda scene, body: scene.set_motion(body, np.eye(4)), "one of to, velocity and turn"),
+        (lambda scene, body: scene.set_motion(body, np.eye(4), velocity=[1, np.inf, 0]), "not finite"),
+        (lambda scene, body: scene.cast([0, 0, 0]), "direction and end: one of them"),
+        (lambda scene, body: scene.cast([0, 0, 0], [0, 0, 1], end=[0, 0, 1]), "direction and end: one of them"),
+        (lambda scene, body: scene.cast([0, 0, 0], [0, 0, 0]), "direction"),
+        (lambda scene, body: scene.cast([0, 0, 0], [0, 0, 1], t_max=np.nan), "t_max is NaN"),
+        (lambda scene, body: scene.cast([0, 0, 0], [0, 0, 1], mode="first"), "mode: "),
+        (lambda scene, body: scene.cast([0, 0, 0], [0, 0, 1], work=1, budget=1.0), "only one of them"),
+    ],
+)
+def test_what_a_scene_refuses(ball, call, text):
+    scene = punctual.Scene()
+    with pytest.raises(ValueError, match=text):
+        call(scene, scene.insert(ball))
+
+
+def test_bodies_that_are_not_in_the_scene(ball):
+    scene = punctual.Scene()
+    name = scene.insert(ball)
+    for call in (
+        lambda: scene.set_margin(7, 0.0),
+        lambda: scene.measure(name, 7, 0.0),
+        lambda: scene.stop_measuring(7, name),
+        lambda: scene.set_motion(7, np.eye(4), velocity=[1.0, 0.0, 0.0]),
+    ):
+        with pytest.raises(KeyError, match="body 7 .* is not in the scene"):
+            call()

@@ -11,6 +11,8 @@ False
 from . import shapes
 from ._punctual import (
     Answer,
+    BodyContacts,
+    BodyHits,
     Certificate,
     Collision,
     CollisionBatch,
@@ -21,6 +23,8 @@ from ._punctual import (
     DistanceQuery,
     Estimate,
     Memory,
+    PairDistances,
+    PairPassages,
     Passage,
     Prediction,
     PushOut,
@@ -48,6 +52,8 @@ from .collision_manager import CollisionManager
 
 __all__ = [
     "Answer",
+    "BodyContacts",
+    "BodyHits",
     "Certificate",
     "Collision",
     "CollisionBatch",
@@ -59,6 +65,8 @@ __all__ = [
     "DistanceQuery",
     "Estimate",
     "Memory",
+    "PairDistances",
+    "PairPassages",
     "Passage",
     "Prediction",
     "PushOut",
