@@ -264,6 +264,39 @@ typedef uint32_t punctual_side;
 #endif // __cplusplus
 
 /**
+ * What becomes of a contact of two bodies in a frame.
+ */
+enum punctual_contact_phase
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * They touched when it was last decided, and this frame has not decided it.
+   */
+  PUNCTUAL_CONTACT_PHASE_UNDECIDED = 0,
+  /**
+   * They are proven to touch in this frame, and were not known to before.
+   */
+  PUNCTUAL_CONTACT_PHASE_BEGAN = 1,
+  /**
+   * They are proven to touch again.
+   */
+  PUNCTUAL_CONTACT_PHASE_PERSISTS = 2,
+  /**
+   * They are proven to be apart, or one was removed, or they may not meet any more.
+   */
+  PUNCTUAL_CONTACT_PHASE_ENDED = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_contact_phase punctual_contact_phase;
+#else
+typedef uint32_t punctual_contact_phase;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
  * A file format that can be read.
  */
 enum punctual_format
@@ -1531,6 +1564,10 @@ typedef struct punctual_body {
    * two bodies, and goes before all that are less important.
    */
   float importance;
+  /**
+   * By how much its surface is thickened, 0 by default: pairs meet when they come within the sum of their margins.
+   */
+  double margin;
 } punctual_body;
 
 /**
@@ -1665,6 +1702,162 @@ typedef struct punctual_pair_certificate {
    */
   double largest_extent;
 } punctual_pair_certificate;
+
+/**
+ * A contact of two bodies. It begins and ends in frames that prove it; between two of them bodies may have parted and met again
+ * unseen.
+ */
+typedef struct punctual_body_contact {
+  /**
+   * The body of the lower index.
+   */
+  struct punctual_body_id a;
+  /**
+   * The other one.
+   */
+  struct punctual_body_id b;
+  /**
+   * What becomes of it in this frame.
+   */
+  punctual_contact_phase phase;
+  /**
+   * Frames since it began: 0 in the frame in which it did.
+   */
+  uint64_t age;
+} punctual_body_contact;
+
+/**
+ * What is known of the distance of two bodies, in the length unit of the scene.
+ */
+typedef struct punctual_pair_distance {
+  /**
+   * The body of the lower index.
+   */
+  struct punctual_body_id a;
+  /**
+   * The other one.
+   */
+  struct punctual_body_id b;
+  /**
+   * Proven: no point of one surface was closer to the other; 0 if nothing is known.
+   */
+  double low;
+  /**
+   * Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is known.
+   */
+  double high;
+  /**
+   * Whether triangles were found; if not, they are zeros.
+   */
+  bool has_triangles;
+  /**
+   * The closest triangles that were found.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As many as there were if
+   * nothing is known.
+   */
+  uint64_t age;
+} punctual_pair_distance;
+
+/**
+ * Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions.
+ */
+typedef struct punctual_pair_passage {
+  /**
+   * The body of the lower index.
+   */
+  struct punctual_body_id a;
+  /**
+   * The other one.
+   */
+  struct punctual_body_id b;
+  /**
+   * Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if the budget did not reach the
+   * pair.
+   */
+  double free_until;
+  /**
+   * Whether a contact was found (yet); if not, its time and the triangles are zeros.
+   */
+  bool touches;
+  /**
+   * Proven: they meet at this time.
+   */
+  double touching_at;
+  /**
+   * The triangles that meet then.
+   */
+  struct punctual_triangle_pair triangles;
+} punctual_pair_passage;
+
+/**
+ * The question which body a ray hits. Plain data, made by `punctual_scene_ray_new`.
+ */
+typedef struct punctual_scene_ray {
+  /**
+   * The ray, in the coordinates of the scene.
+   */
+  struct punctual_ray ray;
+  /**
+   * A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
+   */
+  uint32_t mode;
+  /**
+   * Only bodies that a body of these groups and this mask may meet are asked; all by default.
+   */
+  uint32_t groups;
+  /**
+   * See `groups`; all by default.
+   */
+  uint32_t mask;
+} punctual_scene_ray;
+
+/**
+ * A triangle of a body that a ray meets.
+ */
+typedef struct punctual_body_hit {
+  /**
+   * The body; zeros without a hit.
+   */
+  struct punctual_body_id body;
+  /**
+   * The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same in the scene.
+   */
+  struct punctual_ray_hit on_body;
+} punctual_body_hit;
+
+/**
+ * Which body a ray hits, wherever the search stopped.
+ */
+typedef struct punctual_scene_ray_cast {
+  /**
+   * The nearest hit of those found; for RAY_MODE_ANY the one found.
+   */
+  struct punctual_body_hit hit;
+  /**
+   * How many triangles were found to be hit; for RAY_MODE_ALL those of `punctual_scene_ray_hits`.
+   */
+  uint64_t found;
+  /**
+   * Proven: no hit that was not found lies before this parameter. Of a nearest hit that is known, its own; infinite if
+   * nothing is left to be found.
+   */
+  double free_until;
+  /**
+   * Why it returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Work done.
+   */
+  uint64_t work;
+  /**
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_scene_ray_cast;
 
 #ifdef __cplusplus
 extern "C" {
@@ -2655,6 +2848,102 @@ punctual_status punctual_scene_certificate(const struct punctual_scene *scene,
                                            struct punctual_body_id x,
                                            struct punctual_body_id y,
                                            struct punctual_pair_certificate *certificate);
+
+/**
+ * Thickens a body by a margin, a length. Its pairs are said to meet when they come within the sum of their margins.
+ *
+ * Fails with BAD_ARGUMENT if the margin is not from 0 to 2^1000.
+ */
+punctual_status punctual_scene_set_margin(struct punctual_scene *scene, struct punctual_body_id id, double margin);
+
+/**
+ * From the next frame on `punctual_scene_contacts` tells which pairs of bodies begin to touch, go on, and part. Off by default.
+ */
+punctual_status punctual_scene_track_contacts(struct punctual_scene *scene);
+
+/**
+ * The contacts of the last frame, ascending by index: as many as `capacity` allows are written to `contacts`, and how many
+ * there are to `count`. None unless they are tracked.
+ */
+punctual_status punctual_scene_contacts(const struct punctual_scene *scene,
+                                        struct punctual_body_contact *contacts,
+                                        size_t capacity,
+                                        size_t *count);
+
+/**
+ * Asks for the distance of two bodies in every frame from now on, wherever they are, if they may meet by their filters; their
+ * margins count. The pair is in the report as well and shares the budget like any other. A frame is done with it when
+ * `high - low` is no more than `tolerance`, a length. Asked again, it has another tolerance.
+ *
+ * Fails with BAD_ARGUMENT if both bodies are the same, or the tolerance is not from 0 to 2^1000.
+ */
+punctual_status punctual_scene_measure(struct punctual_scene *scene,
+                                       struct punctual_body_id x,
+                                       struct punctual_body_id y,
+                                       double tolerance);
+
+/**
+ * Asks for the distance of two bodies no more. Nothing changes if it was not asked for.
+ */
+punctual_status punctual_scene_stop_measuring(struct punctual_scene *scene,
+                                              struct punctual_body_id x,
+                                              struct punctual_body_id y);
+
+/**
+ * The distances of the last frame that are asked for, ascending by index, whether their pairs had a turn or not: as many as
+ * `capacity` allows are written to `distances`, and how many there are to `count`.
+ */
+punctual_status punctual_scene_distances(const struct punctual_scene *scene,
+                                         struct punctual_pair_distance *distances,
+                                         size_t capacity,
+                                         size_t *count);
+
+/**
+ * Moves a body to where a motion begins, and says where it goes until the next frame, time 1. It stays so until
+ * `punctual_scene_set_pose` or another motion. A pair whose distance is asked for is not asked about motions.
+ *
+ * Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused; the body then stays where it was.
+ */
+punctual_status punctual_scene_set_motion(struct punctual_scene *scene,
+                                          struct punctual_body_id id,
+                                          struct punctual_motion motion);
+
+/**
+ * Until when the pairs of the last frame are free of which one or both bodies have a motion, ascending by index: as many as
+ * `capacity` allows are written to `passages`, and how many there are to `count`. Others, if `unplaced`, `unpaired` and
+ * `unlisted` of the report are 0, do not meet on their way.
+ */
+punctual_status punctual_scene_passages(const struct punctual_scene *scene,
+                                        struct punctual_pair_passage *passages,
+                                        size_t capacity,
+                                        size_t *count);
+
+/**
+ * The question for the nearest hit of a ray in a scene. Checked when it is cast.
+ */
+struct punctual_scene_ray punctual_scene_ray_new(struct punctual_ray ray);
+
+/**
+ * Casts a ray within a budget of its own. `clock` may be null: the clock of the system. Every body is seen at the pose that was
+ * set last, whether there was a frame since or not; those that changed since are looked at one by one, so cast rays after
+ * `punctual_scene_detect` rather than before it. It allocates only in a scene with more bodies, or for more hits, than any before.
+ *
+ * Fails with BAD_ARGUMENT if the ray is refused, or has no image in the coordinates of a body's mesh.
+ */
+punctual_status punctual_scene_cast(struct punctual_scene *scene,
+                                    const struct punctual_scene_ray *ray,
+                                    struct punctual_budget budget,
+                                    const struct punctual_clock *clock,
+                                    struct punctual_scene_ray_cast *cast);
+
+/**
+ * The hits of the last cast, if it was for all hits: of one body after the other, in order of discovery. As many as `capacity`
+ * allows are written to `hits`, and how many there are to `count`.
+ */
+punctual_status punctual_scene_ray_hits(const struct punctual_scene *scene,
+                                        struct punctual_body_hit *hits,
+                                        size_t capacity,
+                                        size_t *count);
 
 #ifdef __cplusplus
 }  // extern "C"

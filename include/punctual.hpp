@@ -547,6 +547,11 @@ public:
   }
 };
 
+/** Which body does a ray hit? The fields of punctual_scene_ray are public. */
+struct SceneRay : punctual_scene_ray {
+  explicit SceneRay(const punctual_ray &along) noexcept : punctual_scene_ray(punctual_scene_ray_new(along)) {}
+};
+
 /** A body to be inserted. The fields of punctual_body are public; the tree must be there until then. */
 struct Body : punctual_body {
   Body(const Tree &shape, const punctual_pose &place) noexcept
@@ -611,6 +616,19 @@ public:
   [[nodiscard]] punctual_status set_importance(punctual_body_id id, float importance) noexcept {
     return punctual_scene_set_importance(get(), id, importance);
   }
+  [[nodiscard]] punctual_status set_margin(punctual_body_id id, double margin) noexcept {
+    return punctual_scene_set_margin(get(), id, margin);
+  }
+  [[nodiscard]] punctual_status set_motion(punctual_body_id id, const punctual_motion &motion) noexcept {
+    return punctual_scene_set_motion(get(), id, motion);
+  }
+  [[nodiscard]] punctual_status track_contacts() noexcept { return punctual_scene_track_contacts(get()); }
+  [[nodiscard]] punctual_status measure(punctual_body_id x, punctual_body_id y, double tolerance) noexcept {
+    return punctual_scene_measure(get(), x, y, tolerance);
+  }
+  [[nodiscard]] punctual_status stop_measuring(punctual_body_id x, punctual_body_id y) noexcept {
+    return punctual_scene_stop_measuring(get(), x, y);
+  }
   Result<punctual_report> detect(punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
     return detail::filled<punctual_report>(
         [&](punctual_report *report) { return punctual_scene_detect(get(), budget, clock, report); });
@@ -632,6 +650,32 @@ public:
     return detail::filled<punctual_pair_certificate>([&](punctual_pair_certificate *certificate) {
       return punctual_scene_certificate(get(), x, y, certificate);
     });
+  }
+  /** Writes up to `capacity` contacts of the last frame; how many there are. */
+  Result<std::size_t> contacts(punctual_body_contact *contacts, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_scene_contacts(get(), contacts, capacity, count); });
+  }
+  /** The same of the distances asked for. */
+  Result<std::size_t> distances(punctual_pair_distance *distances, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_scene_distances(get(), distances, capacity, count); });
+  }
+  /** The same of the pairs in motion. */
+  Result<std::size_t> passages(punctual_pair_passage *passages, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_scene_passages(get(), passages, capacity, count); });
+  }
+  Result<punctual_scene_ray_cast> cast(const punctual_scene_ray &ray, punctual_budget budget,
+                                       const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_scene_ray_cast>([&](punctual_scene_ray_cast *cast) {
+      return punctual_scene_cast(get(), &ray, budget, clock, cast);
+    });
+  }
+  /** Writes up to `capacity` hits of the last cast for all; how many there are. */
+  Result<std::size_t> ray_hits(punctual_body_hit *hits, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_scene_ray_hits(get(), hits, capacity, count); });
   }
 };
 

@@ -56,6 +56,8 @@ pub struct punctual_body<'t> {
     /// How much its pairs matter when the budget does not reach all; 0 by default. A pair counts as the more important of its
     /// two bodies, and goes before all that are less important.
     pub importance: f32,
+    /// By how much its surface is thickened, 0 by default: pairs meet when they come within the sum of their margins.
+    pub margin: f64,
 }
 
 impl punctual_body<'_> {
@@ -67,7 +69,7 @@ impl punctual_body<'_> {
             x if x == punctual_body_kind::Fixed as u32 => Body::fixed(tree, pose),
             unknown => return Err(Fault::Value("body->kind", unknown)),
         };
-        Ok(body.filter(Filter::new(self.groups, self.mask)).importance(self.importance))
+        Ok(body.filter(Filter::new(self.groups, self.mask)).importance(self.importance).margin(self.margin))
     }
 }
 
@@ -79,7 +81,8 @@ impl From<&Body> for punctual_body<'_> {
             BodyKind::Fixed => punctual_body_kind::Fixed,
         };
         let Filter { groups, mask, .. } = body.filter;
-        Self { tree: None, pose: (&body.pose).into(), kind: kind as u32, groups, mask, importance: body.importance }
+        let Body { importance, margin, .. } = *body;
+        Self { tree: None, pose: (&body.pose).into(), kind: kind as u32, groups, mask, importance, margin }
     }
 }
 
@@ -87,5 +90,5 @@ impl From<&Body> for punctual_body<'_> {
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_body_new(tree: Option<&punctual_tree>, pose: punctual_pose) -> punctual_body<'_> {
     let Filter { groups, mask, .. } = Filter::default();
-    punctual_body { tree, pose, kind: punctual_body_kind::Moving as u32, groups, mask, importance: 0.0 }
+    punctual_body { tree, pose, kind: punctual_body_kind::Moving as u32, groups, mask, importance: 0.0, margin: 0.0 }
 }

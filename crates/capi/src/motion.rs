@@ -186,7 +186,7 @@ pub unsafe extern "C" fn punctual_motion_query_resume(
 }
 
 impl punctual_motion {
-    fn check(&self) -> Result<Motion, Fault> {
+    pub(crate) fn check(&self) -> Result<Motion, Fault> {
         let vector = |v: punctual_point| [v.x, v.y, v.z];
         Ok(Motion::with_arm(self.start.check()?, vector(self.velocity), vector(self.turn), vector(self.arm))?)
     }

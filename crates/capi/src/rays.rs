@@ -384,7 +384,7 @@ impl punctual_ray_batch<'_> {
 
 impl punctual_ray {
     /// `what` and `index` name it for the error.
-    fn check(&self, what: &'static str, index: Option<usize>) -> Result<Ray, Fault> {
+    pub(crate) fn check(&self, what: &'static str, index: Option<usize>) -> Result<Ray, Fault> {
         let [origin, target] = [self.origin, self.target].map(|point| [point.x, point.y, point.z]);
         let ray = if self.is_segment != 0 { Ray::segment(origin, target) } else { Ray::new(origin, target) };
         Ok(ray.map_err(|error| Fault::Ray(what, index, error))?.within(self.t_min, self.t_max))
@@ -399,7 +399,7 @@ impl punctual_ray_query<'_> {
     }
 }
 
-fn check_mode(value: u32, what: &'static str) -> Result<RayMode, Fault> {
+pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<RayMode, Fault> {
     match value {
         x if x == punctual_ray_mode::Nearest as u32 => Ok(RayMode::Nearest),
         x if x == punctual_ray_mode::Any as u32 => Ok(RayMode::Any),

@@ -11,7 +11,7 @@ use crate::status::{Fault, door, free, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_triangle_pair;
 use core::mem::MaybeUninit;
-use punctual::{Filter, PairReport, Reach, Report, Scene};
+use punctual::{Filter, PairCertificate, PairReport, Reach, Report, Scene};
 use std::sync::Arc;
 
 /// Bodies that move, and the question which of them meet. One thread at a time may use it; it may start threads of its own.
@@ -138,11 +138,14 @@ pub struct punctual_pair_certificate {
 }
 
 impl punctual_scene {
-    fn get(scene: Option<&Self>) -> Result<&Scene, Fault> {
+    pub(crate) fn get(scene: Option<&Self>) -> Result<&Scene, Fault> {
         Ok(&given(scene, "scene")?.0.get("scene")?.scene)
     }
 
-    fn change<R>(scene: Option<&mut Self>, change: impl FnOnce(&mut Scene) -> Result<R, Fault>) -> Result<R, Fault> {
+    pub(crate) fn change<R>(
+        scene: Option<&mut Self>,
+        change: impl FnOnce(&mut Scene) -> Result<R, Fault>,
+    ) -> Result<R, Fault> {
         given(scene, "scene")?.0.change("scene", |reported| change(&mut reported.scene))
     }
 }
@@ -203,8 +206,7 @@ pub extern "C" fn punctual_scene_reserve(
 ) -> punctual_status {
     door("punctual_scene_reserve", || {
         punctual_scene::change(scene, |scene| {
-            // More than it takes.
-            find_room([(bodies, 2000), (pairs, 2000)])?;
+            find_room([(bodies, 2000), (pairs, 2000)])?; // more than it takes
             scene.reserve(bodies, pairs);
             Ok(())
         })
@@ -440,8 +442,7 @@ pub extern "C" fn punctual_scene_certificate(
 ) -> punctual_status {
     door("punctual_scene_certificate", || {
         let (scene, certificate) = (punctual_scene::get(scene)?, given(certificate, "certificate")?);
-        let open = scene.certificate(x.into(), y.into())?;
-        let (upper_bound, largest_extent) = (open.upper_bound, open.largest_extent);
+        let PairCertificate { upper_bound, largest_extent, .. } = scene.certificate(x.into(), y.into())?;
         certificate.write(punctual_pair_certificate { upper_bound, largest_extent });
         Ok(())
     })

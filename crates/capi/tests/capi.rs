@@ -19,6 +19,8 @@ mod queries;
 mod rays;
 #[path = "capi/refusals.rs"]
 mod refusals;
+#[path = "capi/scene_answers.rs"]
+mod scene_answers;
 #[path = "capi/scenes.rs"]
 mod scenes;
 #[path = "capi/surfaces.rs"]

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::{env, error::Error, fs};
 
 /// In the order of the header.
-const SOURCES: [&str; 19] = [
+const SOURCES: [&str; 20] = [
     "status",
     "pose",
     "mesh",
@@ -28,6 +28,7 @@ const SOURCES: [&str; 19] = [
     "patches",
     "body",
     "scene",
+    "scene_answers",
 ];
 
 /// Enumerations that are passed as numbers, since C may pass any.

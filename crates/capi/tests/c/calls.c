@@ -556,6 +556,7 @@ int main(int count, char **arguments) {
   contacts();
   rays();
   scenes();
+  scene_answers();
   punctual_mesh_free(NULL);
   punctual_tree_free(NULL);
   punctual_workspace_free(NULL);

@@ -21,4 +21,7 @@
 /** In rays.c. */
 void rays(void);
 
+/** In scene_calls.c. */
+void scene_answers(void);
+
 #endif

@@ -57,6 +57,8 @@ static_assert(std::is_trivially_copyable_v<punctual::RayQuery> &&
               sizeof(punctual::RayQuery) == sizeof(punctual_ray_query));
 static_assert(std::is_trivially_copyable_v<punctual::RayBatch> &&
               sizeof(punctual::RayBatch) == sizeof(punctual_ray_batch));
+static_assert(std::is_trivially_copyable_v<punctual::SceneRay> &&
+              sizeof(punctual::SceneRay) == sizeof(punctual_scene_ray));
 static_assert(std::is_trivially_copyable_v<punctual::Body> && sizeof(punctual::Body) == sizeof(punctual_body));
 
 } // namespace

@@ -1,0 +1,354 @@
+//! What else scenes tell: margins, contacts that last, distances, motions until the next frame, and rays.
+
+use crate::arrays::fill;
+use crate::body::punctual_body_id;
+use crate::clock::{AnyClock, punctual_clock};
+use crate::motion::punctual_motion;
+use crate::query::{nanoseconds, punctual_budget, punctual_stop_reason};
+use crate::rays::{check_mode, punctual_ray, punctual_ray_hit, punctual_ray_mode};
+use crate::scene::punctual_scene;
+use crate::status::{Fault, door, given, punctual_status};
+use crate::workspace::punctual_triangle_pair;
+use core::mem::MaybeUninit;
+use punctual::{BodyContact, BodyHit, ContactPhase, Filter, PairDistance, PairPassage, SceneCast, SceneRay};
+
+/// What becomes of a contact of two bodies in a frame.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_contact_phase {
+    /// They touched when it was last decided, and this frame has not decided it.
+    Undecided = 0,
+    /// They are proven to touch in this frame, and were not known to before.
+    Began = 1,
+    /// They are proven to touch again.
+    Persists = 2,
+    /// They are proven to be apart, or one was removed, or they may not meet any more.
+    Ended = 3,
+}
+
+/// A contact of two bodies. It begins and ends in frames that prove it; between two of them bodies may have parted and met again
+/// unseen.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct punctual_body_contact {
+    /// The body of the lower index.
+    pub a: punctual_body_id,
+    /// The other one.
+    pub b: punctual_body_id,
+    /// What becomes of it in this frame.
+    pub phase: punctual_contact_phase,
+    /// Frames since it began: 0 in the frame in which it did.
+    pub age: u64,
+}
+
+/// What is known of the distance of two bodies, in the length unit of the scene.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_pair_distance {
+    /// The body of the lower index.
+    pub a: punctual_body_id,
+    /// The other one.
+    pub b: punctual_body_id,
+    /// Proven: no point of one surface was closer to the other; 0 if nothing is known.
+    pub low: f64,
+    /// Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is known.
+    pub high: f64,
+    /// Whether triangles were found; if not, they are zeros.
+    pub has_triangles: bool,
+    /// The closest triangles that were found.
+    pub triangles: punctual_triangle_pair,
+    /// Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As many as there were if
+    /// nothing is known.
+    pub age: u64,
+}
+
+/// Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_pair_passage {
+    /// The body of the lower index.
+    pub a: punctual_body_id,
+    /// The other one.
+    pub b: punctual_body_id,
+    /// Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if the budget did not reach the
+    /// pair.
+    pub free_until: f64,
+    /// Whether a contact was found (yet); if not, its time and the triangles are zeros.
+    pub touches: bool,
+    /// Proven: they meet at this time.
+    pub touching_at: f64,
+    /// The triangles that meet then.
+    pub triangles: punctual_triangle_pair,
+}
+
+/// The question which body a ray hits. Plain data, made by `punctual_scene_ray_new`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_scene_ray {
+    /// The ray, in the coordinates of the scene.
+    pub ray: punctual_ray,
+    /// A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
+    pub mode: u32,
+    /// Only bodies that a body of these groups and this mask may meet are asked; all by default.
+    pub groups: u32,
+    /// See `groups`; all by default.
+    pub mask: u32,
+}
+
+/// A triangle of a body that a ray meets.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_body_hit {
+    /// The body; zeros without a hit.
+    pub body: punctual_body_id,
+    /// The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same in the scene.
+    pub on_body: punctual_ray_hit,
+}
+
+/// Which body a ray hits, wherever the search stopped.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_scene_ray_cast {
+    /// The nearest hit of those found; for RAY_MODE_ANY the one found.
+    pub hit: punctual_body_hit,
+    /// How many triangles were found to be hit; for RAY_MODE_ALL those of `punctual_scene_ray_hits`.
+    pub found: u64,
+    /// Proven: no hit that was not found lies before this parameter. Of a nearest hit that is known, its own; infinite if
+    /// nothing is left to be found.
+    pub free_until: f64,
+    /// Why it returned.
+    pub stop: punctual_stop_reason,
+    /// Work done.
+    pub work: u64,
+    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    pub elapsed: i64,
+}
+
+/// Thickens a body by a margin, a length. Its pairs are said to meet when they come within the sum of their margins.
+///
+/// Fails with BAD_ARGUMENT if the margin is not from 0 to 2^1000.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_margin(
+    scene: Option<&mut punctual_scene>,
+    id: punctual_body_id,
+    margin: f64,
+) -> punctual_status {
+    door("punctual_scene_set_margin", || {
+        punctual_scene::change(scene, |scene| Ok(scene.set_margin(id.into(), margin)?))
+    })
+}
+
+/// From the next frame on `punctual_scene_contacts` tells which pairs of bodies begin to touch, go on, and part. Off by default.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_track_contacts(scene: Option<&mut punctual_scene>) -> punctual_status {
+    door("punctual_scene_track_contacts", || {
+        punctual_scene::change(scene, |scene| {
+            scene.track_contacts();
+            Ok(())
+        })
+    })
+}
+
+/// The contacts of the last frame, ascending by index: as many as `capacity` allows are written to `contacts`, and how many
+/// there are to `count`. None unless they are tracked.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_contacts(
+    scene: Option<&punctual_scene>,
+    contacts: *mut punctual_body_contact,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_scene_contacts", || {
+        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(contacts, capacity, "contacts", scene.report().contacts.iter().map(Into::into)) }?);
+        Ok(())
+    })
+}
+
+/// Asks for the distance of two bodies in every frame from now on, wherever they are, if they may meet by their filters; their
+/// margins count. The pair is in the report as well and shares the budget like any other. A frame is done with it when
+/// `high - low` is no more than `tolerance`, a length. Asked again, it has another tolerance.
+///
+/// Fails with BAD_ARGUMENT if both bodies are the same, or the tolerance is not from 0 to 2^1000.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_measure(
+    scene: Option<&mut punctual_scene>,
+    x: punctual_body_id,
+    y: punctual_body_id,
+    tolerance: f64,
+) -> punctual_status {
+    door("punctual_scene_measure", || {
+        punctual_scene::change(scene, |scene| Ok(scene.measure(x.into(), y.into(), tolerance)?))
+    })
+}
+
+/// Asks for the distance of two bodies no more. Nothing changes if it was not asked for.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_stop_measuring(
+    scene: Option<&mut punctual_scene>,
+    x: punctual_body_id,
+    y: punctual_body_id,
+) -> punctual_status {
+    door("punctual_scene_stop_measuring", || {
+        punctual_scene::change(scene, |scene| Ok(scene.stop_measuring(x.into(), y.into())?))
+    })
+}
+
+/// The distances of the last frame that are asked for, ascending by index, whether their pairs had a turn or not: as many as
+/// `capacity` allows are written to `distances`, and how many there are to `count`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_distances(
+    scene: Option<&punctual_scene>,
+    distances: *mut punctual_pair_distance,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_scene_distances", || {
+        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        let found = scene.report().distances.iter().map(Into::into);
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(distances, capacity, "distances", found) }?);
+        Ok(())
+    })
+}
+
+/// Moves a body to where a motion begins, and says where it goes until the next frame, time 1. It stays so until
+/// `punctual_scene_set_pose` or another motion. A pair whose distance is asked for is not asked about motions.
+///
+/// Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused; the body then stays where it was.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_motion(
+    scene: Option<&mut punctual_scene>,
+    id: punctual_body_id,
+    motion: punctual_motion,
+) -> punctual_status {
+    door("punctual_scene_set_motion", || {
+        let motion = motion.check()?;
+        punctual_scene::change(scene, |scene| Ok(scene.set_motion(id.into(), motion)?))
+    })
+}
+
+/// Until when the pairs of the last frame are free of which one or both bodies have a motion, ascending by index: as many as
+/// `capacity` allows are written to `passages`, and how many there are to `count`. Others, if `unplaced`, `unpaired` and
+/// `unlisted` of the report are 0, do not meet on their way.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_passages(
+    scene: Option<&punctual_scene>,
+    passages: *mut punctual_pair_passage,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_scene_passages", || {
+        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(passages, capacity, "passages", scene.report().passages.iter().map(Into::into)) }?);
+        Ok(())
+    })
+}
+
+/// The question for the nearest hit of a ray in a scene. Checked when it is cast.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_ray_new(ray: punctual_ray) -> punctual_scene_ray {
+    let Filter { groups, mask, .. } = Filter::default();
+    punctual_scene_ray { ray, mode: punctual_ray_mode::Nearest as u32, groups, mask }
+}
+
+/// Casts a ray within a budget of its own. `clock` may be null: the clock of the system. Every body is seen at the pose that was
+/// set last, whether there was a frame since or not; those that changed since are looked at one by one, so cast rays after
+/// `punctual_scene_detect` rather than before it. It allocates only in a scene with more bodies, or for more hits, than any before.
+///
+/// Fails with BAD_ARGUMENT if the ray is refused, or has no image in the coordinates of a body's mesh.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_cast(
+    scene: Option<&mut punctual_scene>,
+    ray: Option<&punctual_scene_ray>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    cast: Option<&mut MaybeUninit<punctual_scene_ray_cast>>,
+) -> punctual_status {
+    door("punctual_scene_cast", || {
+        let (ray, cast, budget) = (given(ray, "ray")?.check()?, given(cast, "cast")?, budget.check()?);
+        // SAFETY: the contract of the header for clocks.
+        let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
+        let found = punctual_scene::change(scene, |scene| {
+            Ok(match &clock {
+                Some(clock) => scene.cast_with(&ray, budget, clock)?,
+                None => scene.cast(&ray, budget)?,
+            })
+        })?;
+        cast.write(found.into());
+        Ok(())
+    })
+}
+
+/// The hits of the last cast, if it was for all hits: of one body after the other, in order of discovery. As many as `capacity`
+/// allows are written to `hits`, and how many there are to `count`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_ray_hits(
+    scene: Option<&punctual_scene>,
+    hits: *mut punctual_body_hit,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_scene_ray_hits", || {
+        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(hits, capacity, "hits", scene.ray_hits().iter().map(|&hit| Some(hit).into())) }?);
+        Ok(())
+    })
+}
+
+impl punctual_scene_ray {
+    fn check(&self) -> Result<SceneRay, Fault> {
+        let ray = SceneRay::new(self.ray.check("ray->ray", None)?);
+        Ok(ray.mode(check_mode(self.mode, "ray->mode")?).filter(Filter::new(self.groups, self.mask)))
+    }
+}
+
+impl From<&BodyContact> for punctual_body_contact {
+    fn from(contact: &BodyContact) -> Self {
+        let phase = match contact.phase {
+            ContactPhase::Undecided => punctual_contact_phase::Undecided,
+            ContactPhase::Began => punctual_contact_phase::Began,
+            ContactPhase::Persists => punctual_contact_phase::Persists,
+            ContactPhase::Ended => punctual_contact_phase::Ended,
+        };
+        Self { a: contact.a.into(), b: contact.b.into(), phase, age: contact.age }
+    }
+}
+
+impl From<&PairDistance> for punctual_pair_distance {
+    fn from(pair: &PairDistance) -> Self {
+        let PairDistance { low, high, triangles, age, .. } = *pair;
+        let (has_triangles, triangles) = (triangles.is_some(), triangles.unwrap_or_default().into());
+        Self { a: pair.a.into(), b: pair.b.into(), low, high, has_triangles, triangles, age }
+    }
+}
+
+impl From<&PairPassage> for punctual_pair_passage {
+    fn from(pair: &PairPassage) -> Self {
+        Self {
+            a: pair.a.into(),
+            b: pair.b.into(),
+            free_until: pair.free_until,
+            touches: pair.touching_at.is_some(),
+            touching_at: pair.touching_at.unwrap_or(0.0),
+            triangles: pair.triangles.unwrap_or_default().into(),
+        }
+    }
+}
+
+impl From<Option<BodyHit>> for punctual_body_hit {
+    fn from(hit: Option<BodyHit>) -> Self {
+        let nobody = punctual_body_id { index: 0, generation: 0 };
+        Self { body: hit.map_or(nobody, |hit| hit.body.into()), on_body: hit.map(|hit| hit.on_body).into() }
+    }
+}
+
+impl From<SceneCast> for punctual_scene_ray_cast {
+    fn from(cast: SceneCast) -> Self {
+        let SceneCast { hit, found, free_until, stop, work, elapsed, .. } = cast;
+        Self { hit: hit.into(), found, free_until, stop: stop.into(), work, elapsed: nanoseconds(elapsed) }
+    }
+}

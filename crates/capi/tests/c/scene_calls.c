@@ -1,0 +1,87 @@
+/* What else scenes tell: margins, contacts, distances, motions and rays. */
+
+#include "check.h"
+
+static punctual_pose at(double x) {
+  punctual_pose pose = punctual_pose_identity();
+  pose.m[3] = x;
+  return pose;
+}
+
+static void contacts_and_distances(punctual_scene *scene, const punctual_body_id ids[2]) {
+  punctual_body_contact contacts[2];
+  punctual_pair_distance distances[2];
+  size_t count;
+  /* Half edges of 1 and a gap of 0.5: the margins close it. */
+  OK(punctual_scene_track_contacts(scene));
+  OK(punctual_scene_set_margin(scene, ids[0], 0.25));
+  OK(punctual_scene_set_margin(scene, ids[1], 0.3));
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
+  OK(punctual_scene_contacts(scene, contacts, 2, &count));
+  CHECK(count == 1 && contacts[0].phase == PUNCTUAL_CONTACT_PHASE_BEGAN && contacts[0].age == 0);
+  CHECK(contacts[0].a.index == ids[0].index && contacts[0].b.index == ids[1].index);
+  OK(punctual_scene_set_margin(scene, ids[1], 0));
+  OK(punctual_scene_measure(scene, ids[0], ids[1], 1e-6));
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
+  OK(punctual_scene_contacts(scene, contacts, 2, &count));
+  CHECK(count == 1 && contacts[0].phase == PUNCTUAL_CONTACT_PHASE_ENDED && contacts[0].age == 1);
+  OK(punctual_scene_distances(scene, distances, 2, &count));
+  CHECK(count == 1 && distances[0].age == 0 && distances[0].has_triangles && distances[0].b.index == ids[1].index);
+  CHECK(distances[0].low <= 0.25 + 1e-9 && distances[0].high >= 0.25 - 1e-9);
+  CHECK(distances[0].high - distances[0].low < 1.1e-6);
+  OK(punctual_scene_stop_measuring(scene, ids[0], ids[1]));
+  FAILS(punctual_scene_measure(scene, ids[0], ids[0], 0), BAD_ARGUMENT,
+        "punctual_scene_measure: body 0 (generation 0) has no distance from itself");
+}
+
+static void motions_and_rays(punctual_scene *scene, const punctual_body_id ids[2]) {
+  punctual_pair_passage passages[2];
+  punctual_body_hit hits[8];
+  punctual_scene_ray_cast cast;
+  size_t count;
+  /* A gap of 4 is closed in a way of 8. */
+  punctual_point velocity = {-8, 0, 0};
+  OK(punctual_scene_set_margin(scene, ids[0], 0));
+  OK(punctual_scene_set_motion(scene, ids[1], punctual_motion_straight(at(6), velocity)));
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
+  OK(punctual_scene_passages(scene, passages, 2, &count));
+  CHECK(count == 1 && passages[0].touches && passages[0].free_until > 0.49 && passages[0].free_until <= 0.5);
+  CHECK(passages[0].touching_at >= 0.5 && passages[0].touching_at < 0.51);
+
+  punctual_point origin = {-5, 0.1, 0.2}, direction = {2, 0, 0};
+  punctual_scene_ray ray = punctual_scene_ray_new(punctual_ray_new(origin, direction));
+  CHECK(ray.mode == PUNCTUAL_RAY_MODE_NEAREST && ray.groups == UINT32_MAX && ray.mask == UINT32_MAX);
+  OK(punctual_scene_cast(scene, &ray, punctual_budget_unlimited(), NULL, &cast));
+  CHECK(cast.stop == PUNCTUAL_STOP_REASON_FINISHED && cast.hit.body.index == ids[0].index && cast.elapsed == -1);
+  CHECK(cast.hit.on_body.t == 2 && cast.free_until == 2 && cast.hit.on_body.side == PUNCTUAL_SIDE_FRONT);
+  ray.mode = PUNCTUAL_RAY_MODE_ALL;
+  OK(punctual_scene_cast(scene, &ray, punctual_budget_unlimited(), NULL, &cast));
+  OK(punctual_scene_ray_hits(scene, hits, 8, &count));
+  CHECK(cast.found == 4 && count == 4);
+  for (size_t i = 0; i < count; i++) /* into both bodies and out of them, one after the other */
+    CHECK(hits[i].on_body.t == (hits[i].body.index == ids[0].index ? 2 : 5) + (double)(i % 2));
+  CHECK(hits[0].body.index == hits[1].body.index && hits[0].body.index != hits[2].body.index);
+  ray.mask = 0;
+  OK(punctual_scene_cast(scene, &ray, punctual_budget_unlimited(), NULL, &cast));
+  CHECK(cast.found == 0 && cast.hit.on_body.triangle == PUNCTUAL_NO_TRIANGLE);
+}
+
+void scene_answers(void) {
+  punctual_mesh *mesh;
+  punctual_tree *cube;
+  punctual_scene *scene;
+  punctual_body_id ids[2];
+  OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
+  OK(punctual_tree_new(mesh, NULL, &cube));
+  OK(punctual_scene_new(PUNCTUAL_MODE_ANY, PUNCTUAL_REACH_HERE, &scene));
+  for (int i = 0; i < 2; i++) {
+    punctual_body body = punctual_body_new(cube, at(2.5 * i));
+    CHECK(body.margin == 0);
+    OK(punctual_scene_insert(scene, &body, &ids[i]));
+  }
+  contacts_and_distances(scene, ids);
+  motions_and_rays(scene, ids);
+  punctual_scene_free(scene);
+  punctual_tree_free(cube);
+  punctual_mesh_free(mesh);
+}
