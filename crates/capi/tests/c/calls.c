@@ -418,9 +418,9 @@ static void contacts(void) {
   CHECK(found[0].distance > 0.0099 && found[0].distance < 0.0101 && !found[0].has_segment);
   CHECK(found[0].normal.x < -0.999 && found[0].points[0].x == 1 && found[0].triangles.a < 192);
   size_t all = count;
-  punctual_face_normals faces;
-  OK(punctual_contact_face_normals(&query, found[0].triangles, &faces));
-  CHECK(faces.a.x * faces.a.x + faces.a.y * faces.a.y + faces.a.z * faces.a.z > 0.999);
+  punctual_face_normals normals;
+  OK(punctual_contact_face_normals(&query, found[0].triangles, &normals));
+  CHECK(normals.a.x * normals.a.x + normals.a.y * normals.a.y + normals.a.z * normals.a.z > 0.999);
 
   /* One foot, with the corners of what they share for points. */
   OK(punctual_patches_update(patches, cube, cube, workspace, &count));
