@@ -20,8 +20,9 @@ const PARTS_OF_TIME: u32 = 8;
 
 /// The share of a frame.
 pub(super) struct Share<'c> {
-    started: Option<Duration>,
-    limit: Option<Duration>,
+    is_timed: bool,
+    started: Duration,
+    limit: Duration,
     work: Option<u64>,
     clock: &'c dyn Clock,
     /// Work done so far.
@@ -32,7 +33,9 @@ impl<'c> Share<'c> {
     /// Of a frame that began at `started`, if its time is limited.
     pub fn new(budget: Budget, started: Option<Duration>, clock: &'c dyn Clock) -> Self {
         let work = budget.work_limit().map(|work| work.saturating_add(BROAD_PHASE_WORK));
-        Self { started, limit: budget.time_limit(), work, clock, spent: 0 }
+        // No options: the compiler would compute with what is missing before it is asked for, which valgrind reports.
+        let (is_timed, started) = (started.is_some(), started.unwrap_or_default());
+        Self { is_timed, started, limit: budget.time_limit().unwrap_or_default(), work, clock, spent: 0 }
     }
 
     /// Runs a step with its deadline.
@@ -63,7 +66,7 @@ impl<'c> Share<'c> {
 
     /// When so many parts of the time of the frame are over.
     fn end_of(&self, parts: u32) -> Option<Duration> {
-        Some(self.started?.saturating_add(self.limit? / PARTS_OF_TIME * parts))
+        self.is_timed.then(|| self.started.saturating_add(self.limit / PARTS_OF_TIME * parts))
     }
 
     fn run_until<R>(&mut self, end: Option<Duration>, work: u64, run: impl FnOnce(&mut Deadline) -> R) -> R {
