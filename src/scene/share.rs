@@ -3,6 +3,7 @@
 use super::pace::Overhead;
 use crate::model::cost::BROAD_PHASE_WORK;
 use crate::query::{Budget, Clock, Deadline};
+use core::hint::black_box;
 use core::time::Duration;
 
 /// The steps of the broad phase, by the parts of its share that are spent at their ends: in eighths of the time of a frame, and
@@ -33,9 +34,10 @@ impl<'c> Share<'c> {
     /// Of a frame that began at `started`, if its time is limited.
     pub fn new(budget: Budget, started: Option<Duration>, clock: &'c dyn Clock) -> Self {
         let work = budget.work_limit().map(|work| work.saturating_add(BROAD_PHASE_WORK));
-        // No options: the compiler would compute with what is missing before it is asked for, which valgrind reports.
-        let (is_timed, started) = (started.is_some(), started.unwrap_or_default());
-        Self { is_timed, started, limit: budget.time_limit().unwrap_or_default(), work, clock, spent: 0 }
+        // Otherwise the compiler computes with what is missing before it is asked for, which valgrind reports.
+        let known = |time: Option<Duration>| black_box(time.unwrap_or_default());
+        let (is_timed, started, limit) = (started.is_some(), known(started), known(budget.time_limit()));
+        Self { is_timed, started, limit, work, clock, spent: 0 }
     }
 
     /// Runs a step with its deadline.
