@@ -32,9 +32,9 @@ impl Scene {
         let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
         let mut found = Found { broad, pairs, events };
         let execute = |batches: &mut [Batch], round: &Round| execute(batches, round, bodies, scratch);
-        schedule.run(&frame, &mut found, &mut share, report, execute);
+        let ended = schedule.run(&frame, &mut found, &mut share, report, execute);
         report.broad_phase_work = share.spent;
-        report.elapsed = started.map(|started| clock.now().saturating_sub(started));
+        report.elapsed = ended.zip(started).map(|(ended, started)| ended.saturating_sub(started));
     }
 
     /// Gives their boxes to bodies that moved, came or went.

@@ -90,7 +90,7 @@ impl Overhead {
 
     /// The time in which so many jobs are collected.
     pub fn collecting(&self, jobs: usize) -> Duration {
-        self.collecting.times(jobs as f64)
+        self.collecting.times(jobs as f64 + NEVER_NONE)
     }
 
     /// Work of a list of as many pairs as can be listed, dealt and collected in `time`.

@@ -96,7 +96,8 @@ impl Schedule {
         Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
     }
 
-    /// Runs the overlapping pairs as far as the budget goes and fills the report. `execute` runs batches.
+    /// Runs the overlapping pairs as far as the budget goes and fills the report. `execute` runs batches. Returns when it ended,
+    /// under a budget of time.
     pub fn run(
         &mut self,
         frame: &Frame,
@@ -104,7 +105,7 @@ impl Schedule {
         share: &mut Share,
         report: &mut Report,
         mut execute: impl FnMut(&mut [Batch], &Round),
-    ) {
+    ) -> Option<Duration> {
         let mut overhead = self.overhead;
         share.list(&mut overhead, |deadline| self.list(frame, found, report, deadline));
         self.overhead = overhead;
@@ -154,6 +155,7 @@ impl Schedule {
             let most = (2_000 + 10 * told) as f64 + estimates.unwrap_or_default().as_nanos() as f64;
             self.rest.learn(took.as_nanos() as f64, most);
         }
+        lap
     }
 
     /// Decides what the round is for and deals the jobs.
