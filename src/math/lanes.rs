@@ -99,10 +99,9 @@ impl<L: Lanes> F8<L> {
     pub fn select(self, a: Self, b: Self) -> Self {
         Self(self.1.select(self.0, a.0, b.0), self.1)
     }
-    /// The sign of each lane, or whether it is all ones: one bit a lane, lane 0 lowest.
     #[inline(always)]
-    pub fn mask(self) -> u32 {
-        self.1.mask(self.0)
+    pub fn sqrt(self) -> Self {
+        Self(self.1.sqrt(self.0), self.1)
     }
     #[inline(always)]
     pub fn transpose(lanes: L, rows: [&[f32; 4]; 8]) -> [Self; 4] {
@@ -135,23 +134,6 @@ impl<L: Lanes> D8<L> {
     }
 }
 
-macro_rules! methods {
-    ($($(#[$doc:meta])* $name:ident($($other:ident)?)),*) => {
-        impl<L: Lanes> F8<L> { $(
-            $(#[$doc])*
-            #[inline(always)]
-            pub fn $name(self, $($other: Self)?) -> Self {
-                Self(self.1.$name(self.0, $($other.0)?), self.1)
-            }
-        )* }
-    };
-}
-methods!(
-    abs(), sqrt(), max(other), min(other), and(other), or(other),
-    /// All ones where `self < other`; never where one of them is no number.
-    less(other)
-);
-
 macro_rules! operators {
     ($type:ident: $($trait:ident $verb:ident $call:ident),*) => { $(
         impl<L: Lanes> $trait for $type<L> {
@@ -168,15 +150,16 @@ operators!(D8: Add add add_d, Sub sub sub_d, Mul mul mul_d);
 
 /// Eight numbers or masks of one precision: what kernels use that are the same in both.
 #[allow(clippy::inline_always)]
-pub(crate) trait Eight:
+pub(crate) trait Column:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
     fn max(self, other: Self) -> Self;
     fn min(self, other: Self) -> Self;
+    /// All ones where `self < other`; never where one of them is no number.
     fn less(self, other: Self) -> Self;
     fn and(self, other: Self) -> Self;
     fn or(self, other: Self) -> Self;
-    /// One bit a lane, as of [`F8::mask`].
+    /// The sign of each lane, or whether it is all ones: one bit a lane, lane 0 lowest.
     fn mask(self) -> u32;
     fn times(self, x: f32) -> Self;
     fn abs(self) -> Self;
@@ -192,7 +175,7 @@ macro_rules! eight {
             }
         }
         #[allow(clippy::inline_always)]
-        impl<L: Lanes> Eight for $type<L> {
+        impl<L: Lanes> Column for $type<L> {
             $(#[inline(always)]
             fn $name(self, other: Self) -> Self {
                 Self(self.1.$call(self.0, other.0), self.1)
@@ -247,22 +230,22 @@ pub(crate) use per_lane;
 pub(crate) type V8<L> = [F8<L>; 3];
 
 #[inline(always)]
-pub(crate) fn add<N: Eight>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+pub(crate) fn add<N: Column>(a: [N; 3], b: [N; 3]) -> [N; 3] {
     per_axis!(k => a[k] + b[k])
 }
 
 #[inline(always)]
-pub(crate) fn sub<N: Eight>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+pub(crate) fn sub<N: Column>(a: [N; 3], b: [N; 3]) -> [N; 3] {
     per_axis!(k => a[k] - b[k])
 }
 
 #[inline(always)]
-pub(crate) fn dot<N: Eight>(a: [N; 3], b: [N; 3]) -> N {
+pub(crate) fn dot<N: Column>(a: [N; 3], b: [N; 3]) -> N {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-pub(crate) fn cross<N: Eight>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+pub(crate) fn cross<N: Column>(a: [N; 3], b: [N; 3]) -> [N; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

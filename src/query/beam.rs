@@ -5,7 +5,7 @@
 //! `docs/numerics.md`, "Rays".
 
 use super::views::transposed;
-use crate::math::lanes::{F8, Lanes, per_axis};
+use crate::math::lanes::{Column, F8, Lanes, per_axis};
 use crate::math::largest;
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, Unit, WIDTH, power_of_two};

@@ -5,7 +5,7 @@
 //! a box kept in vain only costs time. The other nine axes: [`edge_axes`](super::edge_axes). All is in A's units.
 
 use super::views::{self, View, Views};
-use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis};
+use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis};
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW};
 use wide::f32x4;

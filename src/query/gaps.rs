@@ -7,7 +7,7 @@
 
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, ends, splat};
 use super::views::{Relation, View, Views};
-use crate::math::lanes::{F8, Kernel, Lanes, V8, dot, per_axis};
+use crate::math::lanes::{Column, F8, Kernel, Lanes, V8, dot, per_axis};
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::batch::Rows;
 use glam::DVec3;

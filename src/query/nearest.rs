@@ -22,7 +22,7 @@ use super::search::{Bounded, DIVE, least_key, root};
 use super::traversal::{Question, Traversal};
 use super::views::Relation;
 use crate::contact::Contact;
-use crate::math::lanes::{F8, Lanes};
+use crate::math::lanes::{Column, F8, Lanes};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
     WORK_PER_LOOKUP, WORK_PER_SEGMENT,

@@ -8,7 +8,7 @@
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, Triangles, splat};
 use super::course::{Course, Piece};
 use super::views::{Relation, Views, cross};
-use crate::math::lanes::{F8, Kernel, Lanes, add, dot, per_axis, sub};
+use crate::math::lanes::{Column, F8, Kernel, Lanes, add, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::swept::{Glide, LEAST_SPEED};

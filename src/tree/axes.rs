@@ -8,7 +8,7 @@ use super::moments::{Surfaces, Symmetric, TINY, per_entry};
 use super::options::Effort;
 use super::unit::Triangle;
 use super::wide::WIDTH;
-use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, sums};
+use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis, sums};
 use arrayvec::ArrayVec;
 use glam::{Mat3A, Vec3A};
 

@@ -2,7 +2,7 @@
 
 use super::unit::Triangle;
 use super::wide::WIDTH;
-use crate::math::lanes::{F8, Lanes, V8, per_axis};
+use crate::math::lanes::{Column, F8, Lanes, V8, per_axis};
 
 /// Eight triangles, one a lane.
 #[derive(Clone, Copy)]

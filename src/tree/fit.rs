@@ -7,7 +7,7 @@
 use super::eight::Eight;
 use super::unit::Triangle;
 use super::wide::{Node, WIDTH, xyz};
-use crate::math::lanes::{F8, Lanes, V8, dot, greatest, least, per_axis};
+use crate::math::lanes::{Column, F8, Lanes, V8, dot, greatest, least, per_axis};
 use arrayvec::ArrayVec;
 use core::ops::Range;
 use glam::Vec3A;

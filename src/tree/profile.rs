@@ -5,7 +5,7 @@
 
 use super::eight::present;
 use super::wide::{Node, xyz};
-use crate::math::lanes::{F8, Lanes, V8, dot, per_axis, per_lane, sums};
+use crate::math::lanes::{Column, F8, Lanes, V8, dot, per_axis, per_lane, sums};
 use alloc::boxed::Box;
 use glam::{Vec3, Vec3A};
 

@@ -3,9 +3,9 @@
 //! Where copies of a surface lie side by side that is nearly every pair. Most are parted by their boxes, share a corner, or are
 //! certain with 29 bits more; what still is in doubt lies in one plane or touches.
 
-use super::batch::{Bounds, Crossings, Verdicts, certain, largest};
+use super::batch::{Bounds, Crossings, Range, Verdicts, certain, largest};
 use super::exact::{LARGEST, PADDING};
-use crate::math::lanes::{D8, Eight, Kernel, Lanes, per_axis, sub};
+use crate::math::lanes::{Column, D8, Kernel, Lanes, per_axis, sub};
 use glam::DVec3;
 
 /// The corners of eight triangles: corner, axis, triangle.
@@ -41,8 +41,8 @@ impl Kernel for Again<'_> {
         let a = per_axis!(i => per_axis!(k => D8::load(lanes, &a[i][k])));
         let b = per_axis!(i => per_axis!(k => D8::load(lanes, &b[i][k])));
         let [x, y, z] = per_axis!(k => {
-            let (of_a, of_b) = ([a[0][k], a[1][k], a[2][k]], [b[0][k], b[1][k], b[2][k]]);
-            most(of_a).less(least(of_b)).or(most(of_b).less(least(of_a)))
+            let (of_a, of_b) = (Range::of([a[0][k], a[1][k], a[2][k]]), Range::of([b[0][k], b[1][k], b[2][k]]));
+            of_a.high.less(of_b.low).or(of_b.high.less(of_a.low))
         });
         let apart = x.or(y).or(z).mask();
         let [x, y, z] = per_axis!(i => {
@@ -53,7 +53,7 @@ impl Kernel for Again<'_> {
 
         let (p, f, q) = ([sub(a[1], a[0]), sub(a[2], a[0])], [sub(b[1], b[0]), sub(b[2], b[0])], sub(b[0], a[0]));
         let sizes = [largest(p[0]).max(largest(p[1])), largest(f[0]).max(largest(f[1])), largest(q)];
-        let fits = most(sizes).less(D8::splat(lanes, LARGEST)).mask();
+        let fits = Range::of(sizes).high.less(D8::splat(lanes, LARGEST)).mask();
         let padding = D8::splat(lanes, PADDING);
         let bounds = Bounds::new(per_axis!(i => sizes[i] + padding), ROUNDING, D8::splat(lanes, 0.0));
         let Verdicts { hit, doubt } = certain(p, f, q, &bounds, self.crossings);
@@ -66,19 +66,9 @@ impl Kernel for Again<'_> {
 const ROUNDING: f32 = (f64::EPSILON / 2.0) as f32;
 
 #[inline(always)]
-fn differ<N: Eight>(a: [N; 3], b: [N; 3]) -> N {
+fn differ<N: Column>(a: [N; 3], b: [N; 3]) -> N {
     let [x, y, z] = per_axis!(k => a[k].less(b[k]).or(b[k].less(a[k])));
     x.or(y).or(z)
-}
-
-#[inline(always)]
-fn least<N: Eight>([x, y, z]: [N; 3]) -> N {
-    x.min(y).min(z)
-}
-
-#[inline(always)]
-fn most<N: Eight>([x, y, z]: [N; 3]) -> N {
-    x.max(y).max(z)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@
 //! Each value has an error bound of its own lane, from the largest components `P`, `F`, `Q` of `p`, `f`, `q`; they are
 //! derived in `docs/numerics.md`. Coplanar and degenerate pairs always end in doubt.
 
-use crate::math::lanes::{D8, Eight, F8, Lanes, V8, cross, dot, per_axis};
+use crate::math::lanes::{Column, D8, F8, Lanes, V8, cross, dot, per_axis};
 use crate::math::tolerance::ROUNDING;
 
 /// A triangle: first corner, two edges, and the rounding rest of the first corner, in rows of four.
@@ -76,7 +76,7 @@ pub(crate) fn test<L: Lanes>(
 
 /// What is certain of eight pairs, with edges `p` of A and `f` of B, first corner `q` of B, relative to that of A.
 #[inline(always)]
-pub(super) fn certain<N: Eight>(
+pub(super) fn certain<N: Column>(
     [p1, p2]: [[N; 3]; 2],
     [f1, f2]: [[N; 3]; 2],
     q: [N; 3],
@@ -154,7 +154,7 @@ pub(super) fn rotate<L: Lanes>(lanes: L, linear: &[[f64; 3]; 3], edge: V8<L>) ->
 
 /// The size of the largest component of each.
 #[inline(always)]
-pub(super) fn largest<N: Eight>(v: [N; 3]) -> N {
+pub(super) fn largest<N: Column>(v: [N; 3]) -> N {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
 }
 
@@ -165,7 +165,7 @@ pub(super) struct Bounds<N> {
     line: N,
 }
 
-impl<N: Eight> Bounds<N> {
+impl<N: Column> Bounds<N> {
     /// From the largest components of `p`, `f` and `q`, and the relative rounding of an operation.
     #[inline(always)]
     pub fn new([p, f, q]: [N; 3], rounding: f32, underflow: N) -> Self {
@@ -192,14 +192,14 @@ const MIDDLE: f32 = 0.4375;
 
 /// Least and largest of some values.
 #[derive(Clone, Copy)]
-struct Range<N> {
-    low: N,
-    high: N,
+pub(super) struct Range<N> {
+    pub low: N,
+    pub high: N,
 }
 
-impl<N: Eight> Range<N> {
+impl<N: Column> Range<N> {
     #[inline(always)]
-    fn of([x, y, z]: [N; 3]) -> Self {
+    pub fn of([x, y, z]: [N; 3]) -> Self {
         Self { low: x.min(y).min(z), high: x.max(y).max(z) }
     }
 
@@ -224,7 +224,7 @@ struct Edge<N> {
 
 /// An edge whose ends have the given distances from the plane and whose line passes the three edges at the given sides.
 #[inline(always)]
-fn edge<N: Eight>([start, end]: [N; 2], plane: N, sides: [N; 3], line: N) -> Edge<N> {
+fn edge<N: Column>([start, end]: [N; 2], plane: N, sides: [N; 3], line: N) -> Edge<N> {
     let ends = Range { low: start.min(end), high: start.max(end) };
     let sides = Range::of(sides);
     Edge { hit: ends.mixed(plane).and(sides.same(line)), miss: ends.same(plane).or(sides.mixed(line)) }

@@ -10,7 +10,7 @@
 
 use super::batch::{Placement, Rows, Transposed, UNDERFLOW};
 use super::distance::Pair;
-use crate::math::lanes::{F8, Lanes, V8, add, cross, dot, per_axis, sub};
+use crate::math::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::math::{larger, largest, smaller};
 use glam::DVec3;

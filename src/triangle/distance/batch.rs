@@ -1,6 +1,6 @@
 //! Eight pairs at a time in `f32`, relative to the first corners of A's triangles, where cancellation has been done in `f64`.
 
-use crate::math::lanes::{F8, Lanes, V8, add, cross, dot, per_axis, sub};
+use crate::math::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::triangle::batch::{EDGE_SLOP, Placement, Rows, Transposed, UNDERFLOW, first_corner, rotate};
 

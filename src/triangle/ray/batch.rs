@@ -5,7 +5,7 @@
 //! edges, and it meets the plane at `t = (s x e) . f / det`. Each value has an error bound from the largest components of the
 //! edges and of `s`, derived in `docs/numerics.md`, "Rays".
 
-use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, sub};
+use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::triangle::batch::{EDGE_SLOP, Rows, Transposed, UNDERFLOW, largest};
 
