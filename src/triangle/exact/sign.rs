@@ -122,8 +122,24 @@ fn is_safe(coordinates: &[f64]) -> bool {
     coordinates.iter().all(|&x| in_range(x))
 }
 
+/// Whether the points share a coordinate, or are at most two seen along one of the axes: then they lie in a plane. So do the
+/// corners of floors and walls, which made parts are full of. Where copies of such parts coincide, nearly all points that are
+/// in doubt do.
+fn share_floor_or_wall(points: &[[f64; 3]; 4]) -> bool {
+    (0..3).any(|i| {
+        let [p, q, r, s] = points.map(|p| [p[i], p[(i + 1) % 3]]);
+        let is_floor = q[0] == p[0] && r[0] == p[0] && s[0] == p[0];
+        let other = if p != q { q } else { r };
+        let known = |x| x == p || x == other;
+        is_floor || known(r) && (known(s) || p == other)
+    })
+}
+
 /// Sign of `det(p1 - p0, p2 - p0, p3 - p0)`.
 fn exact_side(points: [[f64; 3]; 4]) -> i8 {
+    if share_floor_or_wall(&points) {
+        return 0;
+    }
     if is_safe(points.as_flattened()) {
         let [p, q, r, s] = points.map(|[x, y, z]| Coord3D { x, y, z });
         // Positive below the plane, where the corners appear clockwise.
@@ -193,6 +209,28 @@ mod tests {
                 assert_eq!(exact_turn(flat.map(|p| from_fn(|i| p[i] * scale[i]))), turn, "{points:?}");
             }
         }
+    }
+
+    #[test]
+    fn floors_and_walls_are_flat() {
+        let mut random = Random::new(1);
+        let (mut flat, mut spatial) = (0, 0);
+        for _ in 0..20_000 {
+            let points: [[f64; 3]; 4] = from_fn(|_| from_fn(|_| (random.bits() % 3) as f64));
+            let different = |seen: &dyn Fn([f64; 3]) -> [f64; 2]| {
+                let seen = points.map(seen);
+                (0..4).filter(|&i| !seen[..i].contains(&seen[i])).count()
+            };
+            let is_floor = |axis: usize| different(&|p| [p[axis], 0.0]) == 1;
+            let is_wall = |axis: usize| different(&|p| [p[(axis + 1) % 3], p[(axis + 2) % 3]]) <= 2;
+            let is_flat = (0..3).any(|axis| is_floor(axis) || is_wall(axis));
+            assert_eq!(share_floor_or_wall(&points), is_flat, "{points:?}");
+            let volume = sign(volumes([points[0], points[1], points[2]], [points[3]])[0]);
+            assert_eq!(exact_side(points), volume, "{points:?}");
+            flat += usize::from(is_flat);
+            spatial += usize::from(volume != 0);
+        }
+        assert!(flat > 1000 && spatial > 1000, "{flat} {spatial}");
     }
 
     /// A regular tetrahedron and a right triangle in the corners of a cube: the largest volume and area of each width.
