@@ -19,12 +19,14 @@ pub struct Worker<'m> {
     pub memory: Option<&'m mut PairMemory>,
 }
 
+pub fn check_threads(threads: usize) -> PyResult<()> {
+    if threads == 0 { Err(value_error("threads is 0, expected at least 1")) } else { Ok(()) }
+}
+
 /// The workers for so many poses, the first for the calling thread. A memory goes along the poses in their order, so
 /// there is one worker then.
 pub fn workers(threads: usize, poses: usize, memory: Option<&mut PairMemory>) -> PyResult<Vec<Worker<'_>>> {
-    if threads == 0 {
-        return Err(value_error("threads is 0, expected at least 1"));
-    }
+    check_threads(threads)?;
     if threads > 1 && memory.is_some() {
         return Err(value_error("memory goes along the poses one by one: it needs threads=1"));
     }

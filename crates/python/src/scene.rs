@@ -1,6 +1,7 @@
 //! Many bodies, one budget a frame.
 
 use crate::arrays::{Transform, Transforms, column, table};
+use crate::batch::check_threads;
 use crate::errors::value_error;
 use crate::limit::Limit;
 use crate::motion::path;
@@ -17,7 +18,10 @@ use std::sync::Arc;
 
 /// Bodies that move, and the question which of them meet, asked again every frame within a budget for all of them.
 ///
-/// mode: "any" intersection of each pair, or the number of "all". Bodies are named by integers.
+/// mode: "any" intersection of each pair, or the number of "all". threads: how many share the queries of a frame; answers
+/// under a budget of work, or none, are the same on any number of them. Bodies are named by integers.
+///
+/// Raises ValueError for no threads, and OSError if the system has no more.
 #[pyclass(module = "punctual")]
 pub struct Scene(punctual::Scene);
 
@@ -96,9 +100,13 @@ fn scene_error(error: punctual::SceneError) -> PyErr {
 #[pymethods]
 impl Scene {
     #[new]
-    #[pyo3(signature = (*, mode=None))]
-    fn new(mode: Option<ModeName>) -> Self {
-        Self(punctual::Scene::new().max_pairs(usize::MAX).mode(mode.map_or(Mode::Any, |ModeName(mode)| mode)))
+    #[pyo3(signature = (*, mode=None, threads=1))]
+    fn new(mode: Option<ModeName>, threads: usize) -> PyResult<Self> {
+        check_threads(threads)?;
+        let mode = mode.map_or(Mode::Any, |ModeName(mode)| mode);
+        let mut scene = punctual::Scene::new().max_pairs(usize::MAX).mode(mode);
+        scene.use_threads(threads)?;
+        Ok(Self(scene))
     }
 
     /// Puts a body into the scene and returns its name.

@@ -101,6 +101,8 @@ def test_a_batch_leaves_the_lock_to_others(ball, ring):
 @pytest.mark.parametrize("threads", [1, 2])
 def test_the_user_can_end_a_batch(ball, ring, threads):
     many = np.tile(np.eye(4), (300_000, 1, 1))
+    # Processes in the background of a shell begin without it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Timer(0.2, lambda: signal.raise_signal(signal.SIGINT)).start()
     start = time.perf_counter()
     with pytest.raises(KeyboardInterrupt):

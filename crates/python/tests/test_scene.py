@@ -44,6 +44,21 @@ def test_a_scene_says_what_single_queries_say(ball):
     assert said == {tuple(sorted(pair)) for pair in meet} and len(meet) > 10
 
 
+def test_any_number_of_threads_says_the_same(ball):
+    poses = random_poses(40, 5.0)
+    reports = []
+    for threads in (1, 2, 3):
+        scene = punctual.Scene(mode="all", threads=threads)
+        scene.set_poses([scene.insert(ball) for _ in poses], poses)
+        reports.append([scene.step(work=200_000) for _ in range(3)])
+    for one, other in zip(reports[0] * 2, reports[1] + reports[2]):
+        assert one.work == other.work and (one.verdict >= 0).any()
+        for column in ("bodies", "verdict", "witness", "found", "probability", "age"):
+            assert np.array_equal(getattr(one, column), getattr(other, column))
+    with pytest.raises(ValueError, match="threads is 0, expected at least 1"):
+        punctual.Scene(threads=0)
+
+
 def test_filters_and_importance(ball):
     scene = punctual.Scene()
     scene.insert(ball, groups=1, mask=2)

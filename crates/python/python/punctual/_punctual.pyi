@@ -377,7 +377,7 @@ class Report:
 
 @final
 class Scene:
-    def __new__(cls, *, mode: _Mode | None = None) -> Scene: ...
+    def __new__(cls, *, mode: _Mode | None = None, threads: int = 1) -> Scene: ...
     def insert(
         self,
         tree: Tree,
