@@ -114,6 +114,10 @@ pub(crate) const SLOWEST_UNIT: f64 = 3.0;
 /// The same, relative to the mean of a call.
 pub(crate) const SLOWEST_TO_MEAN: f64 = 8.0;
 
+/// Both for a part of a call that may end a little late, as long as the call does not.
+pub(crate) const SLOW_UNIT_OF_A_PART: f64 = 1.0;
+pub(crate) const SLOW_TO_MEAN_OF_A_PART: f64 = 2.0;
+
 /// Nanoseconds of setting up a query, as measured by [`CostModel::measure`].
 const TYPICAL_SETUP: f64 = 61.0;
 

@@ -6,7 +6,7 @@
 
 use super::budget::{Budget, Clock};
 use super::outcome::StopReason;
-use crate::model::cost::{MAX_STEP_WORK, SLOWEST_TO_MEAN, SLOWEST_UNIT};
+use crate::model::cost::{MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART, SLOWEST_TO_MEAN, SLOWEST_UNIT};
 use core::time::Duration;
 
 /// Watches the end of a call, or of all queries of a frame. The stop rule is [`Deadline::stop`].
@@ -19,8 +19,9 @@ pub(crate) struct Deadline<'c> {
     /// Work that may still be done, and how much of it a query leaves for its last step.
     left: u64,
     reserve: u64,
-    /// Work that cannot pass the end.
+    /// Work that cannot pass the end, if a unit takes no more than so many nanoseconds, or so many times the mean so far.
     safe: u64,
+    slowest: [f64; 2],
     /// The first look and the work since.
     first_look: Option<Duration>,
     done: u64,
@@ -45,7 +46,26 @@ impl<'c> Deadline<'c> {
         let safe = if end.is_some() { 0 } else { u64::MAX };
         let (poll_interval, reserve) = (MAX_STEP_WORK, MAX_STEP_WORK - 1);
         let (at, next_look, first_look, done) = (0, 0, None, 0);
-        Self { clock, started: None, end, left: work, reserve, safe, first_look, done, at, next_look, poll_interval }
+        let slowest = [SLOWEST_UNIT, SLOWEST_TO_MEAN];
+        Self {
+            clock,
+            started: None,
+            end,
+            left: work,
+            reserve,
+            safe,
+            slowest,
+            first_look,
+            done,
+            at,
+            next_look,
+            poll_interval,
+        }
+    }
+
+    /// The end of a part of a call, which may be passed a little: a look at the clock may cost as much as what it watches over.
+    pub fn of_a_part(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
+        Self { slowest: [SLOW_UNIT_OF_A_PART, SLOW_TO_MEAN_OF_A_PART], ..Self::at(end, work, clock) }
     }
 
     /// From now on, what queries leave for a last step of so much work.
@@ -135,7 +155,8 @@ impl<'c> Deadline<'c> {
         let first = *self.first_look.get_or_insert(now);
         let mean = now.saturating_sub(first).as_nanos() as f64 / self.done.max(1) as f64;
         let left = end.checked_sub(now).filter(|left| !left.is_zero())?;
-        Some((left.as_nanos() as f64 / SLOWEST_UNIT.max(SLOWEST_TO_MEAN * mean)) as u64)
+        let [slowest, to_mean] = self.slowest;
+        Some((left.as_nanos() as f64 / slowest.max(to_mean * mean)) as u64)
     }
 }
 

@@ -114,12 +114,12 @@ impl Schedule {
         let rest = self.rest.times(1.0) + estimates.unwrap_or_default();
         let end = frame.end(rest);
         let mut round = Round { frame: frame.number, mode: frame.mode, to_the_end: true, witnesses_only: false, end };
-        let total = self.left(frame, end, 0);
-        let least = frame.bodies.least_work();
         let (mut shared, mut lap) = (false, None);
         frame.lap(&mut lap);
+        let total = self.left(frame, end.zip(lap), 0);
+        let least = frame.bodies.least_work();
         for number in 0..ROUNDS {
-            let left = self.left(frame, end, report.work);
+            let left = self.left(frame, end.zip(lap), report.work);
             let open = report.pairs.len() - report.complete;
             // Nothing comes before the guaranteed share, not even what it costs to plan another round.
             let planning = if shared { number * WORK_PER_PLANNED_PAIR * open as u64 } else { 0 };
@@ -213,8 +213,8 @@ impl Schedule {
     }
 
     /// Work that is left, `spent` being done; `u64::MAX` without a budget.
-    fn left(&self, frame: &Frame, end: Option<Duration>, spent: u64) -> u64 {
-        let time = end.map(|end| end.saturating_sub(frame.clock.now()));
+    fn left(&self, frame: &Frame, until_from: Option<(Duration, Duration)>, spent: u64) -> u64 {
+        let time = until_from.map(|(end, now)| end.saturating_sub(now));
         let work = |time: Duration| (time.as_nanos() as f64 * frame.threads as f64 * self.speed.work_per_nano()) as u64;
         let in_time = time.map_or(u64::MAX, work);
         in_time.min(frame.budget.work_limit().map_or(u64::MAX, |limit| limit.saturating_sub(spent)))

@@ -72,7 +72,7 @@ impl<'c> Share<'c> {
     }
 
     fn run_until<R>(&mut self, end: Option<Duration>, work: u64, run: impl FnOnce(&mut Deadline) -> R) -> R {
-        let mut deadline = Deadline::at(end, work, self.clock);
+        let mut deadline = Deadline::of_a_part(end, work, self.clock);
         let result = run(&mut deadline);
         self.spent += work - deadline.work_left();
         result
