@@ -50,11 +50,13 @@ pub(crate) trait Lanes: Copy {
 
     fn splat_d(self, x: f64) -> Self::D;
     fn load_d(self, x: &[f64; 8]) -> Self::D;
+    fn store_d(self, x: Self::D) -> [f64; 8];
     fn widen(self, x: Self::F) -> Self::D;
     fn narrow(self, x: Self::D) -> Self::F;
     fn add_d(self, a: Self::D, b: Self::D) -> Self::D;
     fn sub_d(self, a: Self::D, b: Self::D) -> Self::D;
     fn mul_d(self, a: Self::D, b: Self::D) -> Self::D;
+    fn div_d(self, a: Self::D, b: Self::D) -> Self::D;
     fn max_d(self, a: Self::D, b: Self::D) -> Self::D;
     fn min_d(self, a: Self::D, b: Self::D) -> Self::D;
     fn less_d(self, a: Self::D, b: Self::D) -> Self::D;
@@ -129,6 +131,10 @@ impl<L: Lanes> D8<L> {
         Self(lanes.load_d(x), lanes)
     }
     #[inline(always)]
+    pub fn store(self) -> [f64; 8] {
+        self.1.store_d(self.0)
+    }
+    #[inline(always)]
     pub fn narrow(self) -> F8<L> {
         F8(self.1.narrow(self.0), self.1)
     }
@@ -146,7 +152,7 @@ macro_rules! operators {
     )* };
 }
 operators!(F8: Add add add, Sub sub sub, Mul mul mul, Div div div);
-operators!(D8: Add add add_d, Sub sub sub_d, Mul mul mul_d);
+operators!(D8: Add add add_d, Sub sub sub_d, Mul mul mul_d, Div div div_d);
 
 /// Eight numbers or masks of one precision: what kernels use that are the same in both.
 #[allow(clippy::inline_always)]

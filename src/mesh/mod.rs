@@ -205,7 +205,9 @@ impl Mesh {
     /// If `i` is not below [`len`](Self::len).
     #[inline]
     pub fn triangle(&self, i: usize) -> [DVec3; 3] {
-        self.triangles[i].map(|corner| self.vertices.get(corner as usize))
+        // Not by `map`, which is a call.
+        let [a, b, c] = self.triangles[i];
+        [self.vertices.get(a as usize), self.vertices.get(b as usize), self.vertices.get(c as usize)]
     }
 
     /// The smallest box around all vertices in use; [`Aabb::EMPTY`] without triangles. Takes constant time.

@@ -5,8 +5,8 @@
 //! `docs/numerics.md`, "Rays".
 
 use super::views::transposed;
+use crate::math::Ray;
 use crate::math::lanes::{Column, F8, Lanes, per_axis};
-use crate::math::largest;
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, Unit, WIDTH, power_of_two};
 use crate::triangle::ray::Aim;
@@ -22,41 +22,51 @@ pub(super) struct Beam {
     pub from: f32,
     pub to: f32,
     /// The ray's own parameter is `(entry + local) unit`; `unit` is 0 where all is in doubt.
-    entry: f64,
-    unit: f64,
+    pub entry: f64,
+    pub unit: f64,
     /// How well a parameter that is told is known here.
-    slack: f64,
-    margin: f32,
+    pub slack: f64,
+    pub margin: f32,
 }
 
 /// Roundings of coordinates and boxes (`docs/numerics.md`).
-const MARGIN: f32 = 128.0 * ROUNDING;
+pub(super) const MARGIN: f32 = 128.0 * ROUNDING;
 
 /// An origin no farther than this from the middle of the mesh, along any axis, is taken as it is.
-const NEAR: f64 = 2.0;
+pub(super) const NEAR: f64 = 2.0;
 
 /// How far the mesh may leave the cube from -1 to 1, with room for rounding.
-const CUBE_MARGIN: f64 = 1.0 / (1 << 20) as f64;
+pub(super) const CUBE_MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
 /// The most that an origin may be off for `f32` to be of use.
-const LARGEST_SLOP: f64 = 0.01;
+pub(super) const LARGEST_SLOP: f64 = 0.01;
 
 /// The least component of a direction.
-const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
+pub(super) const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
 
 impl Beam {
     #[inline(always)]
-    pub fn new(unit: &Unit, aim: &Aim) -> Self {
+    pub fn new(unit: &Unit, ray: &Ray) -> Self {
+        let mut beam = Self::BLIND;
+        beam.follow(unit, ray);
+        beam
+    }
+
+    /// Makes it that of another ray. In place: what is put together of two cases takes thirty instructions more.
+    #[inline(always)]
+    pub fn follow(&mut self, unit: &Unit, ray: &Ray) {
+        let aim = Aim::new(ray);
         let exponent = unit.exponent - aim.exponent;
-        let (origin, direction) = (unit.point(aim.ray.origin()), aim.direction);
-        let reach = largest(origin.abs());
+        let (origin, direction) = (unit.point(ray.origin()), aim.direction);
+        let reach = largest_size(origin);
         let slop = 8.0 * f64::EPSILON * reach;
         if !(aim.is_plain() && exponent.abs() <= 1000 && slop <= LARGEST_SLOP) {
-            return Self::BLIND;
+            self.blind();
+            return;
         }
         let (unit, per_unit) = (power_of_two(exponent), power_of_two(-exponent));
-        let [t_min, t_max] = aim.ray.limits();
-        let end = if aim.ray.is_segment() && t_max > 1.0 { per_unit } else { t_max * per_unit };
+        let [t_min, t_max] = ray.limits();
+        let end = if ray.is_segment() && t_max > 1.0 { per_unit } else { t_max * per_unit };
         let (mut entry, mut last) = (0.0, end);
         if reach > NEAR {
             // Where a component is 0 and the origin in a plane of the cube, these are no numbers, and change nothing.
@@ -68,24 +78,24 @@ impl Beam {
         }
         let slack = 1e-6 + 4e-11 * (entry + reach + 4.0);
         let left = last - entry + slack;
-        let from = if t_min > 0.0 { (t_min * per_unit - entry - slack) as f32 } else { 0.0 };
-        Self {
-            shaft: Shaft {
-                origin: (origin + direction * entry).as_vec3().to_array(),
-                direction: direction.as_vec3().to_array(),
-                slop: slop as f32,
-            },
-            from: from.clamp(0.0, LARGEST_PARAMETER),
-            to: if left >= 0.0 { (left as f32).min(LARGEST_PARAMETER) } else { -1.0 },
-            entry,
-            unit,
-            slack,
-            margin: MARGIN + slop as f32,
-        }
+        self.shaft.origin = (origin + direction * entry).as_vec3().to_array();
+        self.shaft.direction = direction.as_vec3().to_array();
+        self.shaft.slop = slop as f32;
+        self.from = ((t_min * per_unit - entry - slack) as f32).clamp(0.0, LARGEST_PARAMETER);
+        let left = left as f32;
+        self.to = if left > 0.0 { left.min(LARGEST_PARAMETER) } else { -1.0 };
+        (self.entry, self.unit, self.slack) = (entry, unit, slack);
+        self.margin = MARGIN + slop as f32;
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn blind(&mut self) {
+        *self = Self::BLIND;
     }
 
     /// For what `f32` cannot hold: every box is entered at once and every triangle is in doubt.
-    const BLIND: Self = Self {
+    pub const BLIND: Self = Self {
         shaft: Shaft { origin: [0.0; 3], direction: [1.0; 3], slop: 1e30 },
         from: 0.0,
         to: LARGEST_PARAMETER,
@@ -137,6 +147,14 @@ impl Beam {
         let leave = spans[0][1].min(spans[1][1]).min(spans[2][1]).min(F8::splat(lanes, self.to));
         (enter.store(), !leave.less(enter).mask() & node.valid())
     }
+}
+
+/// The largest size of a component. By bits, which are in the order of positive numbers: the compiler makes of other comparisons
+/// branches that cannot be foreseen.
+#[inline(always)]
+fn largest_size(v: DVec3) -> f64 {
+    let [x, y, z] = v.abs().to_array().map(f64::to_bits);
+    f64::from_bits(x.max(y).max(z))
 }
 
 /// The lesser of two parameters if it is greater than `first`, else that: the last of several entries.

@@ -7,39 +7,43 @@
 //!
 //! The rays of a batch are cast one after the other in the same run.
 
-use super::beam::Beam;
 use super::casting::{RayHit, RayMode, Suspect};
-use super::expand;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::traversal::{Question, Traversal, bits};
+use super::volley::{Ready, make_ready};
 use crate::math::Ray;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, per_lane};
 use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE, WORK_PER_RAY_TEST,
     WORK_PER_RAY_TRIANGLE,
 };
-use crate::tree::{Tree, WIDTH};
+use crate::tree::{Node, Tree, WIDTH};
+use crate::triangle::batch::Rows;
 use crate::triangle::ray::Aim;
 use crate::triangle::ray::batch::candidates;
+use core::slice;
 
 /// What rays hit.
 pub(super) struct Cast<'q> {
     mode: RayMode,
-    aim: Aim<'q>,
-    pub beam: Beam,
-    /// The rays after the one at hand, and where the hits of it and of those go.
+    /// The ray at hand and those after it, and where the hits of them go.
     rays: &'q [Ray],
-    hits: &'q mut [Option<RayHit>],
+    hits: slice::IterMut<'q, Option<RayHit>>,
+    /// Which of those that are made ready is at hand. The first of a call is alone, those after it are eight.
+    pub lane: usize,
+    is_first: bool,
 }
 
 impl<'q> Cast<'q> {
-    /// Goes on with the first of some rays.
-    pub fn new(tree: &Tree, ray: &'q Ray, mode: RayMode, rays: &'q [Ray], hits: &'q mut [Option<RayHit>]) -> Self {
-        let aim = Aim::new(ray);
-        Self { mode, aim, beam: Beam::new(tree.unit(), &aim), rays, hits }
+    /// Goes on with the first of some rays, of which there is at least one.
+    pub fn new(rays: &'q [Ray], mode: RayMode, hits: &'q mut [Option<RayHit>]) -> Self {
+        Self { mode, rays, hits: hits.iter_mut(), lane: WIDTH - 1, is_first: true }
     }
 }
+
+/// The node that a ray enters first.
+pub(super) const ROOT: u32 = 0;
 
 /// A node and where the ray enters it.
 pub(super) fn entered(node: u32, enter: f32) -> Pair {
@@ -58,6 +62,8 @@ const _: () =
     assert!(MAX_STEP_WORK >= WORK_PER_RAY + NODES_PER_STEP * WORK_PER_RAY_NODE + WIDTH as u64 * WORK_PER_RAY_TRIANGLE);
 
 impl Question for Traversal<'_, '_, Cast<'_>> {
+    const ASKS_OF_FLUSHING: bool = false;
+
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         match self.workspace.front.pop() {
@@ -69,6 +75,9 @@ impl Question for Traversal<'_, '_, Cast<'_>> {
     /// Goes on with the child that is entered first, some nodes at a time.
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair) {
+        if pair.nodes[0] == ROOT {
+            self.meet_root(lanes);
+        }
         let mut left = NODES_PER_STEP;
         loop {
             left -= 1;
@@ -97,7 +106,7 @@ impl Question for Traversal<'_, '_, Cast<'_>> {
         let suspect = casting.suspects.pop();
         self.workspace.testing = !self.workspace.casting.suspects.is_empty();
         suspect
-            .filter(|suspect| suspect.enter <= self.question.beam.to)
+            .filter(|suspect| suspect.enter <= self.ready().beam.to)
             .and_then(|suspect| self.examine(suspect.triangle))
     }
 }
@@ -107,14 +116,14 @@ impl Traversal<'_, '_, Cast<'_>> {
     /// first, the others are on the stack.
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, lanes: L, pair: Pair) -> Option<Pair> {
-        let beam = &mut self.question.beam;
-        let entry = entry(&pair);
-        if entry > beam.to {
+        let (index, entry) = (pair.nodes[0], entry(&pair));
+        if entry > self.ready().beam.to {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return None;
         }
-        let node = &self.a.nodes()[pair.nodes[0] as usize];
-        let (enter, entered) = beam.enter(lanes, node, entry);
+        let node = &self.a.nodes()[index as usize];
+        let Ready { beam, enter, entered } = &self.workspace.casting.ready[self.question.lane];
+        let (enter, entered) = if index == ROOT { (*enter, *entered) } else { beam.enter(lanes, node, entry) };
         let stats = &mut self.workspace.run.stats;
         stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] += u64::from(node.children);
         stats.work += WORK_PER_RAY_NODE;
@@ -127,8 +136,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         let count = u64::from(node.children);
         stats.primitive_tests += count;
         stats.work += WORK_PER_RAY_TRIANGLE * count;
-        let rows = expand::rows(self.a, node);
-        let suspected = candidates(lanes, rows, &beam.shaft, [beam.from, beam.to]) & entered;
+        let suspected = candidates(lanes, rows(self.a, node), &beam.shaft, [beam.from, beam.to]) & entered;
         for lane in bits(suspected) {
             let triangle = node.first_child + lane as u32;
             self.workspace.casting.suspects.push(Suspect { triangle, enter: enter[lane] });
@@ -175,10 +183,10 @@ impl Traversal<'_, '_, Cast<'_>> {
     }
 
     /// Tests a triangle in `f64`.
-    #[inline(never)]
+    #[inline(always)]
     fn examine(&mut self, triangle: u32) -> Option<StopReason> {
         let id = self.a.ids()[triangle as usize];
-        let (found, was_exact) = self.question.aim.hit(&self.a.mesh().triangle(id as usize));
+        let (found, was_exact) = Aim::new(&self.question.rays[0]).hit(&self.a.mesh().triangle(id as usize));
         let stats = &mut self.workspace.run.stats;
         stats.work += WORK_PER_RAY_TEST;
         if was_exact {
@@ -188,14 +196,14 @@ impl Traversal<'_, '_, Cast<'_>> {
         }
         let (t, side) = found?;
         let hit = RayHit { triangle: id, t, side };
-        let (workspace, beam) = (&mut *self.workspace, &mut self.question.beam);
+        let workspace = &mut *self.workspace;
         workspace.run.found += 1;
         let casting = &mut workspace.casting;
         if casting.hit.is_none_or(|before| hit.is_before(&before)) {
             casting.hit = Some(hit);
         }
         match self.question.mode {
-            RayMode::Nearest => beam.cut(t),
+            RayMode::Nearest => casting.ready[self.question.lane].beam.cut(t),
             RayMode::All => casting.hits.push(hit),
             RayMode::Any => {
                 casting.suspects.clear();
@@ -209,16 +217,40 @@ impl Traversal<'_, '_, Cast<'_>> {
     /// Goes on with the next ray of the batch, if there is one.
     #[inline(always)]
     fn next_ray(&mut self) -> Option<(Pair, Origin)> {
+        let Cast { rays, hits, lane, is_first, .. } = &mut self.question;
+        let rest = rays.get(1..).filter(|rest| !rest.is_empty())?;
         let casting = &mut self.workspace.casting;
-        let (ray, rays) = self.question.rays.split_first()?;
-        let hits = core::mem::take(&mut self.question.hits);
-        let (hit, hits) = hits.split_first_mut()?;
-        *hit = casting.hit.take();
-        (casting.done, casting.after) = (casting.done + 1, rays.len());
-        self.question.aim = Aim::new(ray);
-        self.question.beam = Beam::new(self.a.unit(), &self.question.aim);
-        (self.question.rays, self.question.hits) = (rays, hits);
+        *hits.next()? = casting.hit.take();
+        (casting.done, casting.after) = (casting.done + 1, rest.len() - 1);
+        (*rays, *lane, *is_first) = (rest, (*lane + 1) % WIDTH, false);
         self.workspace.run.stats.work += WORK_PER_RAY;
-        Some((entered(0, 0.0), Origin::Stack))
+        Some((entered(ROOT, 0.0), Origin::Stack))
     }
+
+    /// What is known of the ray at hand.
+    #[inline(always)]
+    fn ready(&self) -> &Ready {
+        &self.workspace.casting.ready[self.question.lane]
+    }
+
+    /// Finds out what the ray at hand does at the root, and those that are made ready with it.
+    #[inline(always)]
+    fn meet_root<L: Lanes>(&mut self, lanes: L) {
+        let Cast { rays, lane, is_first, .. } = self.question;
+        let ready = &mut self.workspace.casting.ready;
+        if is_first {
+            ready[lane].meet_root(lanes, &self.a.nodes()[ROOT as usize]);
+        } else if lane == 0 {
+            make_ready(lanes, self.a, rays, ready);
+        }
+    }
+}
+
+/// The triangles of a cluster; the last one again where there are fewer than eight. Without a loop, whose end cannot be
+/// foreseen.
+#[inline(always)]
+fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
+    let triangles = &tree.triangles()[cluster.triangle_range()];
+    let last = triangles.len() - 1;
+    per_lane!(i => &triangles[last.min(i)].0)
 }

@@ -1,7 +1,9 @@
 //! The state of a ray query: what was asked, which ray of a batch is its turn, and what it has hit.
 
+use super::volley::Ready;
 use crate::math::Ray;
 use crate::names::named;
+use crate::tree::WIDTH;
 use crate::triangle::ray::Side;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
@@ -53,7 +55,7 @@ pub(super) struct Suspect {
 }
 
 /// What a ray query keeps in its workspace.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Casting {
     pub mode: RayMode,
     /// The ray at hand where a run was stopped, and how many of the batch are done, or come after it.
@@ -63,8 +65,25 @@ pub(super) struct Casting {
     /// The first hit of the ray at hand, in the mode's sense.
     pub hit: Option<RayHit>,
     pub suspects: ArrayVec<Suspect, 8>,
+    /// The rays of the batch that are made ready together.
+    pub ready: [Ready; WIDTH],
     /// Those of [`RayMode::All`], in order of discovery.
     pub hits: Vec<RayHit>,
+}
+
+impl Default for Casting {
+    fn default() -> Self {
+        Self {
+            mode: RayMode::default(),
+            ray: None,
+            done: 0,
+            after: 0,
+            hit: None,
+            suspects: ArrayVec::new(),
+            ready: [Ready::NONE; WIDTH],
+            hits: Vec::new(),
+        }
+    }
 }
 
 impl Casting {

@@ -185,7 +185,7 @@ pub(super) fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
 
 /// Bit `8 i + j` goes to `8 j + i`: blocks of 1, 2 and 4 change places across the diagonal.
 #[inline(always)]
-fn transposed(mut bits: u64) -> u64 {
+pub(super) fn transposed(mut bits: u64) -> u64 {
     for (shift, mask) in [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0)] {
         let moved = (bits ^ (bits >> shift)) & mask;
         bits ^= moved ^ (moved << shift);

@@ -16,17 +16,24 @@ pub(super) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
     !is_far_from_denormal(a, b, b_in_a) && denormals::are_flushed()
 }
 
-/// The same of a ray.
+/// The same of rays; of many in the other order, since to find it out takes less time than to look at them all.
 #[inline(always)]
-pub(super) fn matters_to_ray(tree: &Tree, ray: &Ray) -> bool {
+pub(super) fn matters_to_rays(tree: &Tree, rays: &[Ray]) -> bool {
+    match rays {
+        [ray] => !is_ray_far_from_denormal(tree, ray) && denormals::are_flushed(),
+        _ => denormals::are_flushed() && !rays.iter().all(|ray| is_ray_far_from_denormal(tree, ray)),
+    }
+}
+
+#[inline(always)]
+fn is_ray_far_from_denormal(tree: &Tree, ray: &Ray) -> bool {
     let is_far = |v: DVec3| denormals::none_below(&v.to_array(), LEAST);
     // The direction of a segment is a difference of these.
     let [_, target] = ray.exact_direction();
-    let is_far = tree.mesh().least_exponent() >= LEAST
+    tree.mesh().least_exponent() >= LEAST
         && tree.unit().exponent >= LEAST_UNIT
         && is_far(ray.origin())
-        && is_far(target);
-    !is_far && denormals::are_flushed()
+        && is_far(target)
 }
 
 #[inline(always)]

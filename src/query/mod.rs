@@ -49,6 +49,7 @@ mod triangle_bounds_tests;
 mod triangle_pairs;
 mod views;
 mod visited;
+mod volley;
 mod windows;
 mod workspace;
 

@@ -1,10 +1,11 @@
 //! What rays hit: a tree, a ray and a budget in, a [`RayCast`] out; and the same for many rays.
 
 use super::Deadline;
+use super::beam::Beam;
 #[cfg(feature = "std")]
 use super::budget::by_system_clock;
 use super::budget::{Budget, Clock};
-use super::cast::{Cast, entered, entry};
+use super::cast::{Cast, ROOT, entered, entry};
 use super::casting::{RayHit, RayMode};
 use super::flushing;
 use super::outcome::{Stats, StopReason};
@@ -277,7 +278,7 @@ fn begin(tree: &Tree, workspace: &mut Workspace, rays: &[Ray], mode: RayMode) {
     casting.after = rays.len().saturating_sub(1);
     if !rays.is_empty() && !tree.nodes().is_empty() {
         workspace.run.stats.work = WORK_PER_RAY;
-        workspace.front.push(entered(0, 0.0));
+        workspace.front.push(entered(ROOT, 0.0));
     }
 }
 
@@ -300,23 +301,25 @@ fn spend(
     hits: &mut [Option<RayHit>],
     deadline: &mut Deadline,
 ) -> (StopReason, f64) {
-    let Some((ray, rest)) = rays.get(workspace.casting.done..).and_then(<[Ray]>::split_first) else {
+    let done = workspace.casting.done.min(rays.len());
+    if done == rays.len() {
         return (StopReason::Finished, f64::INFINITY);
-    };
+    }
     if tree.nodes().is_empty() {
         hits[..rays.len()].fill(None);
         (workspace.casting.done, workspace.casting.after) = (rays.len(), 0);
         return (StopReason::Finished, f64::INFINITY);
     }
-    let stop = if rays.iter().any(|ray| flushing::matters_to_ray(tree, ray)) {
+    let stop = if flushing::matters_to_rays(tree, &rays[done..]) {
         workspace.run.stopped = true;
         StopReason::FlushedToZero
     } else {
         let (mode, hit) = (workspace.casting.mode, workspace.casting.hit);
-        let left = &mut hits[workspace.casting.done..];
-        let mut question = Cast::new(tree, ray, mode, rest, left);
+        let question = Cast::new(&rays[done..], mode, &mut hits[done..]);
+        let beam = &mut workspace.casting.ready[question.lane].beam;
+        beam.follow(tree.unit(), &rays[done]);
         if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
-            question.beam.cut(hit.t);
+            beam.cut(hit.t);
         }
         Traversal::new(question, [tree; 2], &Pose::IDENTITY, &Relation::BLIND, workspace, deadline).advance()
     };
@@ -331,7 +334,7 @@ fn spend(
     let first = entries.chain(casting.suspects.iter().map(|suspect| suspect.enter)).fold(f32::INFINITY, f32::min);
     let ray = &rays[casting.done];
     casting.ray = Some(*ray);
-    (stop, Cast::new(tree, ray, casting.mode, &[], &mut []).beam.t(first))
+    (stop, Beam::new(tree.unit(), ray).t(first))
 }
 
 /// The answer of a ray query.

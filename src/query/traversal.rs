@@ -46,6 +46,9 @@ pub(super) struct Traversal<'q, 'c, Q> {
 
 /// What the loop leaves to the question.
 pub(super) trait Question {
+    /// Whether what flushing does to the numbers of the trees and the pose is still to be asked.
+    const ASKS_OF_FLUSHING: bool = true;
+
     /// The pair to be opened next.
     fn next_pair(&mut self) -> Option<(Pair, Origin)>;
 
@@ -79,7 +82,7 @@ where
 
     /// Goes on until the run is over or the deadline stops it.
     pub fn advance(mut self) -> StopReason {
-        if flushing::matters(self.a, self.b, self.b_in_a) {
+        if Self::ASKS_OF_FLUSHING && flushing::matters(self.a, self.b, self.b_in_a) {
             self.workspace.run.stopped = true;
             return StopReason::FlushedToZero;
         }

@@ -9,7 +9,7 @@ pub(crate) mod batch;
 
 use super::exact::line::Line;
 use super::exact::{LARGEST, PADDING};
-use crate::math::{Ray, largest};
+use crate::math::{Ray, larger, largest, smaller};
 use core::array::from_fn;
 use glam::DVec3;
 
@@ -45,7 +45,7 @@ const BOUND: f64 = 5.0 * f64::EPSILON;
 const TOLERANCE: f64 = 1e-11;
 
 /// Largest magnitude of the exponent of a direction that `f64` does for.
-const EXPONENTS: i32 = 300;
+pub(crate) const EXPONENTS: i32 = 300;
 
 impl<'q> Aim<'q> {
     #[inline(always)]
@@ -59,6 +59,7 @@ impl<'q> Aim<'q> {
     }
 
     /// Whether its numbers are within the range in which `f64` does.
+    #[inline(always)]
     pub fn is_plain(&self) -> bool {
         self.bound < f64::INFINITY
     }
@@ -78,24 +79,29 @@ impl<'q> Aim<'q> {
         let d = self.direction;
         let [a, b, c] = corners.map(|corner| corner - self.ray.origin());
         let [e, f, g] = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
-        let reach = a.abs().max(b.abs()).max(c.abs()) + DVec3::splat(PADDING);
-        let extent = e.abs().max(f.abs()).max(g.abs()) + DVec3::splat(PADDING);
+        let reach = sizes(a, b, c) + DVec3::splat(PADDING);
+        let extent = sizes(e, f, g) + DVec3::splat(PADDING);
         let size = d.abs() + DVec3::splat(PADDING);
         let farthest = largest(reach);
         let bound = if farthest <= LARGEST { self.bound } else { f64::INFINITY };
 
         let passes = [d.dot(a.cross(e)), d.dot(b.cross(f)), d.dot(c.cross(g))];
         let error = bound * size.dot(products(reach, extent));
-        let is_passed = |sign: f64| passes.iter().any(|pass| pass * sign > error);
-        if is_passed(1.0) && is_passed(-1.0) {
-            return None;
-        }
-        let sides: [i8; 3] = from_fn(|i| sign(passes[i], error).unwrap_or_else(|| exact.line().side(i)));
-        let faces = match (sides.contains(&1), sides.contains(&-1)) {
+        let least = smaller(smaller(passes[0], passes[1]), passes[2]);
+        let most = larger(larger(passes[0], passes[1]), passes[2]);
+        let faces = match (most > error, least < -error) {
             (true, true) => return None,
-            (false, false) => return exact.line().t_in_plane().map(|t| (t, Side::Edge)),
-            (true, false) => 1,
-            (false, true) => -1,
+            (true, false) if least > error => 1,
+            (false, true) if most < -error => -1,
+            _ => {
+                let sides: [i8; 3] = from_fn(|i| sign(passes[i], error).unwrap_or_else(|| exact.line().side(i)));
+                match (sides.contains(&1), sides.contains(&-1)) {
+                    (true, true) => return None,
+                    (false, false) => return exact.line().t_in_plane().map(|t| (t, Side::Edge)),
+                    (true, false) => 1,
+                    (false, true) => -1,
+                }
+            }
         };
 
         let normal = e.cross(-g);
@@ -146,6 +152,13 @@ fn sign(value: f64, error: f64) -> Option<i8> {
     } else {
         None
     }
+}
+
+/// The largest size of each component.
+#[inline(always)]
+fn sizes(u: DVec3, v: DVec3, w: DVec3) -> DVec3 {
+    let most = |x: f64, y: f64, z: f64| larger(larger(x.abs(), y.abs()), z.abs());
+    DVec3::new(most(u.x, v.x, w.x), most(u.y, v.y, w.y), most(u.z, v.z, w.z))
 }
 
 /// Sizes of the products in the components of a cross product of vectors of these sizes.

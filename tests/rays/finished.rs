@@ -62,6 +62,9 @@ pub fn assert_right(tree: &Tree, lines: &[Line], workspace: &mut Workspace) -> u
     let batch = RayBatch::new(tree, &rays);
     let done = batch.run_with(workspace, &mut nearest, ENOUGH, &ManualClock::new());
     assert_eq!((done.done, done.stop), (rays.len(), StopReason::Finished));
+    let mut again = vec![None; rays.len()];
+    assert_eq!(batch.run_with(&mut portable, &mut again, ENOUGH, &ManualClock::new()), done);
+    assert_eq!(again, nearest);
     let _ = batch.any().run_with(workspace, &mut any, ENOUGH, &ManualClock::new());
     for (i, line) in lines.iter().enumerate() {
         let truth = line.all(tree);

@@ -44,8 +44,8 @@ impl Lanes for Avx2 {
     type D = [__m256d; 2];
 
     lanewise!(add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps, max _mm256_max_ps, min _mm256_min_ps,
-        and _mm256_and_ps, or _mm256_or_ps; add_d _mm256_add_pd, sub_d _mm256_sub_pd, mul_d _mm256_mul_pd, max_d _mm256_max_pd,
-        min_d _mm256_min_pd, and_d _mm256_and_pd, or_d _mm256_or_pd);
+        and _mm256_and_ps, or _mm256_or_ps; add_d _mm256_add_pd, sub_d _mm256_sub_pd, mul_d _mm256_mul_pd, div_d _mm256_div_pd,
+        max_d _mm256_max_pd, min_d _mm256_min_pd, and_d _mm256_and_pd, or_d _mm256_or_pd);
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
@@ -115,6 +115,10 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn load_d(self, x: &[f64; 8]) -> [__m256d; 2] {
         cast(*x)
+    }
+    #[inline(always)]
+    fn store_d(self, x: [__m256d; 2]) -> [f64; 8] {
+        cast(x)
     }
     #[inline(always)]
     fn widen(self, x: __m256) -> [__m256d; 2] {

@@ -37,7 +37,7 @@ impl Lanes for Portable {
 
     lanewise!(add F Add::add, sub F Sub::sub, mul F Mul::mul, div F Div::div, max F f32x4::fast_max, min F f32x4::fast_min,
         and F BitAnd::bitand, or F BitOr::bitor, less F |a, b| a.simd_lt(b), add_d D Add::add, sub_d D Sub::sub, mul_d D Mul::mul,
-        max_d D f64x2::fast_max, min_d D f64x2::fast_min, and_d D BitAnd::bitand, or_d D BitOr::bitor,
+        div_d D Div::div, max_d D f64x2::fast_max, min_d D f64x2::fast_min, and_d D BitAnd::bitand, or_d D BitOr::bitor,
         less_d D |a, b| a.simd_lt(b));
 
     #[inline(always)]
@@ -97,6 +97,11 @@ impl Lanes for Portable {
     #[inline(always)]
     fn load_d(self, x: &[f64; 8]) -> D {
         core::array::from_fn(|i| f64x2::new([x[2 * i], x[2 * i + 1]]))
+    }
+    #[inline(always)]
+    fn store_d(self, x: D) -> [f64; 8] {
+        let [[a, b], [c, d], [e, f], [g, h]] = x.map(f64x2::to_array);
+        [a, b, c, d, e, f, g, h]
     }
     #[inline(always)]
     fn widen(self, x: F) -> D {
