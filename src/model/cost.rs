@@ -28,6 +28,12 @@ pub const WORK_PER_EXACT_TEST: u64 = 200;
 pub(crate) const WORK_PER_DISTANCE_TEST: u64 = 130;
 pub(crate) const WORK_PER_CLOSEST_POINTS: u64 = 700;
 
+/// Work of opening a node pair of a motion, besides its BV tests; of one of these; and of comparing two triangles that move in
+/// `f32`.
+pub(crate) const WORK_PER_SWEPT_EXPANSION: u64 = 180;
+pub(crate) const WORK_PER_SWEPT_TEST: u64 = 4;
+pub(crate) const WORK_PER_WINDOW_TEST: u64 = 48;
+
 /// Work of passing over a piece of a motion in which the meshes are too far apart.
 pub(crate) const WORK_PER_PIECE: u64 = 300;
 
@@ -61,6 +67,8 @@ pub const MAX_DISTANCE_STEP_WORK: u64 = 8 * WORK_PER_DISTANCE_TEST;
 const _: () = assert!(
     MAX_DISTANCE_STEP_WORK >= WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST + WORK_PER_CONTACT
         && MAX_DISTANCE_STEP_WORK >= WORK_PER_WINDOW + 2 * WORK_PER_EXACT_TEST
+        && MAX_DISTANCE_STEP_WORK >= WORK_PER_SWEPT_EXPANSION + 65 * WORK_PER_SWEPT_TEST + WORK_PER_EDGE_TEST
+        && MAX_DISTANCE_STEP_WORK >= 8 * WORK_PER_WINDOW_TEST
 );
 
 const _: () = assert!(WORK_PER_SEGMENT <= WORK_PER_CLOSEST_POINTS);

@@ -3,7 +3,7 @@
 //! In a piece B is taken to keep the orientation of the middle of the piece, and each part of it to go along a straight line
 //! with the velocity that its own middle has then. What that leaves out is bounded: `docs/numerics.md`, "Motion".
 
-use crate::math::{Motion, Pose};
+use crate::math::{Motion, Pose, larger, smaller};
 use crate::tree::Tree;
 use glam::DVec3;
 
@@ -27,6 +27,8 @@ pub(super) struct Course {
     of_b: Motion,
     /// Of how many radians B turns against A at most.
     pub spin: f64,
+    /// By how much a component of its turn changes in a unit of time, at most.
+    pub wobble: f64,
     /// How fast its points are at most, and their acceleration.
     pub speed: f64,
     pub acceleration: f64,
@@ -39,9 +41,12 @@ pub(super) struct Course {
     pub pieces: u32,
 }
 
-/// What a piece turns at most (radians), and how far it goes over the sizes of both meshes together.
-const TURN: f64 = 0.012;
+/// How far a piece goes over the sizes of both meshes together, and what it turns (radians): if the whole motion goes so far
+/// as they are large, and if it turns no more and goes no farther than a frame does, since whatever is near is opened in each
+/// piece again. Longer turns are cut finer, as what a piece bends grows with its square.
 const WAY: f64 = 16.0;
+const TURN_OF_FAR: f64 = 0.012;
+const TURN: f64 = 0.065;
 const MOST_PIECES: f64 = 4_096.0;
 
 /// Matrices pass for rotations that change lengths by 5e-4.
@@ -68,6 +73,7 @@ impl Course {
             of_a,
             of_b,
             spin: spin_b,
+            wobble: 0.0,
             speed: length + spin_b * from_axis,
             acceleration: spin_b * spin_b * from_axis,
             rounding: far(&of_b) + (1.0 + spin_b) * (3.0 * largest(box_b.0) + 2.0 * box_b.1),
@@ -84,6 +90,7 @@ impl Course {
             let apart = from_axis + arm + between + way;
             let own = way + spin_b * from_axis + spin_a * arm;
             course.spin += spin_a;
+            course.wobble = spin_a * course.spin;
             course.speed = own + spin_a * apart;
             course.acceleration += spin_a * (spin_a * arm + 2.0 * own + spin_a * apart);
             course.rounding = (course.rounding + 2.0 * far(&of_a) + (1.0 + spin_a) * apart) * 2.0;
@@ -94,7 +101,9 @@ impl Course {
         for bound in [&mut course.spin, &mut course.speed, &mut course.acceleration] {
             *bound *= STRETCH;
         }
-        let pieces = (course.spin / TURN).max(course.speed / (WAY * size + f64::MIN_POSITIVE));
+        let far = smaller(course.speed / (size + f64::MIN_POSITIVE), 1.0);
+        let pieces = larger(libm::pow(course.spin / TURN, 1.5), far * course.spin / TURN_OF_FAR);
+        let pieces = larger(pieces, course.speed / (WAY * size + f64::MIN_POSITIVE));
         course.pieces = libm::ceil(pieces.clamp(1.0, MOST_PIECES)) as u32;
         course
     }
@@ -138,6 +147,21 @@ impl Course {
     /// before and after it, rounding aside.
     pub fn bend(&self, half: f64) -> f64 {
         half * self.drift + 0.5 * self.acceleration * half * half
+    }
+
+    /// The same for a triangle of B whose corners have these velocities: by what they leave their lines at the ends of that
+    /// time, and by how much besides.
+    pub fn bends(&self, turn: DVec3, velocities: &[DVec3; 3], half: f64) -> ([DVec3; 3], f64) {
+        let Some(of_axis) = self.of_axis() else { return ([DVec3::ZERO; 3], self.bend(half)) };
+        let around = velocities.map(|velocity| velocity - of_axis);
+        let farthest = around.map(DVec3::length).into_iter().fold(0.0, f64::max);
+        let third = self.spin * self.spin * farthest * half * half * half / 6.0;
+        (around.map(|around| turn.cross(around) * (0.5 * half * half)), third)
+    }
+
+    /// The velocity of the axis that all points of B go around; `None`: there is no such axis, since both bodies move.
+    pub fn of_axis(&self) -> Option<DVec3> {
+        if self.of_a.is_none() { Some(self.of_b.velocity()) } else { None }
     }
 
     /// Whether the meshes are too far apart to come together in a piece.

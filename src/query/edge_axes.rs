@@ -5,7 +5,7 @@
 
 use super::views::{Relation, View, yzx, zxy};
 use crate::math::lanes::per_axis;
-use crate::tree::Node;
+use crate::tree::{Node, xyz};
 use wide::f32x4;
 
 /// Pairs of boxes are slim if the product of their slimnesses is less.
@@ -27,22 +27,58 @@ pub(super) fn part(a: &Node, b: &Node, of_b: &View, relation: &Relation) -> bool
 /// The same for boxes by centre and half extents. `skew` bounds how far the columns of the view are from being orthonormal.
 #[inline(always)]
 fn apart(a: (f32x4, f32x4), b: (f32x4, f32x4), of_b: &View, skew: f32) -> bool {
-    let distance = of_b.point(b.0) - a.0;
-    let (d1, d2) = (yzx(distance), zxy(distance));
-    let half = a.1 + of_b.margin;
-    let (h1, h2) = (yzx(half), zxy(half));
-    let half = b.1 + of_b.margin;
-    let half = per_axis!(j => f32x4::splat(half.as_array()[j]));
-    let columns = &of_b.columns;
-    let sizes = per_axis!(j => columns[j].abs() + f32x4::splat(skew));
-    // Lane `k` has the product of axis `k` of A and axis `j` of B.
-    let [x, y, z] = per_axis!(j => {
-        let (p, q) = ((j + 1) % 3, (j + 2) % 3);
-        let (c1, c2) = (yzx(columns[j]), zxy(columns[j]));
-        let reach = h1 * c2.abs() + h2 * c1.abs() + (half[p] * sizes[q] + half[q] * sizes[p]);
-        reach.simd_lt((d1 * c2 - d2 * c1).abs())
-    });
+    let distance = across(of_b, of_b.point(b.0) - a.0);
+    let reach = reach(a.1 + of_b.margin, b.1, of_b, skew);
+    let [x, y, z] = per_axis!(j => reach[j].simd_lt(distance[j].abs()));
     (x | y | z).any()
+}
+
+/// When the own box of a node of A and a box of B may overlap on the edge axes, if the latter moves with this velocity (as A's
+/// node sees it) and may be off by `margin`, that of the overlap test included.
+#[inline(always)]
+pub(super) fn window(
+    a: &Node,
+    b: (f32x4, f32x4),
+    of_b: &View,
+    skew: f32,
+    (velocity, margin): (f32x4, f32x4),
+) -> [f32; 2] {
+    let distance = across(of_b, of_b.point(b.0) - a.own_center);
+    let reach = reach(a.own_half + margin, b.1, of_b, skew);
+    let [x, y, z] = xyz(velocity.abs());
+    // What is slower than this counts as this fast.
+    let least = f32x4::splat((x + y + z) * 2e-6 + 1e-20);
+    let speed = across(of_b, velocity);
+    let [x, y, z] = per_axis!(j => {
+        let size = f32x4::ONE / speed[j].abs().fast_max(least);
+        let inverse = speed[j].simd_lt(f32x4::ZERO).select(size, f32x4::ZERO - size);
+        let (middle, half) = (distance[j] * inverse, (reach[j] + least) * size);
+        [middle - half, middle + half]
+    });
+    let (enter, leave) = (x[0].fast_max(y[0]).fast_max(z[0]), x[1].fast_min(y[1]).fast_min(z[1]));
+    let ([u, v, w], [x, y, z]) = (xyz(enter), xyz(leave));
+    [u.max(v).max(w), x.min(y).min(z)]
+}
+
+/// A vector along the axes: lane `k` of entry `j` is for the product of axis `k` of A and axis `j` of B.
+#[inline(always)]
+fn across(of_b: &View, v: f32x4) -> [f32x4; 3] {
+    let (v1, v2) = (yzx(v), zxy(v));
+    per_axis!(j => v1 * zxy(of_b.columns[j]) - v2 * yzx(of_b.columns[j]))
+}
+
+/// How far the boxes with these half extents reach together; the margin of A's is in them.
+#[inline(always)]
+fn reach(a: f32x4, b: f32x4, of_b: &View, skew: f32) -> [f32x4; 3] {
+    let (h1, h2) = (yzx(a), zxy(a));
+    let half = b + of_b.margin;
+    let half = per_axis!(j => f32x4::splat(half.as_array()[j]));
+    let sizes = per_axis!(j => of_b.columns[j].abs() + f32x4::splat(skew));
+    per_axis!(j => {
+        let (p, q) = ((j + 1) % 3, (j + 2) % 3);
+        let (c1, c2) = (yzx(of_b.columns[j]), zxy(of_b.columns[j]));
+        h1 * c2.abs() + h2 * c1.abs() + (half[p] * sizes[q] + half[q] * sizes[p])
+    })
 }
 
 #[cfg(all(test, feature = "std"))]

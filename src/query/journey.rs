@@ -19,6 +19,13 @@ pub(super) struct Followed {
     pub doubts: i32,
 }
 
+impl Followed {
+    /// A pair that does not meet before `from`, to be looked at over a span of time.
+    pub fn new(pair: [u32; 2], from: f64, span: f64) -> Self {
+        Self { pair, from, span, phase: Phase::Window, steps: 0, doubts: 0 }
+    }
+}
+
 /// What is asked of a pair next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {

@@ -18,8 +18,8 @@ use super::windows::{BEGIN, Windows};
 use crate::math::lanes::Lanes;
 use crate::math::tolerance::ROUNDING;
 use crate::model::cost::{
-    WORK_PER_CLOSEST_POINTS, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_LOOKUP,
-    WORK_PER_WINDOW,
+    WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_SWEPT_EXPANSION, WORK_PER_SWEPT_TEST,
+    WORK_PER_WINDOW, WORK_PER_WINDOW_TEST,
 };
 use crate::tree::WIDTH;
 use crate::triangle::distance::closest;
@@ -98,11 +98,6 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
         let workspace = &mut *self.workspace;
         if let Some(followed) = workspace.journey.followed.take() {
             self.follow(followed);
-        } else if let Some(Bounded { pair, low }) = workspace.search.proposed.pop() {
-            let from = self.question.piece.time(low);
-            workspace.journey.followed =
-                Some(Followed { pair, from, span: 1.0, phase: Phase::Window, steps: 0, doubts: 0 });
-            workspace.run.stats.work += WORK_PER_LOOKUP;
         } else {
             self.test_batch(lanes);
         }
@@ -116,23 +111,40 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
 }
 
 impl Traversal<'_, '_, Sweep<'_>> {
-    /// When up to eight waiting pairs may meet; the earliest is followed first.
+    /// When up to eight waiting pairs may meet; or when the one does that may first of those that were so compared, which is
+    /// followed then: if it goes around an axis by a closer look at each eighth of the piece.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let (search, journey) = (&mut self.workspace.search, &mut self.workspace.journey);
-        let piece = &self.question.piece;
-        let (pairs, keys, count) = search.pop_batch(self.question.cut, |low| journey.pass(piece.time(low)));
+        let Sweep { piece, glide, cut, .. } = &self.question;
+        let first = search.proposed.pop();
+        if let Some(Bounded { pair, low }) = first.filter(|_| glide.curl == 0.0 || glide.spin == 0.0) {
+            self.workspace.run.stats.work += WORK_PER_LOOKUP;
+            journey.followed = Some(Followed::new(pair, piece.time(low), 1.0));
+            return;
+        }
+        let (pairs, keys, count) = match first {
+            Some(Bounded { pair, low }) => ([pair; WIDTH], [low; WIDTH], WIDTH),
+            None => search.pop_batch(*cut, |low| journey.pass(piece.time(low))),
+        };
         if count == 0 {
             return;
         }
         let (a, b) = (rows(self.a, pairs, 0), rows(self.b, pairs, 1));
-        let (enter, alive) = windows(lanes, a, b, &self.relation.triangles, &self.question.glide, self.question.cut);
+        let (enter, alive) = windows(lanes, a, b, &self.relation.triangles, glide, *cut, first.is_some());
         let stats = &mut self.workspace.run.stats;
-        stats.primitive_tests += count as u64;
-        stats.work += count as u64 * WORK_PER_DISTANCE_TEST;
-        self.workspace.journey.pass_rest(self.question.piece.time(self.question.cut));
-        if alive != 0 {
-            self.propose(&pairs[..count], &keys, &enter, alive);
+        stats.primitive_tests += if first.is_some() { 0 } else { count as u64 };
+        stats.work += count as u64 * WORK_PER_WINDOW_TEST;
+        journey.pass_rest(piece.time(*cut));
+        if alive == 0 {
+            return;
+        }
+        match first {
+            Some(Bounded { pair, low }) => {
+                let from = larger_known(enter[alive.trailing_zeros() as usize % WIDTH], low);
+                journey.followed = Some(Followed::new(pair, piece.time(from), piece.length() / WIDTH as f64));
+            }
+            None => self.propose(&pairs[..count], &keys, &enter, alive),
         }
     }
 
@@ -140,8 +152,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
     fn propose(&mut self, pairs: &[[u32; 2]], keys: &[f32; WIDTH], enter: &[f32; WIDTH], alive: u32) {
         let mut proposed: ArrayVec<Bounded, WIDTH> = (0..pairs.len())
             .filter(|i| alive >> i & 1 != 0)
-            // Whatever is no number is no bound.
-            .map(|i| Bounded { pair: pairs[i], low: if enter[i] > keys[i] { enter[i] } else { keys[i] } })
+            .map(|i| Bounded { pair: pairs[i], low: larger_known(enter[i], keys[i]) })
             .collect();
         proposed.sort_unstable_by(|x, y| y.low.total_cmp(&x.low).then(y.pair.cmp(&x.pair)));
         self.workspace.search.proposed = proposed;
@@ -168,8 +179,11 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let (b, twist) = (at(middle), course.twist(middle));
         // How well times are known: by how corners leave their lines, and by how the triangle turns.
         let enough = (tolerance * course.speed / 16.0).max(course.rounding);
-        let (bend, tilt) = (course.bend(half), course.spin * half * (b[1] - b[0]).length().max((b[2] - b[0]).length()));
-        let swept = Swept::new(a, &b, b.map(|corner| twist.at(corner)), bend + 2.0 * course.rounding + margin, half);
+        let velocities = b.map(|corner| twist.at(corner));
+        let tilt = course.spin * half * (b[1] - b[0]).length().max((b[2] - b[0]).length());
+        let (bends, rest) = course.bends(twist.turn, &velocities, half);
+        let swept = Swept::new(a, &b, velocities, bends, rest + 2.0 * course.rounding + margin, half);
+        let bend = rest + bends.map(DVec3::length).into_iter().fold(0.0, f64::max);
         followed.steps += 1;
         let by_direction = phase == Phase::Direction;
         let window = if by_direction {
@@ -183,7 +197,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let Some([enter, leave]) = window else {
             // Free for this span.
             if from + span < piece.end {
-                (followed.from, followed.span, followed.phase) = (from + span, 8.0 * span, Phase::Window);
+                (followed.from, followed.span, followed.phase) = (from + span, 4.0 * span, Phase::Window);
                 journey.followed = Some(followed);
             }
             return;
@@ -239,6 +253,11 @@ impl Traversal<'_, '_, Sweep<'_>> {
     }
 }
 
+/// The larger of a bound, if it is a number, and one that is known.
+fn larger_known(bound: f32, known: f32) -> f32 {
+    if bound > known { bound } else { known }
+}
+
 /// So many steps are done with a pair before it is given up where it cannot be told whether it meets.
 const PATIENCE: u32 = 400;
 
@@ -252,7 +271,7 @@ impl Sink for Traversal<'_, '_, Sweep<'_>> {
     fn count(&mut self, level: usize, bv_tests: u32) {
         let stats = &mut self.workspace.run.stats;
         stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
-        stats.work += WORK_PER_EXPANSION + 2 * u64::from(bv_tests);
+        stats.work += WORK_PER_SWEPT_EXPANSION + WORK_PER_SWEPT_TEST * u64::from(bv_tests);
     }
 
     #[inline(always)]

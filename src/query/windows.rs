@@ -7,11 +7,12 @@
 
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, Triangles, splat};
 use super::course::{Course, Piece};
-use super::views::{Relation, Views, cross};
+use super::edge_axes;
+use super::views::{Relation, Views, cross, yzx, zxy};
 use crate::math::lanes::{Column, F8, Kernel, Lanes, add, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, WIDTH, xyz};
-use crate::triangle::swept::{Glide, LEAST_SPEED};
+use crate::triangle::swept::Glide;
 use glam::DVec3;
 use wide::f32x4;
 
@@ -21,21 +22,37 @@ pub(super) const BEGIN: f32 = -0.5;
 /// Times are rounded by no more than this.
 const SLOP: f32 = 8.0 * ROUNDING;
 
+/// Half a unit of time, and 1 percent for matrices that are not quite rotations.
+const HALF_A_PIECE: f32 = 0.505;
+
+/// Slower projections count as this fast; what that makes of them is covered by what is added for underflow.
+const LEAST_SPEED: f32 = 1e-37;
+
 /// A piece of motion as `f32` sees it, in A's unit coordinates.
 pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin: DVec3, margin: f64) -> Glide {
     let (length, unit) = (piece.length(), relation.unit);
-    let (shift, turn) = (piece.twist.at(origin) * (length / unit), piece.twist.turn * length);
-    let bulge = (course.bend(length / 2.0) + course.rounding + margin) / unit;
-    if shift.abs().max_element().max(bulge) < 1e6 {
+    let velocity = piece.twist.at(origin);
+    let (shift, turn) = (velocity * (length / unit), piece.twist.turn * length);
+    let spin = (course.spin * length * 0.5) as f32 * 1.001;
+    // Of all points of B together where they do not go around one axis.
+    let (around, curl, bend) = match course.of_axis() {
+        Some(of_axis) => ((velocity - of_axis) * (length / unit), 1.01, 0.0),
+        None => (DVec3::ZERO, 0.0, course.bend(length / 2.0)),
+    };
+    let bulge = (bend + course.rounding + margin) / unit;
+    if shift.abs().max(around.abs()).max_element().max(bulge) < 1e6 {
         Glide {
             shift: shift.as_vec3().to_array(),
             turn: turn.as_vec3().to_array(),
-            spin: (course.spin * length * 0.5) as f32 * 1.001,
+            around: around.as_vec3().to_array(),
+            wobble: (course.wobble * length * length * 0.5) as f32 * 1.01,
+            spin,
+            curl,
             bulge: bulge as f32 * 1.001 + 1e-20,
         }
     } else {
         // Beyond `f32`: everything may meet at any time.
-        Glide { shift: [0.0; 3], turn: [0.0; 3], spin: 0.0, bulge: 1e15 }
+        Glide { shift: [0.0; 3], turn: [0.0; 3], around: [0.0; 3], wobble: 0.0, spin: 0.0, curl: 0.0, bulge: 1e15 }
     }
 }
 
@@ -48,7 +65,10 @@ pub(super) struct Windows {
     skew: f32,
     shift: f32x4,
     turn: f32x4,
+    around: f32x4,
+    wobble: f32,
     spin: f32,
+    curl: f32,
     bulge: f32,
     /// In the orientations of the nodes at hand.
     in_a: Drift,
@@ -66,21 +86,26 @@ struct Drift {
     extra: f32x4,
     velocity: f32x4,
     /// What B may be off, and the margin of the overlap test.
-    margin: f32,
+    pub margin: f32x4,
 }
 
 impl Drift {
-    const NONE: Self =
-        Self { inverse: f32x4::ZERO, size: f32x4::ZERO, extra: f32x4::ZERO, velocity: f32x4::ZERO, margin: 0.0 };
+    const NONE: Self = Self {
+        inverse: f32x4::ZERO,
+        size: f32x4::ZERO,
+        extra: f32x4::ZERO,
+        velocity: f32x4::ZERO,
+        margin: f32x4::ZERO,
+    };
 
     #[inline(always)]
-    fn new(velocity: f32x4, margin: f32) -> Self {
+    fn new(velocity: f32x4, margin: f32x4) -> Self {
         // What is slower than this counts as this fast.
         let least = sum(velocity) * 1e-6 + 1e-20;
         let size = f32x4::ONE / velocity.abs().fast_max(f32x4::splat(least));
         let inverse = velocity.simd_lt(f32x4::ZERO).select(size, f32x4::ZERO - size);
-        let margin = margin + least;
-        Self { inverse, size, extra: size * f32x4::splat(margin) + f32x4::splat(SLOP), velocity, margin }
+        let margin = margin + f32x4::splat(least);
+        Self { inverse, size, extra: size * margin + f32x4::splat(SLOP), velocity, margin }
     }
 
     /// The ends of boxes in time; `sign` is -1 where they are of B and those that they meet of A.
@@ -121,13 +146,14 @@ impl Drift {
     /// When boxes reach across the plane of a triangle.
     #[inline(always)]
     fn through_plane<L: Lanes>(&self, lanes: L, plane: &Plane, boxes: &Boxes<L>, sign: f32) -> [F8<L>; 2] {
-        let ([x, y, z], [u, v, w]) = (plane.normal, xyz(self.velocity));
+        let ([x, y, z], [u, v, w], [p, q, r]) = (plane.normal, xyz(self.velocity), xyz(self.margin));
         let (length, speed) = (x.abs() + y.abs() + z.abs(), u.abs() + v.abs() + w.abs());
         let along = (x * u + y * v + z * w) * sign;
         let least = length * speed * 1e-6 + LEAST_SPEED;
         let size = 1.0 / along.abs().max(least);
         let inverse = if along < 0.0 { size } else { -size };
-        let slack = plane.slack + self.margin * (length + 4.0 * plane.blur) + plane.blur * speed + least;
+        let margin = x.abs() * p + y.abs() * q + z.abs() * r + plane.blur * (2.0 * (p + q + r) + speed);
+        let slack = plane.slack + margin + least;
         let from_corner = per_axis!(k => boxes.center[k] - F8::splat(lanes, plane.corner[k]));
         let distance = dot(per_axis!(k => F8::splat(lanes, plane.normal[k])), from_corner);
         let reach = dot(per_axis!(k => F8::splat(lanes, plane.reach[k])), boxes.half)
@@ -157,24 +183,44 @@ fn between<L: Lanes>(other: &Slabs<L>, opened: &Slabs<L>) -> [F8<L>; 2] {
 
 impl Windows {
     pub fn new(cut: f32, glide: &Glide, relation: &Relation) -> Self {
-        let [shift, turn] = [glide.shift, glide.turn].map(|[x, y, z]| f32x4::new([x, y, z, 0.0]));
+        let vector = |[x, y, z]: [f32; 3]| f32x4::new([x, y, z, 0.0]);
+        let [shift, turn, around] = [glide.shift, glide.turn, glide.around].map(vector);
         let (least, skew) = (f32::NEG_INFINITY, relation.skew);
-        let (spin, bulge) = (glide.spin, glide.bulge);
-        Self { cut, least, skew, shift, turn, spin, bulge, in_a: Drift::NONE, in_b: Drift::NONE }
+        let (wobble, spin, curl, bulge) = (glide.wobble, glide.spin, glide.curl, glide.bulge);
+        Self { cut, least, skew, shift, turn, around, wobble, spin, curl, bulge, in_a: Drift::NONE, in_b: Drift::NONE }
     }
 
-    /// The velocity of a part of B at `place` that reaches as far as `half`, as a node sees it, and by what it may be off.
+    /// How a part of B at `place` passes, as both nodes see it; `halves` are its half extents along the axes of each.
     #[inline(always)]
-    fn velocity(&self, a: &Node, views: &Views, place: f32x4, half: f32x4) -> (f32x4, f32) {
+    fn pass(&mut self, a: &Node, views: &Views, place: f32x4, halves: [f32x4; 2]) {
         let (shift, _) = views.direction(a, self.shift);
-        let (mut velocity, mut speed, mut margin) = (shift, sum(shift), self.bulge);
+        let (mut velocity, mut speed, mut margin, mut off) = (shift, sum(shift), self.bulge, [f32x4::ZERO; 2]);
         if self.spin > 0.0 {
-            let (turn, _) = views.direction(a, self.turn);
-            velocity += cross(turn, place);
-            speed += sum(turn) * sum(place);
-            margin += self.spin * longer(half);
+            let (turn, turn_in_b) = views.direction(a, self.turn);
+            let (around, _) = views.direction(a, self.around);
+            let (turned, size) = (cross(turn, place), sum(turn));
+            velocity += turned;
+            speed += size * sum(place);
+            let around = around + turned;
+            // In the time that is left half of the square of the acceleration is an eighth, and a third of a third power a 48th.
+            let bend = cross(turn, around) * f32x4::splat(0.125 * self.curl);
+            margin += longer(around.abs()) * (0.085 * self.spin * self.spin);
+            off[0] = self.off(turn, self.wobble, halves[0]) + bend.abs();
+            off[1] = self.off(turn_in_b, self.wobble + self.skew * size, halves[1])
+                + views.of_a.vector(bend).abs()
+                + f32x4::splat(self.skew * sum(bend));
         }
-        (velocity, margin + (self.skew + 32.0 * ROUNDING) * speed)
+        let margin = f32x4::splat(margin + (self.skew + 32.0 * ROUNDING) * speed);
+        self.in_a = Drift::new(velocity, off[0] + margin + views.of_b.margin);
+        self.in_b = Drift::new(views.of_a.vector(velocity), off[1] + margin + views.of_a.margin);
+    }
+
+    /// By how much points within half extents leave the lines that they would be on with the velocity of their middle.
+    #[inline(always)]
+    fn off(&self, turn: f32x4, wobble: f32, half: f32x4) -> f32x4 {
+        let turn = turn.abs() + f32x4::splat(wobble);
+        let way = yzx(turn) * zxy(half) + zxy(turn) * yzx(half);
+        way * f32x4::splat(HALF_A_PIECE) + f32x4::splat(sum(way) * self.spin * 0.25)
     }
 
     /// The time from which on boxes may meet, infinite if they do not.
@@ -225,14 +271,26 @@ impl BoxTest for Windows {
         let (a_center, a_half) = (a.own_center, a.own_half);
         let (b_center, b_half) = (b.own_center * scale, b.own_half * scale);
         let seen = views.of_b.point(b_center);
-        let (velocity, margin) = self.velocity(a, views, seen, b_half);
-        self.in_a = Drift::new(velocity, margin + views.of_b.margin.as_array()[0]);
-        self.in_b = Drift::new(views.of_a.vector(velocity), margin + views.of_a.margin.as_array()[0]);
-        let of_a = self.in_a.window(seen - a_center, views.of_b.half(b_half) + a_half);
+        let halves = [views.of_b.half(b_half), b_half];
+        self.pass(a, views, seen, halves);
+        let of_a = self.in_a.window(seen - a_center, halves[0] + a_half);
         let of_b = self.in_b.window(b_center - views.of_a.point(a_center), views.of_a.half(a_half) + b_half);
-        let (enter, leave) = (of_a[0].max(of_b[0]), of_a[1].min(of_b[1]));
-        if leave < enter.max(BEGIN) {
+        let (mut enter, mut leave) = (of_a[0].max(of_b[0]), of_a[1].min(of_b[1]));
+        if leave < enter.max(BEGIN) || enter >= self.cut {
             return false;
+        }
+        if edge_axes::are_slim(a, b) {
+            let of_edges = edge_axes::window(
+                a,
+                (b_center, b_half),
+                &views.of_b,
+                self.skew,
+                (self.in_a.velocity, self.in_a.margin),
+            );
+            (enter, leave) = (enter.max(of_edges[0] - SLOP), leave.min(of_edges[1] + SLOP));
+            if leave < enter.max(BEGIN) {
+                return false;
+            }
         }
         self.least = self.least.max(enter);
         self.least < self.cut

@@ -1,11 +1,11 @@
 //! When do two triangles meet on the way? Times before which they certainly do not.
 //!
-//! B goes along straight lines. On any direction the projections of the two triangles overlap from one time to another; on
-//! several, from the latest beginning to the earliest end. With the normals of both and the nine products of their edges this
-//! is when they meet, unless they are coplanar or degenerate. What B may leave its line by is added to the projections, as is
-//! all rounding, so no direction makes the answer false: `docs/numerics.md`, "Motion".
+//! The corners of B go along straight lines. On any direction the projections of the two triangles overlap from one time to
+//! another; on several, from the latest beginning to the earliest end. With the normals of both and the nine products of their
+//! edges this is when they meet, unless they are coplanar or degenerate. What B may leave its lines by is added to the
+//! projections, as is all rounding, so no direction makes the answer false: `docs/numerics.md`, "Motion".
 //!
-//! - [`windows`]: eight pairs at a time in `f32`.
+//! - [`windows`]: eight pairs at a time in `f32`, or one pair at eight times.
 //! - [`Swept`]: one pair in `f64`.
 
 use super::batch::{Placement, Rows, Transposed, UNDERFLOW};
@@ -21,15 +21,20 @@ use glam::DVec3;
 pub(crate) struct Glide {
     pub shift: [f32; 3],
     pub turn: [f32; 3],
-    /// What a part of B may leave its line by, for each unit of its radius, and besides.
+    /// The same velocity less that of the axis about which B turns, at `y = 0`.
+    pub around: [f32; 3],
+    /// By how much a component of `turn` may differ at other times of the piece.
+    pub wobble: f32,
+    /// Of how many radians B turns in half of the piece, at most.
     pub spin: f32,
+    /// 1, and 1 percent, where the acceleration of a part of B is the turn times its velocity around the axis; else 0.
+    pub curl: f32,
+    /// What B may be off besides, its acceleration where `curl` is 0.
     pub bulge: f32,
 }
 
-/// Slower projections count as this fast; what that makes of them is covered by [`UNDERFLOW`].
-pub(crate) const LEAST_SPEED: f32 = 1e-37;
-
-/// When `a[i]` and `b[i]` may meet first, for the eight lanes, and those that may before `cut`, a bit each.
+/// When `a[i]` and `b[i]` may meet first, for the eight lanes, and those that may before `cut`, a bit each. If they are `spread`,
+/// all lanes hold one pair, and each is for an eighth of the time.
 #[inline(always)]
 pub(crate) fn windows<L: Lanes>(
     lanes: L,
@@ -38,16 +43,20 @@ pub(crate) fn windows<L: Lanes>(
     placement: &Placement,
     glide: &Glide,
     cut: f32,
+    spread: bool,
 ) -> ([f32; 8], u32) {
     let first = Transposed::new(lanes, a).first;
-    let pair = Gliding::new(lanes, Pair::new(lanes, a, b, placement), first, glide);
+    let mut pair = Gliding::new(lanes, Pair::new(lanes, a, b, placement), first, glide);
+    if spread {
+        pair.spread(lanes);
+    }
     let (p, f) = (pair.of.p, pair.of.f);
-    let all = [F8::splat(lanes, -1e30), F8::splat(lanes, 1e30)];
+    let all = [F8::splat(lanes, -0.5), F8::splat(lanes, 0.5)];
     let mut window = pair.on(lanes, cross(f[0], f[1]), pair.on(lanes, cross(p[0], p[1]), all));
     let (p, f) = ([p[0], p[1], sub(p[1], p[0])], [f[0], f[1], sub(f[1], f[0])]);
     let mut i = 0;
     while i < 3 {
-        if alive(lanes, window, cut).1 == 0 {
+        if pair.alive(lanes, window, cut).1 == 0 {
             return ([f32::INFINITY; 8], 0);
         }
         let mut j = 0;
@@ -57,64 +66,119 @@ pub(crate) fn windows<L: Lanes>(
         }
         i += 1;
     }
-    let (enter, alive) = alive(lanes, window, cut);
+    let (enter, alive) = pair.alive(lanes, window, cut);
     (enter.store(), alive)
-}
-
-/// When windows begin, rounded down, and those that are not empty and begin before `cut`.
-#[inline(always)]
-fn alive<L: Lanes>(lanes: L, [enter, leave]: [F8<L>; 2], cut: f32) -> (F8<L>, u32) {
-    let (begin, slop) = (F8::splat(lanes, -0.5), F8::splat(lanes, 8.0 * ROUNDING));
-    let (enter, leave) = (enter - slop, leave + slop);
-    // Where one of them is no number nothing is known.
-    (enter, !leave.less(enter.max(begin)).or(F8::splat(lanes, cut).less(enter)).mask() & 0xff)
 }
 
 /// Eight pairs, of which those of B move.
 struct Gliding<L: Lanes> {
     of: Pair<L>,
-    velocity: V8<L>,
+    /// The way of each corner of B in half of the time, and what its line bends by then.
+    ways: [V8<L>; 3],
+    bend: V8<L>,
+    /// A quarter of the acceleration in the whole of the time.
+    acceleration: V8<L>,
+    /// The time that it is about, in pieces: its middle and its length.
+    middle: F8<L>,
+    length: F8<L>,
 }
 
 impl<L: Lanes> Gliding<L> {
     #[inline(always)]
     fn new(lanes: L, mut of: Pair<L>, first: V8<L>, glide: &Glide) -> Self {
-        let mut velocity = per_axis!(k => F8::splat(lanes, glide.shift[k]));
+        let half = F8::splat(lanes, 0.5);
+        let mut way = per_axis!(k => F8::splat(lanes, 0.5 * glide.shift[k]));
         let mut error = F8::splat(lanes, glide.bulge);
+        let zero = F8::splat(lanes, 0.0);
+        let (mut ways, mut acceleration) = ([way; 3], [zero; 3]);
         if glide.spin > 0.0 {
             let at = per_axis!(k => of.q[k] + first[k]);
-            let turn = per_axis!(k => F8::splat(lanes, glide.turn[k]));
-            let radius = dot(of.f[0], of.f[0]).max(dot(of.f[1], of.f[1])).sqrt();
-            let speed = sum(turn) * sum(at);
-            velocity = add(velocity, cross(turn, at));
-            error = error + radius * F8::splat(lanes, glide.spin * 1.001) + speed * F8::splat(lanes, 32.0 * ROUNDING);
+            let turn = per_axis!(k => F8::splat(lanes, glide.turn[k]) * half);
+            let turned = cross(turn, at);
+            let around = add(per_axis!(k => F8::splat(lanes, 0.5 * glide.around[k])), turned);
+            let size = per_axis!(k => of.f[0][k].abs().max(of.f[1][k].abs()));
+            way = add(way, turned);
+            ways = [way, add(way, cross(turn, of.f[0])), add(way, cross(turn, of.f[1]))];
+            acceleration = per_axis!(k => cross(turn, around)[k]);
+            error = error
+                + dot(around, around).sqrt() * F8::splat(lanes, 0.17 * glide.spin * glide.spin)
+                + sum(turn) * sum(size) * F8::splat(lanes, 0.5 * glide.spin)
+                + sum(turn) * sum(at) * F8::splat(lanes, 64.0 * ROUNDING);
         }
         of.error = per_axis!(k => {
             of.error[k] + error + F8::splat(lanes, glide.shift[k].abs() * (4.0 * ROUNDING))
         });
-        Self { of, velocity }
+        let bend = per_axis!(k => acceleration[k] * F8::splat(lanes, 0.5 * glide.curl));
+        Self { of, ways, bend, acceleration, middle: zero, length: F8::splat(lanes, 1.0) }
+    }
+
+    /// Each lane for an eighth of the time.
+    #[inline(always)]
+    fn spread(&mut self, lanes: L) {
+        let middle = F8::load(lanes, &[-0.4375, -0.3125, -0.1875, -0.0625, 0.0625, 0.1875, 0.3125, 0.4375]);
+        let (twice, eighth) = (middle + middle, F8::splat(lanes, 0.125));
+        let change = per_axis!(k => self.acceleration[k] * middle);
+        let way = per_axis!(k => (self.ways[0][k] + change[k]) * twice);
+        let rounding = per_axis!(k => {
+            let edges = self.of.f[0][k].abs().max(self.of.f[1][k].abs());
+            (self.of.q[k].abs() + edges + self.ways[0][k].abs() + change[k].abs()) * F8::splat(lanes, 8.0 * ROUNDING)
+        });
+        self.of.error = add(self.of.error, rounding);
+        self.of.q = add(self.of.q, way);
+        let turned = [sub(self.ways[1], self.ways[0]), sub(self.ways[2], self.ways[0])];
+        for (edge, turned) in self.of.f.iter_mut().zip(turned) {
+            *edge = add(*edge, per_axis!(k => turned[k] * twice));
+        }
+        let quarter = F8::splat(lanes, 0.25);
+        self.ways = per_axis!(j => per_axis!(k => self.ways[j][k] * eighth + change[k] * quarter));
+        self.bend = per_axis!(k => self.bend[k] * (eighth * eighth));
+        (self.middle, self.length) = (middle, eighth);
+    }
+
+    /// When windows begin, rounded down, and those that are not empty and begin before `cut`.
+    #[inline(always)]
+    fn alive(&self, lanes: L, [enter, leave]: [F8<L>; 2], cut: f32) -> (F8<L>, u32) {
+        let slop = F8::splat(lanes, 8.0 * ROUNDING);
+        let from = self.middle + enter * self.length - slop;
+        // Where one of them is no number nothing is known.
+        let gone = (leave + slop).less(enter - slop).or(F8::splat(lanes, cut).less(from));
+        (from, !gone.mask() & 0xff)
     }
 
     /// What is left of a window on the direction `n`, whatever its length.
     #[inline(always)]
     fn on(&self, lanes: L, n: V8<L>, [enter, leave]: [F8<L>; 2]) -> [F8<L>; 2] {
-        let zero = F8::splat(lanes, 0.0);
+        let (zero, half) = (F8::splat(lanes, 0.0), F8::splat(lanes, 0.5));
         let Pair { p, q, f, error } = self.of;
         let (a1, a2) = (dot(p[0], n), dot(p[1], n));
-        let (b0, b1, b2) = (dot(q, n), dot(f[0], n), dot(f[1], n));
+        let (b0, f1, f2) = (dot(q, n), dot(f[0], n), dot(f[1], n));
         let (a_low, a_high) = (zero.min(a1).min(a2), zero.max(a1).max(a2));
-        let (b_low, b_high) = (zero.min(b1).min(b2), zero.max(b1).max(b2));
-        let sums = (a_high - a_low) + (b_high - b_low) + b0.abs();
+        let sums = (a_high - a_low) + f1.abs() + f2.abs() + b0.abs();
         let error = dot(per_axis!(k => n[k].abs()), error)
             + sums * F8::splat(lanes, 4.0 * ROUNDING)
             + F8::splat(lanes, UNDERFLOW);
-        let (low, high) = (a_low - (b0 + b_high) - error, a_high - (b0 + b_low) + error);
-        let speed = dot(self.velocity, n);
-        let inverse = F8::splat(lanes, 1.0) / speed.abs().max(F8::splat(lanes, LEAST_SPEED));
-        let back = speed.less(zero);
-        let (first, last) = (back.select(-high, low), back.select(-low, high));
-        [enter.max(first * inverse), leave.min(last * inverse)]
+        let bend = dot(self.bend, n);
+        let (low, high) = (a_low - error - bend.max(zero), a_high + error - bend.min(zero));
+        let ([x, y, z], [b1, b2]) = (per_axis!(j => dot(self.ways[j], n)), [b0 + f1, b0 + f2]);
+        // How far B is above A, and below, when the piece begins and when it ends: in between it is no less than in proportion.
+        let [above, below] = gaps([b0 - x, b1 - y, b2 - z], low, high);
+        let [above_then, below_then] = gaps([b0 + x, b1 + y, b2 + z], low, high);
+        let first = below.less(above);
+        let (begin, then) = (above.max(below), first.select(above_then, below_then));
+        let last = below_then.less(above_then);
+        let (end, before) = (above_then.max(below_then), last.select(above, below));
+        let (apart, parting) = (zero.less(begin), zero.less(end));
+        let from = apart.select(begin / (begin - then), zero) - half;
+        let until = half - parting.select(end / (end - before), zero);
+        let never = apart.and(zero.less(then));
+        [never.select(F8::splat(lanes, f32::INFINITY), enter.max(from)), leave.min(until)]
     }
+}
+
+/// How far corners are above `high`, and below `low`.
+#[inline(always)]
+fn gaps<N: Column>([x, y, z]: [N; 3], low: N, high: N) -> [N; 2] {
+    [x.min(y).min(z) - high, low - x.max(y).max(z)]
 }
 
 #[inline(always)]
@@ -129,7 +193,9 @@ pub(crate) struct Swept {
     a: [DVec3; 3],
     b: [DVec3; 3],
     velocities: [DVec3; 3],
-    /// By how much the corners may be off their lines, thickness included.
+    /// By what their lines bend at the ends of the time.
+    bends: [DVec3; 3],
+    /// By how much the corners may be off besides, thickness included.
     error: f64,
     /// The largest coordinates of both, and of the way, with the factor of their rounding.
     reach: DVec3,
@@ -143,14 +209,22 @@ pub(crate) type Window = [f64; 2];
 
 impl Swept {
     /// For times from `-half` to `half`; at time 0 it is where it is given.
-    pub fn new(a: &[DVec3; 3], b: &[DVec3; 3], velocities: [DVec3; 3], error: f64, half: f64) -> Self {
+    pub fn new(
+        a: &[DVec3; 3],
+        b: &[DVec3; 3],
+        velocities: [DVec3; 3],
+        bends: [DVec3; 3],
+        error: f64,
+        half: f64,
+    ) -> Self {
         let origin = a[0];
         let of = |triangle: &[DVec3; 3]| triangle.map(|corner| corner - origin);
         let reach = |[x, y, z]: [DVec3; 3]| x.abs().max(y.abs()).max(z.abs());
         let (a, b) = (of(a), of(b));
-        let reach = (reach(a) + reach(b) + reach(velocities) * half) * (8.0 * f64::EPSILON);
-        let is_straight = velocities[1..].iter().all(|velocity| *velocity == velocities[0]);
-        Self { a, b, velocities, error, reach, half, is_straight }
+        let reach = (reach(a) + reach(b) + reach(velocities) * half + reach(bends)) * (8.0 * f64::EPSILON);
+        let is_straight =
+            velocities[1..].iter().all(|velocity| *velocity == velocities[0]) && bends == [DVec3::ZERO; 3];
+        Self { a, b, velocities, bends, error, reach, half, is_straight }
     }
 
     /// When they may meet by the normals of both and the products of their edges; `None`: never. Once that is not before `latest`
@@ -200,10 +274,10 @@ impl Swept {
         }
         // As long as a corner of B is below the highest of A, and one above the lowest.
         let (mut below, mut above) = (NEVER, NEVER);
-        for (corner, velocity) in self.b.iter().zip(&self.velocities) {
-            let (at, speed) = (corner.dot(n), velocity.dot(n));
-            below = hull(below, self.until(high - at, speed));
-            above = hull(above, self.until(at - low, -speed));
+        for i in 0..3 {
+            let (at, speed, bend) = (self.b[i].dot(n), self.velocities[i].dot(n), self.bends[i].dot(n));
+            below = hull(below, self.until(high - at - smaller(bend, 0.0), speed));
+            above = hull(above, self.until(at - low + larger(bend, 0.0), -speed));
         }
         let (enter, leave) = (enter.max(below[0]).max(above[0]), leave.min(below[1]).min(above[1]));
         window(enter, leave)
