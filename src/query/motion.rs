@@ -303,7 +303,7 @@ impl<'t> MotionQuery<'t> {
         }
         let relation = Relation::new(self.a, self.b, &piece.pose);
         let glide = glide(course, &piece, &relation, self.a.unit().origin, self.options.margin);
-        let question = Sweep::new(course, piece, glide, self.options.margin, &workspace.journey);
+        let question = Sweep::new(course, piece, &glide, self.options.margin, &workspace.journey);
         let stop = Traversal::new(question, trees, &piece.pose, &relation, workspace, deadline).advance();
         workspace.journey.bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
         stop

@@ -32,7 +32,7 @@ use glam::DVec3;
 pub(super) struct Sweep<'q> {
     course: &'q Course,
     piece: Piece,
-    glide: Glide,
+    glide: &'q Glide,
     /// By how much the surfaces are thickened together.
     margin: f64,
     /// How long after the time at which triangles may meet a contact is looked for.
@@ -42,7 +42,7 @@ pub(super) struct Sweep<'q> {
 }
 
 impl<'q> Sweep<'q> {
-    pub fn new(course: &'q Course, piece: Piece, glide: Glide, margin: f64, journey: &Journey) -> Self {
+    pub fn new(course: &'q Course, piece: Piece, glide: &'q Glide, margin: f64, journey: &Journey) -> Self {
         let mut sweep = Self { course, piece, glide, margin, tolerance: journey.tolerance(), cut: 0.0 };
         sweep.update(journey);
         sweep
@@ -63,7 +63,7 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let mut windows = Windows::new(self.question.cut, &self.question.glide, self.relation);
+        let mut windows = Windows::new(self.question.cut, self.question.glide, self.relation);
         if self.origin == Origin::Queue {
             windows.least = self.workspace.front.popped_key();
             if windows.least >= windows.cut {

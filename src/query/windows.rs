@@ -8,7 +8,7 @@
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, Triangles, splat};
 use super::course::{Course, Piece};
 use super::edge_axes;
-use super::views::{Relation, Views, cross, yzx, zxy};
+use super::views::{Relation, View, Views, cross, yzx, zxy};
 use crate::math::lanes::{Column, F8, Kernel, Lanes, add, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, WIDTH, xyz};
@@ -40,11 +40,12 @@ pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin:
         None => (DVec3::ZERO, 0.0, course.bend(length / 2.0)),
     };
     let bulge = (bend + course.rounding + margin) / unit;
+    let vector = |v: DVec3| v.as_vec3().extend(0.0).to_array();
     if shift.abs().max(around.abs()).max_element().max(bulge) < 1e6 {
         Glide {
-            shift: shift.as_vec3().to_array(),
-            turn: turn.as_vec3().to_array(),
-            around: around.as_vec3().to_array(),
+            shift: vector(shift),
+            turn: vector(turn),
+            around: vector(around),
             wobble: (course.wobble * length * length * 0.5) as f32 * 1.01,
             spin,
             curl,
@@ -52,24 +53,18 @@ pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin:
         }
     } else {
         // Beyond `f32`: everything may meet at any time.
-        Glide { shift: [0.0; 3], turn: [0.0; 3], around: [0.0; 3], wobble: 0.0, spin: 0.0, curl: 0.0, bulge: 1e15 }
+        Glide { shift: [0.0; 4], turn: [0.0; 4], around: [0.0; 4], wobble: 0.0, spin: 0.0, curl: 0.0, bulge: 1e15 }
     }
 }
 
 /// Whether boxes meet before `cut`. Keys are lower bounds of the times when they do.
-pub(super) struct Windows {
+pub(super) struct Windows<'g> {
     /// From this time on pairs are of no interest.
     pub cut: f32,
     /// The key of the pair at hand; its children's are no less.
     pub least: f32,
     skew: f32,
-    shift: f32x4,
-    turn: f32x4,
-    around: f32x4,
-    wobble: f32,
-    spin: f32,
-    curl: f32,
-    bulge: f32,
+    glide: &'g Glide,
     /// In the orientations of the nodes at hand.
     in_a: Drift,
     in_b: Drift,
@@ -181,38 +176,62 @@ fn between<L: Lanes>(other: &Slabs<L>, opened: &Slabs<L>) -> [F8<L>; 2] {
     [x.max(y).max(z), u.min(v).min(w)]
 }
 
-impl Windows {
-    pub fn new(cut: f32, glide: &Glide, relation: &Relation) -> Self {
-        let vector = |[x, y, z]: [f32; 3]| f32x4::new([x, y, z, 0.0]);
-        let [shift, turn, around] = [glide.shift, glide.turn, glide.around].map(vector);
-        let (least, skew) = (f32::NEG_INFINITY, relation.skew);
-        let (wobble, spin, curl, bulge) = (glide.wobble, glide.spin, glide.curl, glide.bulge);
-        Self { cut, least, skew, shift, turn, around, wobble, spin, curl, bulge, in_a: Drift::NONE, in_b: Drift::NONE }
+/// How a part of B passes, as one node sees it.
+struct Way {
+    velocity: f32x4,
+    turn: f32x4,
+    /// What its line bends until the piece ends.
+    bend: f32x4,
+    /// By how much all this may be off.
+    margin: f32,
+}
+
+impl Way {
+    /// As the other node sees it.
+    #[inline(always)]
+    fn seen(&self, view: &View) -> Self {
+        let [velocity, turn, bend] = [self.velocity, self.turn, self.bend].map(|v| view.vector(v));
+        Self { velocity, turn, bend, margin: self.margin }
+    }
+}
+
+impl<'g> Windows<'g> {
+    #[inline(always)]
+    pub fn new(cut: f32, glide: &'g Glide, relation: &Relation) -> Self {
+        Self { cut, least: f32::NEG_INFINITY, skew: relation.skew, glide, in_a: Drift::NONE, in_b: Drift::NONE }
     }
 
-    /// How a part of B at `place` passes, as both nodes see it; `halves` are its half extents along the axes of each.
+    /// How a part of B at `place` passes, as A's node sees it.
     #[inline(always)]
-    fn pass(&mut self, a: &Node, views: &Views, place: f32x4, halves: [f32x4; 2]) {
-        let (shift, _) = views.direction(a, self.shift);
-        let (mut velocity, mut speed, mut margin, mut off) = (shift, sum(shift), self.bulge, [f32x4::ZERO; 2]);
-        if self.spin > 0.0 {
-            let (turn, turn_in_b) = views.direction(a, self.turn);
-            let (around, _) = views.direction(a, self.around);
-            let (turned, size) = (cross(turn, place), sum(turn));
-            velocity += turned;
-            speed += size * sum(place);
-            let around = around + turned;
-            // In the time that is left half of the square of the acceleration is an eighth, and a third of a third power a 48th.
-            let bend = cross(turn, around) * f32x4::splat(0.125 * self.curl);
-            margin += longer(around.abs()) * (0.085 * self.spin * self.spin);
-            off[0] = self.off(turn, self.wobble, halves[0]) + bend.abs();
-            off[1] = self.off(turn_in_b, self.wobble + self.skew * size, halves[1])
-                + views.of_a.vector(bend).abs()
-                + f32x4::splat(self.skew * sum(bend));
+    fn way(&self, a: &Node, views: &Views, place: f32x4) -> Way {
+        let Glide { spin, curl, bulge, .. } = *self.glide;
+        let seen = |v: [f32; 4]| views.direction(a, f32x4::new(v)).0;
+        let shift = seen(self.glide.shift);
+        let mut way = Way { velocity: shift, turn: f32x4::ZERO, bend: f32x4::ZERO, margin: bulge };
+        let mut speed = sum(shift);
+        if spin > 0.0 {
+            way.turn = seen(self.glide.turn);
+            let turned = cross(way.turn, place);
+            let around = seen(self.glide.around) + turned;
+            way.velocity += turned;
+            speed += sum(way.turn) * sum(place);
+            // In half a unit of time half of the square of the acceleration is an eighth, a sixth of the third power a 48th.
+            way.bend = cross(way.turn, around) * f32x4::splat(0.125 * curl);
+            way.margin += longer(around.abs()) * (0.085 * spin * spin);
         }
-        let margin = f32x4::splat(margin + (self.skew + 32.0 * ROUNDING) * speed);
-        self.in_a = Drift::new(velocity, off[0] + margin + views.of_b.margin);
-        self.in_b = Drift::new(views.of_a.vector(velocity), off[1] + margin + views.of_a.margin);
+        way.margin += (self.skew + 32.0 * ROUNDING) * speed;
+        way
+    }
+
+    /// How a box passes with these half extents, if directions are off by `skew`.
+    #[inline(always)]
+    fn drift(&self, way: &Way, half: f32x4, margin: f32x4, skew: f32) -> Drift {
+        let mut margin = margin + f32x4::splat(way.margin);
+        if self.glide.spin > 0.0 {
+            let off = self.off(way.turn, self.glide.wobble + skew * sum(way.turn), half);
+            margin += off + way.bend.abs() + f32x4::splat(skew * sum(way.bend));
+        }
+        Drift::new(way.velocity, margin)
     }
 
     /// By how much points within half extents leave the lines that they would be on with the velocity of their middle.
@@ -220,7 +239,7 @@ impl Windows {
     fn off(&self, turn: f32x4, wobble: f32, half: f32x4) -> f32x4 {
         let turn = turn.abs() + f32x4::splat(wobble);
         let way = yzx(turn) * zxy(half) + zxy(turn) * yzx(half);
-        way * f32x4::splat(HALF_A_PIECE) + f32x4::splat(sum(way) * self.spin * 0.25)
+        way * f32x4::splat(HALF_A_PIECE) + f32x4::splat(sum(way) * self.glide.spin * 0.25)
     }
 
     /// The time from which on boxes may meet, infinite if they do not.
@@ -262,7 +281,7 @@ fn sum(a: f32x4) -> f32 {
     x + y + z
 }
 
-impl BoxTest for Windows {
+impl BoxTest for Windows<'_> {
     const IS_OVERLAP: bool = false;
 
     #[inline(always)]
@@ -271,11 +290,17 @@ impl BoxTest for Windows {
         let (a_center, a_half) = (a.own_center, a.own_half);
         let (b_center, b_half) = (b.own_center * scale, b.own_half * scale);
         let seen = views.of_b.point(b_center);
-        let halves = [views.of_b.half(b_half), b_half];
-        self.pass(a, views, seen, halves);
-        let of_a = self.in_a.window(seen - a_center, halves[0] + a_half);
+        let half = views.of_b.half(b_half);
+        let way = self.way(a, views, seen);
+        self.in_a = self.drift(&way, half, views.of_b.margin, 0.0);
+        let [mut enter, mut leave] = self.in_a.window(seen - a_center, half + a_half);
+        if leave < enter.max(BEGIN) || enter >= self.cut {
+            return false;
+        }
+        // Directions are off by the skew of their sum, which may be seen up to the root of 3 shorter.
+        self.in_b = self.drift(&way.seen(&views.of_a), b_half, views.of_a.margin, 2.0 * self.skew);
         let of_b = self.in_b.window(b_center - views.of_a.point(a_center), views.of_a.half(a_half) + b_half);
-        let (mut enter, mut leave) = (of_a[0].max(of_b[0]), of_a[1].min(of_b[1]));
+        (enter, leave) = (enter.max(of_b[0]), leave.min(of_b[1]));
         if leave < enter.max(BEGIN) || enter >= self.cut {
             return false;
         }
@@ -355,7 +380,7 @@ impl BoxTest for Windows {
 
 /// The given children of two nodes. Compiled once, as it is large and asked for in several places.
 struct Both<'k> {
-    windows: &'k Windows,
+    windows: &'k Windows<'k>,
     facing: Facing<'k>,
     alive: [u32; 2],
     keys: &'k mut Keys,

@@ -16,13 +16,13 @@ use crate::math::{larger, largest, smaller};
 use glam::DVec3;
 
 /// How B goes through a piece of time, from -1/2 to 1/2 with the place that it is given in the middle: lengths in A's units. A
-/// point at `y` has the velocity `shift + turn x y` there.
+/// point at `y` has the velocity `shift + turn x y` there. The fourth component of vectors is 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Glide {
-    pub shift: [f32; 3],
-    pub turn: [f32; 3],
+    pub shift: [f32; 4],
+    pub turn: [f32; 4],
     /// The same velocity less that of the axis about which B turns, at `y = 0`.
-    pub around: [f32; 3],
+    pub around: [f32; 4],
     /// By how much a component of `turn` may differ at other times of the piece.
     pub wobble: f32,
     /// Of how many radians B turns in half of the piece, at most.
