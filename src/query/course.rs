@@ -189,6 +189,12 @@ impl Piece {
         self.end - self.begin
     }
 
+    /// When part `i` of `parts` of the same length ends, rounded up.
+    pub fn end_of_part(&self, i: u32, parts: u32) -> f64 {
+        let end = self.begin + self.length() * (f64::from(i + 1) / f64::from(parts)) + 4.0 * f64::EPSILON;
+        smaller(end, self.end)
+    }
+
     /// A time in lengths of the piece from its middle.
     pub fn local(&self, time: f64) -> f32 {
         ((time - self.middle) / self.length()) as f32

@@ -9,8 +9,9 @@ use super::search::Search;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Followed {
     pub pair: [u32; 2],
-    /// It does not meet before.
+    /// It does not meet before, nor, in this piece, after.
     pub from: f64,
+    pub until: f64,
     /// Over how much time it is looked at next.
     pub span: f64,
     pub phase: Phase,
@@ -20,9 +21,9 @@ pub(super) struct Followed {
 }
 
 impl Followed {
-    /// A pair that does not meet before `from`, to be looked at over a span of time.
-    pub fn new(pair: [u32; 2], from: f64, span: f64) -> Self {
-        Self { pair, from, span, phase: Phase::Window, steps: 0, doubts: 0 }
+    /// A pair that may meet between two times, to be looked at over a span of time.
+    pub fn new(pair: [u32; 2], [from, until]: [f64; 2], span: f64) -> Self {
+        Self { pair, from, until, span, phase: Phase::Window, steps: 0, doubts: 0 }
     }
 }
 

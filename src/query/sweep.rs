@@ -120,7 +120,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let first = search.proposed.pop();
         if let Some(Bounded { pair, low }) = first.filter(|_| glide.curl == 0.0 || glide.spin == 0.0) {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
-            journey.followed = Some(Followed::new(pair, piece.time(low), 1.0));
+            journey.followed = Some(Followed::new(pair, [piece.time(low), piece.end], 1.0));
             return;
         }
         let (pairs, keys, count) = match first {
@@ -141,8 +141,12 @@ impl Traversal<'_, '_, Sweep<'_>> {
         }
         match first {
             Some(Bounded { pair, low }) => {
-                let from = larger_known(enter[alive.trailing_zeros() as usize % WIDTH], low);
-                journey.followed = Some(Followed::new(pair, piece.time(from), piece.length() / WIDTH as f64));
+                let (first, last) = (alive.trailing_zeros(), alive.ilog2());
+                let from = piece.time(larger_known(enter[first as usize % WIDTH], low));
+                let until = piece.end_of_part(last, WIDTH as u32);
+                if from < until {
+                    journey.followed = Some(Followed::new(pair, [from, until], piece.length() / WIDTH as f64));
+                }
             }
             None => self.propose(&pairs[..count], &keys, &enter, alive),
         }
@@ -161,8 +165,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
     /// Goes on with a pair by one step.
     #[inline(never)]
     fn follow(&mut self, mut followed: Followed) {
-        let Followed { pair, from, span, phase, .. } = followed;
-        let Sweep { course, piece, margin, tolerance, .. } = &self.question;
+        let Followed { pair, from, until, span, phase, .. } = followed;
+        let Sweep { course, margin, tolerance, .. } = &self.question;
         let (stats, journey) = (&mut self.workspace.run.stats, &mut self.workspace.journey);
         if !journey.matters(from) {
             stats.work += WORK_PER_LOOKUP;
@@ -174,7 +178,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
             let pose = course.pose(time);
             of_b.map(|corner| pose.transform_point(corner))
         };
-        let span = span.min(piece.end - from);
+        let span = span.min(until - from);
         let (half, middle) = (span / 2.0, from + span / 2.0);
         let (b, twist) = (at(middle), course.twist(middle));
         // How well times are known: by how corners leave their lines, and by how the triangle turns.
@@ -196,7 +200,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         self.deadline.look_next();
         let Some([enter, leave]) = window else {
             // Free for this span.
-            if from + span < piece.end {
+            if from + span < until {
                 (followed.from, followed.span, followed.phase) = (from + span, 4.0 * span, Phase::Window);
                 journey.followed = Some(followed);
             }
@@ -241,7 +245,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
                 // Whether they meet could not be told; on to where it can.
                 journey.pass(from);
                 let further = (tolerance * libm::ldexp(1.0, followed.doubts)).max(f64::EPSILON);
-                if from + further >= piece.end {
+                if from + further >= until {
                     return;
                 }
                 (followed.from, followed.span) = (from + further, 1.0);
