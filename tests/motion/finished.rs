@@ -124,6 +124,29 @@ fn the_time_of_contact_is_that_of_the_angle() {
     }
 }
 
+/// The same in the turn of a frame, which is one piece: the end of the rod comes near by the turn alone.
+#[test]
+fn the_time_of_contact_in_a_short_turn_is_that_of_the_angle() {
+    let rod = Tree::new(Mesh::from_f64([-DVec3::X, DVec3::X, DVec3::Y * 0.1], [[0, 1, 2]]).unwrap());
+    let wall = Tree::new(plate(5.0, 4));
+    let mut workspace = Workspace::new();
+    for angle in [0.06_f64, 0.03, 0.005] {
+        for time in [0.02, 0.3, 0.7, 0.99, 1.01] {
+            let start = at(0.0, 0.0, (time * angle).sin());
+            let motion = Motion::turning(start, DVec3::ZERO, [0.0, angle, 0.0], start.translation()).unwrap();
+            for query in [
+                MotionQuery::new(&wall, &rod, motion),
+                MotionQuery::of_both([&wall, &rod], [Motion::straight(Pose::IDENTITY, DVec3::ZERO).unwrap(), motion]),
+            ] {
+                let said = run(&query, &mut workspace, ENOUGH);
+                assert_eq!(said.touching_at.is_some(), time < 1.0, "{angle} {time}: {said:?}");
+                assert!(said.free_until <= time && said.touching_at.is_none_or(|touching| time <= touching + 1e-15));
+                assert!(said.touching_at.is_none_or(|touching| (touching - said.free_until) * angle < 1e-5));
+            }
+        }
+    }
+}
+
 #[test]
 fn thin_plates_and_fast_bodies_are_not_passed_through() {
     let plate = Tree::new(plate(3.0, 8));
