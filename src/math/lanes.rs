@@ -19,6 +19,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// An instruction set: the operations behind [`F8`] and [`D8`].
 pub(crate) trait Lanes: Copy {
+    /// Whether eight `f32` are one register, not two.
+    const IS_WHOLE: bool;
     /// Eight `f32`, or eight all-ones or all-zeros masks.
     type F: Copy;
     /// Eight `f64`.

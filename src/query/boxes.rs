@@ -145,7 +145,8 @@ pub(super) type Keys = [[f32; WIDTH]; WIDTH];
 /// A question in terms of boxes: which pairs of children are of interest, and how much. Bit `8 i + j` of an answer stands for
 /// child `i` of the opened node and child `j` of the other, and so does entry `[i][j]` of the keys.
 pub(super) trait BoxTest {
-    /// Whether the question is overlap alone: boxes that are apart on an edge axis are of no interest then, and keys are depths.
+    /// Whether the question is overlap alone: boxes that are apart on an edge axis are of no interest then, keys are depths, and
+    /// triangles of two clusters are compared as other children are.
     const IS_OVERLAP: bool;
 
     /// Whether a pair is of interest, by the own boxes of both nodes. A child first passes the test along its parent's axes;
@@ -192,12 +193,12 @@ pub(super) struct Triangles<'t> {
 /// Whether boxes overlap, on the six face axes; keys tell how deep.
 pub(super) struct Overlap;
 
-/// Whether a box, seen from another, is apart from it; both by centre and half extents.
+/// The axes on which a box, seen from another, is apart from it; both by centre and half extents.
 #[inline(always)]
-fn apart(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> bool {
+fn apart(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> f32x4 {
     let distance = view.point(seen.0) - other.0;
     let reach = view.half(seen.1) + other.1;
-    reach.simd_lt(distance.abs()).any()
+    reach.simd_lt(distance.abs())
 }
 
 impl BoxTest for Overlap {
@@ -208,7 +209,8 @@ impl BoxTest for Overlap {
         let scale = f32x4::splat(scale);
         let a = (a.own_center, a.own_half);
         let b = (b.own_center * scale, b.own_half * scale);
-        !apart(b, a, &views.of_b) && !apart(a, b, &views.of_a)
+        // One branch for both: neither can be guessed.
+        !(apart(b, a, &views.of_b) | apart(a, b, &views.of_a)).any()
     }
 
     #[inline(always)]
@@ -218,7 +220,8 @@ impl BoxTest for Overlap {
         let b_in_a = b_rows.seen(lanes, of_b).slabs();
         let (low, high) = ends(a.own_center, a.own_half);
         let alive_b = alive_b & !b_in_a.apart(lanes, low, high);
-        if alive_b == 0 {
+        // Else a branch that cannot be guessed costs more than it saves.
+        if !L::IS_WHOLE && alive_b == 0 {
             return 0;
         }
         let a_rows = Boxes::children(lanes, a, scales[0]);

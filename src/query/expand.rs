@@ -45,6 +45,14 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     boxes: &mut T,
     sink: &mut impl Sink,
 ) {
+    // The pair with a child in the place of the node of A, or of B; all of the child's own children are of interest.
+    let with_child = |is_a: bool, child: u32, alive: [u8; 2]| {
+        if is_a {
+            Pair { nodes: [child, ib], alive: [u8::MAX, alive[1]] }
+        } else {
+            Pair { nodes: [ia, child], alive: [alive[0], u8::MAX] }
+        }
+    };
     let scale = relation.scale;
     let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
     let level = usize::from(a.depth) + usize::from(b.depth);
@@ -61,38 +69,35 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     match which(a, b, scale) {
         Open::Both => {
             sink.count(level + 2, valid[0].count_ones() * valid[1].count_ones() + 1);
-            if a.is_cluster {
+            // One copy of the test where one serves both: two make the loop slower.
+            let hits = if a.is_cluster && !T::IS_OVERLAP {
                 let rows = || [rows(tree_a, a), rows(tree_b, b)];
-                let hits = boxes.clusters(lanes, of_a, valid, rows, sink.keys());
+                boxes.clusters(lanes, of_a, valid, rows, sink.keys())
+            } else {
+                boxes.both(lanes, of_a, valid, sink.keys())
+            };
+            if a.is_cluster {
                 sink.triangles(hits, first);
             } else {
-                let hits = boxes.both(lanes, of_a, valid, sink.keys());
                 sink.pairs(hits, |bit| Pair::new(first[0] + bit / 8, first[1] + bit % 8));
             }
         }
-        Open::A => {
-            sink.count(level + 1, u32::from(a.children) + 1);
-            let hits = boxes.children(lanes, of_a, sink.keys());
-            sink.pairs(hits.into(), |i| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive[1]] });
+        Open::One { is_a } => {
+            let facing = if is_a { of_a } else { of_b };
+            let first = facing.nodes[0].first_child;
+            sink.count(level + 1, u32::from(facing.nodes[0].children) + 1);
+            let hits = boxes.children(lanes, facing, sink.keys());
+            sink.pairs(hits.into(), |i| with_child(is_a, first + i, alive));
         }
-        Open::B => {
-            sink.count(level + 1, u32::from(b.children) + 1);
-            let hits = boxes.children(lanes, of_b, sink.keys());
-            sink.pairs(hits.into(), |j| Pair { nodes: [ia, first[1] + j], alive: [alive[0], u8::MAX] });
-        }
-        Open::TrianglesOfA => {
-            sink.count(level + 2, valid[0].count_ones() * u32::from(b.children) + 1);
-            let view = || views.triangles_of_a(b, relation);
-            let triangles = || Triangles { rows: rows(tree_a, a), view: view(), skew: relation.skew };
-            let hits = boxes.triangles(lanes, of_a, valid[0], triangles, sink.keys());
-            clusters::<T>(hits, valid[0], sink, |j, alive| Pair { nodes: [ia, first[1] + j], alive: [alive, u8::MAX] });
-        }
-        Open::TrianglesOfB => {
-            sink.count(level + 2, valid[1].count_ones() * u32::from(a.children) + 1);
-            let view = || views.triangles_of_b(a, relation);
-            let triangles = || Triangles { rows: rows(tree_b, b), view: view(), skew: relation.skew };
-            let hits = boxes.triangles(lanes, of_b, valid[1], triangles, sink.keys());
-            clusters::<T>(hits, valid[1], sink, |i, alive| Pair { nodes: [first[0] + i, ib], alive: [u8::MAX, alive] });
+        Open::Triangles { is_a } => {
+            let (facing, tree, of_one) = if is_a { (of_a, tree_a, valid[0]) } else { (of_b, tree_b, valid[1]) };
+            let [one, other] = facing.nodes;
+            sink.count(level + 2, of_one.count_ones() * u32::from(other.children) + 1);
+            let view = || if is_a { views.triangles_of_a(b, relation) } else { views.triangles_of_b(a, relation) };
+            let triangles = || Triangles { rows: rows(tree, one), view: view(), skew: relation.skew };
+            let hits = boxes.triangles(lanes, facing, of_one, triangles, sink.keys());
+            let first = other.first_child;
+            clusters::<T>(hits, of_one, sink, |j, alive| with_child(!is_a, first + j, [alive; 2]));
         }
     }
 }
@@ -145,10 +150,14 @@ fn clusters<T: BoxTest>(hits: u64, alive: u32, sink: &mut impl Sink, pair: impl 
 /// Which side of a pair is opened.
 enum Open {
     Both,
-    A,
-    B,
-    TrianglesOfA,
-    TrianglesOfB,
+    /// The children of one side.
+    One {
+        is_a: bool,
+    },
+    /// The triangles of a cluster, against the children of the other side.
+    Triangles {
+        is_a: bool,
+    },
 }
 
 /// The larger of two inner nodes is opened alone if it is this many times larger than the other.
@@ -159,12 +168,12 @@ fn which(a: &Node, b: &Node, scale: f32) -> Open {
     let (size_a, size_b) = (a.size, b.size * scale);
     match (a.is_cluster, b.is_cluster) {
         (true, true) => Open::Both,
-        (true, false) if size_a > size_b => Open::TrianglesOfA,
-        (true, false) => Open::B,
-        (false, true) if size_b > size_a => Open::TrianglesOfB,
-        (false, true) => Open::A,
-        (false, false) if size_a > LARGER * size_b => Open::A,
-        (false, false) if size_b > LARGER * size_a => Open::B,
+        (true, false) if size_a > size_b => Open::Triangles { is_a: true },
+        (true, false) => Open::One { is_a: false },
+        (false, true) if size_b > size_a => Open::Triangles { is_a: false },
+        (false, true) => Open::One { is_a: true },
+        (false, false) if size_a > LARGER * size_b => Open::One { is_a: true },
+        (false, false) if size_b > LARGER * size_a => Open::One { is_a: false },
         (false, false) => Open::Both,
     }
 }

@@ -133,6 +133,9 @@ impl Sink for Traversal<'_, '_, Intersection<'_>> {
         if self.origin != Origin::Stack {
             return self.queue_all(hits, child);
         }
+        if !self.strategy.deepest_first {
+            return self.workspace.front.push_all(hits, child);
+        }
         if hits == 0 {
             return;
         }
@@ -142,13 +145,12 @@ impl Sink for Traversal<'_, '_, Intersection<'_>> {
             hits &= hits - 1;
             let place = self.workspace.front.push(child(bit));
             let depth = self.keys.as_flattened()[bit as usize % 64];
-            if self.strategy.deepest_first && depth > deepest {
-                (deepest, at) = (depth, place);
-            }
+            // Chosen, not branched: which is deeper cannot be guessed.
+            let is_deeper = depth > deepest;
+            deepest = if is_deeper { depth } else { deepest };
+            at = if is_deeper { place } else { at };
         }
-        if self.strategy.deepest_first {
-            self.workspace.front.raise(at);
-        }
+        self.workspace.front.raise(at);
     }
 
     #[inline(always)]

@@ -65,7 +65,8 @@ impl March {
     /// one: a bit each for 01, 12 and 20 of A, then those of B.
     ///
     /// Without branches on what can't be predicted: which edges cross, and which of them lead out of the cluster.
-    #[inline]
+    // Seldom asked for, and so out of the loop.
+    #[inline(never)]
     pub fn lead(&mut self, [a, b]: [&Tree; 2], pair: [u32; 2], mut crossings: u32) {
         let (Some(of_a), Some(of_b)) = (a.neighbors(pair[0]), b.neighbors(pair[1])) else { return };
         if self.visited.is_full() {

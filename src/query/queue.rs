@@ -124,6 +124,15 @@ impl Front {
         at
     }
 
+    /// Pushes the pair of each bit of `mask`.
+    #[inline(always)]
+    pub fn push_all(&mut self, mut mask: u64, pair: impl Fn(u32) -> Pair) {
+        while mask != 0 {
+            self.push(pair(mask.trailing_zeros()));
+            mask &= mask - 1;
+        }
+    }
+
     /// Brings a pair of the stack to its top.
     #[inline(always)]
     pub fn raise(&mut self, at: usize) {
@@ -182,18 +191,28 @@ impl Front {
     /// The next pair, and where it comes from.
     #[inline(always)]
     pub fn pop(&mut self) -> Option<(Pair, Origin)> {
-        if self.height == self.base {
-            if let Some((pair, witnesses)) = self.paths.pop() {
-                self.path_witnesses = witnesses;
-                return Some((pair, Origin::Path));
-            }
-            if self.base == 0 {
-                return if self.occupied == 0 { None } else { Some((self.pop_queue(), Origin::Queue)) };
-            }
-            self.base = 0;
-        }
+        if self.height == self.base { self.pop_beyond() } else { Some((self.pop_stack(), Origin::Stack)) }
+    }
+
+    #[inline(always)]
+    fn pop_stack(&mut self) -> Pair {
         self.height -= 1;
-        Some((self.stack[self.height % STACK], Origin::Stack))
+        self.stack[self.height % STACK]
+    }
+
+    /// The next pair where the stack has none above its base.
+    #[cold]
+    #[inline(never)]
+    fn pop_beyond(&mut self) -> Option<(Pair, Origin)> {
+        if let Some((pair, witnesses)) = self.paths.pop() {
+            self.path_witnesses = witnesses;
+            return Some((pair, Origin::Path));
+        }
+        if self.base == 0 {
+            return if self.occupied == 0 { None } else { Some((self.pop_queue(), Origin::Queue)) };
+        }
+        self.base = 0;
+        Some((self.pop_stack(), Origin::Stack))
     }
 
     fn pop_queue(&mut self) -> Pair {

@@ -40,6 +40,7 @@ macro_rules! lanewise {
 }
 
 impl Lanes for Avx2 {
+    const IS_WHOLE: bool = true;
     type F = __m256;
     type D = [__m256d; 2];
 

@@ -32,6 +32,7 @@ macro_rules! lanewise {
 }
 
 impl Lanes for Portable {
+    const IS_WHOLE: bool = false;
     type F = F;
     type D = D;
 
