@@ -16,7 +16,7 @@ const ARROWS: [(&str, &[&str]); 11] = [
     ("model", &["math"]),
     ("query", &["math", "names", "mesh", "tree", "triangle", "contact", "model"]),
     ("push_out", &["math", "tree", "triangle", "model", "query"]),
-    ("scene", &["math", "names", "mesh", "tree", "triangle", "model", "query"]),
+    ("scene", &["math", "names", "mesh", "tree", "triangle", "contact", "model", "query"]),
     ("internals", &["math", "model", "query"]),
 ];
 

@@ -131,6 +131,16 @@ fn refilter(world: &mut World, _: usize) {
     }
 }
 
+/// Bodies fly through one another, and their contacts are told.
+fn touch(world: &mut World, frame: usize) {
+    if frame == 0 {
+        world.scene.find_contacts();
+    }
+    world.fly();
+    let [a, b] = [0, 1].map(|_| world.ids[world.random.below(BODIES)]);
+    let _ = world.scene.contact_points(a, b);
+}
+
 /// The other question, and the other boxes, from time to time.
 fn ask_otherwise(world: &mut World, frame: usize) {
     world.fly();
@@ -154,7 +164,7 @@ const TIME: &[Budget] = &[Budget::time(Duration::from_micros(5)), Budget::time(D
 const MIXED: &[Budget] =
     &[Budget::unlimited(), Budget::work(20_000), Budget::work(200_000), Budget::time(Duration::from_micros(50))];
 
-fn configurations() -> [Configuration; 14] {
+fn configurations() -> [Configuration; 17] {
     let new = |name, mode, reach, budgets, threads, play| Configuration { name, mode, reach, budgets, threads, play };
     let (any, all, here, swept) = (Mode::Any, Mode::All, Reach::Here, Reach::Swept);
     [
@@ -172,6 +182,9 @@ fn configurations() -> [Configuration; 14] {
         new("refilter", any, here, WORK, 1, refilter),
         new("ask otherwise", any, here, MIXED, 1, ask_otherwise),
         new("two threads", any, here, WORK, 2, fly),
+        new("contacts", any, here, MIXED, 1, touch),
+        new("contacts of all", all, here, WORK, 1, touch),
+        new("contacts on two threads", any, here, MIXED, 2, touch),
     ]
 }
 

@@ -10,6 +10,7 @@ use crate::triangle::distance::Closest;
 use crate::triangle::triangle_segment;
 use glam::DVec3;
 pub(crate) use list::ContactList;
+pub(crate) use patch::PatchMemory;
 pub use patch::{Patch, Patches};
 
 /// A triangle of A and one of B that meet or are close to one another. All of it is in A's frame, rounded, in the length unit

@@ -88,6 +88,15 @@ pub(crate) const LEAST_WORK: u64 = WORK_PER_QUERY + MAX_STEP_WORK;
 /// The same of a distance.
 pub(crate) const LEAST_DISTANCE_WORK: u64 = WORK_PER_QUERY + MAX_DISTANCE_STEP_WORK;
 
+/// Work of bringing a contact into a patch and of choosing points for it, about what it takes.
+pub(crate) const WORK_PER_PATCHED_CONTACT: u64 = 600;
+
+/// Contacts that there is room to patch after every query of contacts in a scene.
+pub(crate) const LEAST_PATCHED: u64 = 4;
+
+/// The least that is of use to a pair in a scene which asks for contacts.
+pub(crate) const LEAST_CONTACT_WORK: u64 = LEAST_DISTANCE_WORK + LEAST_PATCHED * WORK_PER_PATCHED_CONTACT;
+
 /// Work that takes as long as planning another round of a scene's frame, for each pair.
 pub(crate) const WORK_PER_PLANNED_PAIR: u64 = 15;
 
@@ -109,8 +118,9 @@ pub(crate) const WORK_PER_MERGED_PAIR: u64 = 10;
 pub(crate) const WORK_PER_PAIR_APART: u64 = 15;
 pub(crate) const WORK_PER_LISTED_PAIR: u64 = 80;
 
-/// Work of making room for a pair.
+/// Work of making room for a pair, and for its contacts.
 pub(crate) const WORK_PER_STATE: u64 = 600;
+pub(crate) const WORK_PER_TOUCH: u64 = 3000;
 
 /// Nanoseconds of a unit of work, the median over 8,373 queries (`docs/performance.md`).
 pub(crate) const TYPICAL_UNIT: f64 = 0.36;

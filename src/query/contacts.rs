@@ -20,7 +20,7 @@ use super::traversal::Traversal;
 use super::triangle_pairs::PATIENCE;
 use super::views::Relation;
 use super::workspace::{Asked, Key, ResumeError, Workspace};
-use crate::contact::face_normal;
+use crate::contact::{Contact, face_normal};
 use crate::math::Pose;
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::model::cost::MAX_STEP_WORK;
@@ -186,8 +186,18 @@ impl<'t> ContactQuery<'t> {
         Key { trees, b_in_a: self.b_in_a, asked: Asked::Contacts(self.options) }
     }
 
+    /// Whether the workspace holds a run of this query, stopped or finished.
+    pub(crate) fn is_in(&self, workspace: &Workspace) -> bool {
+        workspace.run.holds(&self.key()).is_ok()
+    }
+
+    /// Whether a contact proves that the surfaces come within the margin.
+    pub(crate) fn is_within(&self, contact: &Contact) -> bool {
+        contact.distance <= self.options.margin
+    }
+
     /// Prepares the workspace for a run from the roots.
-    fn begin(&self, workspace: &mut Workspace) {
+    pub(crate) fn begin(&self, workspace: &mut Workspace) {
         workspace.clear();
         workspace.run.begin(self.key(), Strategy { batch: PATIENCE, ..Strategy::NONE });
         if workspace.contacts.capacity() == 0 {
@@ -206,7 +216,7 @@ impl<'t> ContactQuery<'t> {
     }
 
     /// Spends a budget on the run in the workspace.
-    fn spend(&self, workspace: &mut Workspace, deadline: &mut Deadline) -> Contacts {
+    pub(crate) fn spend(&self, workspace: &mut Workspace, deadline: &mut Deadline) -> Contacts {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
         let trees = [self.a, self.b];
         workspace.contacts.hurry(deadline.is_timed());

@@ -16,9 +16,10 @@ pub(crate) struct Deadline<'c> {
     clock: &'c dyn Clock,
     started: Option<Duration>,
     end: Option<Duration>,
-    /// Work that may still be done, and how much of it a query leaves for its last step.
+    /// Work that may still be done, and how much of it a query leaves for its last step and for what comes after it.
     left: u64,
     reserve: u64,
+    after: u64,
     /// Work that cannot pass the end, if a unit takes no more than so many nanoseconds, or so many times the mean so far.
     safe: u64,
     slowest: [f64; 2],
@@ -44,7 +45,7 @@ impl<'c> Deadline<'c> {
     /// The end at a moment of the clock, if any, and after so much work, the last step of a query included.
     pub fn at(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
         let safe = if end.is_some() { 0 } else { u64::MAX };
-        let (poll_interval, reserve) = (MAX_STEP_WORK, MAX_STEP_WORK - 1);
+        let (poll_interval, reserve, after) = (MAX_STEP_WORK, MAX_STEP_WORK - 1, 0);
         let (at, next_look, first_look, done) = (0, 0, None, 0);
         let slowest = [SLOWEST_UNIT, SLOWEST_TO_MEAN];
         Self {
@@ -53,6 +54,7 @@ impl<'c> Deadline<'c> {
             end,
             left: work,
             reserve,
+            after,
             safe,
             slowest,
             first_look,
@@ -70,7 +72,12 @@ impl<'c> Deadline<'c> {
 
     /// From now on, what queries leave for a last step of so much work.
     pub fn leave(&mut self, work: u64) {
-        self.reserve = work - 1;
+        self.leave_after(work, 0);
+    }
+
+    /// The same, and so much for what comes after them.
+    pub fn leave_after(&mut self, work: u64, after: u64) {
+        (self.reserve, self.after) = (work - 1 + after, after);
     }
 
     /// Begins or resumes a query that has done `work`.
@@ -92,7 +99,8 @@ impl<'c> Deadline<'c> {
             return Some(StopReason::WorkLimit);
         }
         if self.is_timed() {
-            let Some(safe) = self.safe_work() else { return Some(StopReason::Deadline) };
+            let safe = self.safe_work().and_then(|safe| safe.checked_sub(self.after));
+            let Some(safe) = safe else { return Some(StopReason::Deadline) };
             self.safe = safe.max(self.poll_interval);
         }
         self.begin(work);

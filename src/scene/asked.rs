@@ -2,6 +2,7 @@
 
 use super::body::Bodies;
 use super::id::{PairKey, bodies_of};
+use super::state::PairState;
 use crate::query::{Budget, Clock, Mode};
 use core::time::Duration;
 
@@ -10,6 +11,9 @@ use core::time::Duration;
 const ESTIMATES: Duration = Duration::from_millis(1);
 const ESTIMATES_PART: u32 = 32;
 const ESTIMATES_MOST: Duration = Duration::from_micros(50);
+
+/// The guaranteed share of the round robin is this part of the budget.
+pub(super) const GUARANTEED: u64 = 8;
 
 /// A frame: what is asked, of which bodies, within which budget.
 pub(super) struct Frame<'f> {
@@ -44,6 +48,14 @@ impl Frame<'_> {
     pub fn for_estimates(&self) -> Option<Duration> {
         let limit = self.budget.time_limit().unwrap_or(Duration::MAX);
         (limit >= ESTIMATES).then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads as u32))
+    }
+
+    /// Whether the contacts of bodies that were last new in `changed` are known as well as this frame can tell.
+    pub fn has_located(&self, state: &PairState, changed: u64) -> bool {
+        let left_out = state.touch.as_ref().map_or(0, |touch| touch.left_out);
+        let work = self.budget.work_limit().unwrap_or(u64::MAX);
+        let time = self.budget.time_limit().map_or(u64::MAX, |time| time.as_nanos() as u64);
+        state.has_located(changed) && (left_out == 0 || left_out > work.min(time) / GUARANTEED)
     }
 
     /// The last frame in which something about a pair was new.

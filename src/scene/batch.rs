@@ -3,12 +3,16 @@
 //! Batches are what threads share out among themselves. What comes of a batch depends on nothing outside it, so under a budget
 //! of work it does not matter which thread runs it, or when.
 
+use super::ask::Asks;
 use super::body::Bodies;
 use super::id::{PairKey, bodies_of};
 use super::question::Question;
-use super::state::{PairState, Spent};
+use super::spent::Spent;
+use super::state::PairState;
+use super::touch::{MOST_CONTACTS, Touch};
+use crate::contact::Patches;
 use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
-use crate::query::{Clock, Deadline, Mode, StopReason, Verdict, Workspace};
+use crate::query::{Clock, Deadline, Mode, StopReason, Workspace};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::mem;
@@ -19,7 +23,9 @@ const QUEUE: usize = 1024;
 const FOUND: usize = 1024;
 
 pub(super) fn workspace() -> Box<Workspace> {
-    Box::new(Workspace::with_capacity(QUEUE, FOUND))
+    let mut workspace = Box::new(Workspace::with_capacity(QUEUE, FOUND));
+    workspace.reserve_contacts(MOST_CONTACTS);
+    workspace
 }
 
 /// What all batches of a round have in common.
@@ -44,12 +50,19 @@ pub(super) struct Batch {
     /// The pair whose run was stopped by the end of the budget; the run is in the workspace.
     pub held: Option<PairKey>,
     workspace: Option<Box<Workspace>>,
+    /// Room for patches, if contacts are asked for.
+    patches: Option<Box<Patches>>,
 }
 
 impl Batch {
     /// A batch with a workspace, so that no frame has to allocate one.
     pub fn new() -> Self {
         Self { workspace: Some(workspace()), ..Self::default() }
+    }
+
+    /// Makes room for patches.
+    pub fn make_patches(&mut self) {
+        self.patches.get_or_insert_with(Touch::patches);
     }
 
     /// The stopped run, if there is one, and the pair that it is of.
@@ -70,13 +83,14 @@ impl Batch {
         for (at, state) in self.turns.iter_mut().enumerate() {
             let key = state.turn.key;
             // A pair that is not expected to end has room in the next round, and those after it do not go first.
-            if !deadline.has_room(least) || at > 0 && state.turn.median > deadline.work_left() {
+            if !deadline.has_room(least) || at > 0 && u64::from(state.turn.median) > deadline.work_left() {
                 break;
             }
             let held = self.held == Some(key);
             let kept = self.workspace.as_mut().filter(|_| held);
-            let ended = state.run(bodies, kept.unwrap_or(scratch), held, round, &mut deadline);
-            state.end_turn(round.frame);
+            let mut desk = Desk { workspace: kept.unwrap_or(scratch), held, patches: self.patches.as_deref_mut() };
+            let ended = state.run(bodies, &mut desk, round, &mut deadline);
+            state.end_turn(bodies, round.frame);
             match ended {
                 Ended::Complete if held => self.held = None,
                 Ended::Stopped if !held => {
@@ -89,28 +103,29 @@ impl Batch {
     }
 }
 
+/// The buffers of a turn.
+pub(super) struct Desk<'d> {
+    pub workspace: &'d mut Workspace,
+    /// Whether the workspace has a stopped run of the pair.
+    pub held: bool,
+    pub patches: Option<&'d mut Patches>,
+}
+
 /// How far a pair got.
 #[derive(Clone, Copy, PartialEq)]
-enum Ended {
+pub(super) enum Ended {
     Complete,
     Stopped,
     NotBegun,
 }
 
 impl PairState {
-    /// Runs the pair as far as the deadline allows. `held`: whether the workspace has a stopped run of it.
-    fn run(
-        &mut self,
-        bodies: &Bodies,
-        workspace: &mut Workspace,
-        held: bool,
-        round: &Round,
-        deadline: &mut Deadline,
-    ) -> Ended {
+    /// Runs the pair as far as the deadline allows.
+    fn run(&mut self, bodies: &Bodies, desk: &mut Desk, round: &Round, deadline: &mut Deadline) -> Ended {
         let [Some(a), Some(b)] = bodies_of(self.turn.key).map(|body| bodies.at(body)) else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
-        if self.turn.witnessed && !held {
-            self.turn.witnessed = false;
+        if self.turn.asks == Asks::Witness && !desk.held {
+            self.turn.asks = Asks::Meet;
             self.turn.spent.work += WORK_PER_WITNESS;
             deadline.spend(WORK_PER_WITNESS);
             if let Some(witness) = self.memory.recheck(&a.body.tree, &b.body.tree, &b_in_a) {
@@ -122,12 +137,19 @@ impl PairState {
         if round.witnesses_only {
             return Ended::NotBegun;
         }
-        let question = Question::new(bodies, self.turn.key, [a, b], b_in_a, round.mode);
+        let question = match self.turn.asks {
+            Asks::Contacts => Question::contacts([a, b], b_in_a),
+            Asks::Witness | Asks::Meet => Question::new(bodies, self.turn.key, [a, b], b_in_a, round.mode),
+        };
         if !deadline.has_room(question.least_work()) {
             return Ended::NotBegun;
         }
         self.turn.is_blank = false;
-        if !(held && question.is_stopped_in(workspace)) {
+        if self.turn.asks == Asks::Contacts {
+            return self.locate(&question, bodies, [a, b], desk, round, deadline);
+        }
+        let Desk { workspace, held, .. } = desk;
+        if !(*held && question.is_stopped_in(workspace)) {
             self.pending = Spent::default();
             question.begin(workspace, &self.memory, round.to_the_end);
         }
@@ -150,11 +172,5 @@ impl PairState {
             }
             workspace.drain_pairs().for_each(drop);
         }
-    }
-
-    /// Takes note of what came of the turn.
-    fn end_turn(&mut self, frame: u64) {
-        self.turn.standing = self.standing(frame);
-        self.turn.teaches = self.turn.standing.verdict != Verdict::Undecided && self.has_told();
     }
 }

@@ -1,13 +1,15 @@
 //! Bodies: a shared tree at a pose, and who may meet whom.
 
+use super::ask::Weights;
 use super::error::SceneError;
 use super::id::{BodyId, PairKey, bodies_of, pair_key};
+use super::located::Located;
 use super::measured::Measured;
 use super::room::reserve;
 use super::waiting::Waiting;
 use crate::math::tolerance::{COORDINATE_LIMIT, SCENE_REACH, SCENE_ROTATION_TOLERANCE};
 use crate::math::{Motion, Pose, rotation_deviation};
-use crate::model::cost::{LEAST_DISTANCE_WORK, LEAST_WORK};
+use crate::model::cost::{LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_WORK};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
@@ -195,6 +197,9 @@ pub(super) struct Bodies {
     grown: u64,
     /// The pairs whose distances are asked for.
     pub measured: Measured,
+    /// Those whose contacts are.
+    pub located: Located,
+    pub weights: Weights,
     /// Whether there is, or was, a body of which more may be asked than whom it meets.
     has_special: bool,
 }
@@ -257,6 +262,7 @@ impl Bodies {
         if mem::take(&mut self.facts[id.index()].is_measured) {
             self.measured.forget(id.index);
         }
+        self.located.forget(id.index);
         // A slot whose generations are used up is given up.
         if let Some(next) = id.generation.checked_add(1) {
             self.facts[id.index()].generation = next;
@@ -340,7 +346,11 @@ impl Bodies {
 
     /// The least work of a turn, of whatever may be asked.
     pub fn least_work(&self) -> u64 {
-        if self.has_special { LEAST_DISTANCE_WORK } else { LEAST_WORK }
+        match self.has_special {
+            _ if self.located.any() => LEAST_CONTACT_WORK,
+            true => LEAST_DISTANCE_WORK,
+            false => LEAST_WORK,
+        }
     }
 
     /// Leaves a change to the next frame.

@@ -1,5 +1,6 @@
 //! Which job goes into which batch.
 
+use super::ask::Asks;
 use super::batch::Batch;
 use super::job::Job;
 use super::pairs::Pairs;
@@ -49,7 +50,7 @@ impl Deal<'_> {
         let block = expected / blocks + 1;
         self.turns(u64::MAX, |before| (before / block) as usize);
         for (batch, index) in self.batches.iter_mut().zip(0..) {
-            let own: u64 = batch.turns.iter().map(|state| state.turn.median).sum();
+            let own: u64 = batch.turns.iter().map(|state| u64::from(state.turn.median)).sum();
             let share = u128::from(left - reserve) * u128::from(own) / u128::from(expected.max(1));
             let share = share as u64 + if index == 0 { reserve } else { 0 };
             batch.budget = if free { u64::MAX } else { share };
@@ -59,7 +60,7 @@ impl Deal<'_> {
     /// Jobs that a remembered witness may decide, as many as `work` allows. Whether there are any.
     pub fn witnesses(&mut self, work: u64) -> bool {
         // Its stopped run is resumed instead: for these poses the witnesses have been tested.
-        let is_due = |job: &Job| job.witnessed && job.home.is_none();
+        let is_due = |job: &Job| job.asks == Asks::Witness && job.home.is_none();
         let due = self.jobs.iter().filter(|job| is_due(job)).count() as u64;
         let most = due.min(work / (WORK_PER_WITNESS + self.overhead)) as usize;
         let block = most.div_ceil(BATCHES).max(1);
@@ -149,6 +150,9 @@ impl Deal<'_> {
         let job = &mut self.jobs[index];
         let (mut state, is_blank) = self.pairs.take(job.place as usize, self.frame);
         state.turn = job.dealt(index as u32, is_blank);
+        if job.asks == Asks::Contacts && state.touch.is_none() {
+            state.touch = Some(self.pairs.lend_touch());
+        }
         let batch = job.home.take().map_or(batch, usize::from);
         self.batches[batch].turns.push(state);
         job.median() + self.overhead

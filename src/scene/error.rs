@@ -1,5 +1,6 @@
 //! Why a scene refuses something.
 
+use super::ask::PairQuestion;
 use super::id::BodyId;
 use crate::math::RayError;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
@@ -40,7 +41,12 @@ pub enum SceneError {
         /// What was given.
         length: f64,
     },
-    /// The distance of a body from itself is asked for.
+    /// The importance of a question is infinite or NaN.
+    QuestionImportanceNotFinite {
+        /// The question.
+        question: PairQuestion,
+    },
+    /// The distance of a body from itself is asked for, or its contacts with itself.
     OneBody {
         /// The body.
         body: BodyId,
@@ -68,6 +74,9 @@ impl fmt::Display for SceneError {
             Self::ImportanceNotANumber { body } => write!(f, "{body}: the importance is not a number"),
             Self::NotALength { body, length } => {
                 write!(f, "{body}: {length} is not a length from 0 to 2^1000")
+            }
+            Self::QuestionImportanceNotFinite { question } => {
+                write!(f, "the importance of the question {question} is not finite")
             }
             Self::OneBody { body } => write!(f, "{body} has no distance from itself"),
             Self::NoRay { body, error } => write!(f, "in the coordinates of {body}, {error}"),

@@ -36,6 +36,19 @@ impl Forecast {
         Self { median: capped(median), high: capped(high), search: capped(search), still, chance }
     }
 
+    /// Of the contacts of a pair that is known to meet: from the last run, or else from what a search takes.
+    pub fn of_contacts(state: &PairState, sizes: [f32; 2]) -> Self {
+        let (cost, pending) = state.touch.as_ref().map_or((0, 0), |touch| (touch.cost, touch.pending.work));
+        let (guess, spread) = match cost {
+            0 => (CONTACTS * (sizes[0] * sizes[1]) as u64, 4),
+            cost => (cost, 2),
+        };
+        let median = guess.saturating_sub(pending).max(MAX_STEP_WORK) + WORK_PER_QUERY;
+        let capped = |work: u64| work.min(u64::from(u32::MAX)) as u32;
+        let (search, high) = (capped(median), capped(spread * median));
+        Self { median: search, high, search, still: 1.0, chance: 1.0 }
+    }
+
     /// Chance of finding an intersection per expected work; at most 1.
     #[inline]
     pub fn gain(&self) -> f32 {
@@ -51,6 +64,9 @@ const PARTED: f32 = 0.01;
 const LOST_WITNESS: f32 = 0.93;
 const NEVER_DECIDED: f32 = 0.3;
 const NEW_CONTACT: f32 = 3e-5;
+
+/// Work of finding the contacts of a pair for the first time, times the fourth roots of the triangle counts.
+const CONTACTS: u64 = 400;
 
 /// Work of a query that no remembered witness spares, median and 90 % quantile.
 #[inline]

@@ -1,8 +1,10 @@
 //! One pair in one frame: what is expected of it, and what became of it.
 
+use super::ask::Asks;
+use super::asked::Frame;
 use super::forecast::Forecast;
-use super::id::PairKey;
-use super::state::Turn;
+use super::id::{PairKey, bodies_of};
+use super::state::{PairState, Turn};
 
 /// A pair that was not at its end when the frame began.
 #[derive(Debug)]
@@ -16,8 +18,7 @@ pub(super) struct Job {
     pub rank: u64,
     /// The batch that holds its stopped run.
     pub home: Option<u8>,
-    /// Whether its last witness is likely to decide it, and has not been tested yet.
-    pub witnessed: bool,
+    pub asks: Asks,
     /// Whether it is neither in a batch nor at its end.
     pub open: bool,
 }
@@ -31,9 +32,33 @@ impl Job {
     /// Its turn in a batch, as the job `index` of the frame. `is_blank`: whether the state is new.
     pub fn dealt(&mut self, index: u32, is_blank: bool) -> Turn {
         self.open = false;
-        let Self { key, witnessed, .. } = *self;
-        Turn { key, index, median: self.median(), witnessed, is_blank, ..Turn::NONE }
+        let Self { key, asks, forecast, .. } = *self;
+        Turn { key, index, median: forecast.median, asks, next: Some(asks), is_blank, ..Turn::NONE }
     }
+
+    /// Asks another question from now on.
+    pub fn ask(&mut self, asks: Asks, frame: &Frame, state: &PairState) {
+        self.asks = asks;
+        (self.forecast, self.rank) = outlook(frame, self.key, state, asks, true);
+    }
+}
+
+/// What is expected of a question, unless nothing depends on it, and its rank.
+#[inline]
+pub(super) fn outlook(frame: &Frame, key: PairKey, state: &PairState, asks: Asks, expects: bool) -> (Forecast, u64) {
+    let [x, y] = bodies_of(key).map(|body| frame.bodies.facts(body));
+    let special = x.is_special | y.is_special;
+    // A distance takes about four times as long.
+    let scale = if special { 2.0 } else { 1.0 };
+    let sizes = [scale * x.size, scale * y.size];
+    let forecast = match asks {
+        _ if !expects => Forecast::default(),
+        Asks::Contacts => Forecast::of_contacts(state, sizes),
+        Asks::Witness | Asks::Meet => Forecast::new(state, sizes, frame.number - state.decided),
+    };
+    let urgency = if special && asks != Asks::Contacts { state.urgency() } else { None };
+    let importance = x.importance.max(y.importance) + frame.bodies.weight(key, asks);
+    (forecast, rank(importance, urgency.map_or(forecast.gain(), |urgency| 1.0 + urgency)))
 }
 
 /// Sorts by importance, then by gain, not negative, both descending.

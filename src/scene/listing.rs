@@ -3,11 +3,12 @@
 //! A list that is not whole begins with the pair whose turn it is, so that the guarantee of the round robin holds however few
 //! pairs a frame can look at.
 
+use super::ask::Asks;
 use super::asked::Frame;
+use super::body::Bodies;
 use super::broad::Broad;
-use super::forecast::Forecast;
-use super::id::bodies_of;
-use super::job::{Job, rank};
+use super::id::{PairKey, bodies_of};
+use super::job::{Job, outlook};
 use super::pairs::Pairs;
 use super::report::Report;
 use super::turns::RoundRobin;
@@ -23,11 +24,14 @@ pub(super) struct Listing<'l> {
     pub jobs: &'l mut Vec<Job>,
     pub report: &'l mut Report,
     pub turns: &'l mut RoundRobin,
+    /// Pairs whose contacts are asked for, as they met when it was last decided.
+    pub touching: usize,
 }
 
 impl Listing<'_> {
-    /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend.
-    pub fn run(&mut self, deadline: &mut Deadline) {
+    /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend. How many pairs touch, as
+    /// far as it is known, if that matters.
+    pub fn run(mut self, deadline: &mut Deadline) -> usize {
         self.jobs.clear();
         self.report.begin();
         let known = self.pairs.len();
@@ -43,6 +47,7 @@ impl Listing<'_> {
         let next = if end < known { self.pairs.key(end) } else { 0 };
         self.turns.end_list(next, seen < known);
         self.report.unlisted = known - seen;
+        self.touching
     }
 
     /// Brings what was listed first, so many jobs and pairs, behind the rest.
@@ -94,28 +99,36 @@ impl Listing<'_> {
             state.forget_told();
         }
         let complete = state.completed >= changed;
+        if complete && state.verdict != Verdict::Undecided {
+            state.decided = number;
+        }
+        let met = matches!(state.verdict, Verdict::Intersecting { .. });
+        let touches = met && bodies.located.has(key);
+        self.touching += usize::from(touches);
+        let located = !touches || self.frame.has_located(state, changed);
         let mut probability = 0.0;
-        if complete {
-            if state.verdict != Verdict::Undecided {
-                state.decided = number;
+        if !(complete && located) {
+            let hit = mode == Mode::Any && !special && met;
+            let asks = match () {
+                () if !located && (complete || asks_contacts_first(self.frame.bodies, self.turns, key)) => {
+                    Asks::Contacts
+                }
+                () if hit && state.refuted < changed => Asks::Witness,
+                () => Asks::Meet,
+            };
+            if complete {
+                state.completed = number;
             }
-        } else {
-            let age = number - state.decided;
-            let hit = mode == Mode::Any && !special && matches!(state.verdict, Verdict::Intersecting { .. });
-            // A distance takes about four times as long.
-            let scale = if special { 2.0 } else { 1.0 };
-            let sizes = [scale * x.size, scale * y.size];
-            let forecast = if forecasts { Forecast::new(state, sizes, age) } else { Forecast::default() };
-            let urgency = if special { state.urgency() } else { None };
+            let (forecast, rank) = outlook(self.frame, key, state, asks, forecasts);
             probability = if hit && state.refuted >= changed { forecast.chance } else { forecast.still };
             self.jobs.push(Job {
                 key,
                 listed: self.report.pairs.len() as u32,
                 place: place as u32,
                 forecast,
-                rank: rank(x.importance.max(y.importance), urgency.map_or(forecast.gain(), |urgency| 1.0 + urgency)),
+                rank,
                 home: None,
-                witnessed: hit && state.refuted < changed,
+                asks,
                 open: true,
             });
         }
@@ -138,4 +151,10 @@ impl Listing<'_> {
         }
         (overlap || self.pairs.overlapped(place)).then_some(true)
     }
+}
+
+/// Whether contacts come before anything else of a pair that met: in their turn, or if they matter more.
+fn asks_contacts_first(bodies: &Bodies, turns: &RoundRobin, key: PairKey) -> bool {
+    let weight = |asks| bodies.weight(key, asks);
+    turns.is_at_contacts(key).unwrap_or_else(|| weight(Asks::Contacts) > weight(Asks::Meet))
 }

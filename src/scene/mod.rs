@@ -10,6 +10,7 @@
 //! stopped. What was not reached is counted: bodies that are not placed, bodies whose partners are not known, pairs that are not
 //! listed, and pairs that are not decided.
 
+mod ask;
 mod asked;
 mod batch;
 mod body;
@@ -17,6 +18,8 @@ mod bounds;
 mod broad;
 mod build;
 mod cast;
+mod certificate;
+mod contact_points;
 mod deal;
 mod distances;
 mod error;
@@ -28,6 +31,8 @@ mod id;
 mod job;
 mod line;
 mod listing;
+mod locate;
+mod located;
 mod measured;
 mod motions;
 mod node;
@@ -40,24 +45,30 @@ mod room;
 mod schedule;
 mod share;
 mod sort;
+mod spent;
 mod state;
+mod touch;
 mod turns;
 mod waiting;
+mod weights;
 #[cfg(feature = "parallel")]
 mod workers;
 
+pub use ask::PairQuestion;
 pub use body::{Body, BodyKind, Filter};
+pub use certificate::PairCertificate;
+pub use contact_points::{ContactPoint, ContactPoints};
 pub use error::SceneError;
 pub use id::BodyId;
 pub use ray::{BodyHit, SceneCast, SceneRay};
-pub use report::{BodyContact, ContactPhase, PairCertificate, PairDistance, PairPassage, PairReport, Report};
+pub use report::{BodyContact, ContactPhase, PairDistance, PairPassage, PairReport, Report};
 
-use crate::math::{Aabb, Pose};
+use crate::math::Pose;
 use crate::model::calibration::Calibration;
 use crate::names::named;
 #[cfg(feature = "std")]
 use crate::query::SystemClock;
-use crate::query::{Budget, Clock, Mode, Verdict, Workspace};
+use crate::query::{Budget, Clock, Mode, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
@@ -324,12 +335,21 @@ impl Scene {
     /// twice as many, so there are few such frames; within the room made by [`Scene::reserve`] there are none. There are never
     /// more than [`Scene::max_pairs`] pairs.
     ///
-    /// **Guarantee: no pair starves.** Let `B` be the budget of each frame, of work (at least `L`) or the time that the
-    /// broad phase leaves; `R = B/8`; and `C` the sum over the overlapping pairs of what each takes to its end, or is
-    /// expected to take if that is more, with `L` units for every frame in which it goes on: `L` is 602, or 1,290 if
-    /// [margins](Scene::set_margin), [distances](Scene::measure) or [motions](Scene::set_motion) are asked for. Then each
-    /// pair has a turn within **`K = 2 ⌈C/R⌉ + 1`** frames, and a pair that rests, or that takes no more than `R`, is
-    /// decided at least once in `K` frames.
+    /// **Several questions, one budget.** Of each pair that overlaps is asked whether it meets; how far apart it is instead, if
+    /// that is [asked for](Scene::measure), which tells both; until when it is free, if a body [moves](Scene::set_motion); and
+    /// of a pair that meets, [where it touches](Scene::find_contacts). A question counts as much as the more important body
+    /// of the pair and [the question](Scene::set_question_importance) together. Those that count most go first, and of equal
+    /// ones those that are expected to tell most for their cost: an intersection that is likely, contacts that are sure to be
+    /// there, the contact in time that is the soonest. Before them come tests of the last witnesses, and a quarter of the
+    /// budget goes round all questions in turn. If contacts count more than whether a pair meets, they are asked first of the
+    /// pairs that met last.
+    ///
+    /// **Guarantee: no question starves.** Let `B` be the budget of each frame, of work (at least `L`) or the time that the
+    /// broad phase leaves; `R = B/8`; and `C` the sum over the overlapping pairs, and over the questions asked of each, of what
+    /// they take to their ends, or are expected to take if that is more, with `L` units for every frame in which one goes on:
+    /// `L` is 602, or 1,290 if [margins](Scene::set_margin), [distances](Scene::measure) or [motions](Scene::set_motion) are
+    /// asked for, or 3,690 if contacts are. Then each question of each pair has a turn within **`K = 2 ⌈C/R⌉ + 1`** frames, and
+    /// one that takes no more than `R`, or whose bodies rest, is answered at least once in `K` frames.
     ///
     /// If the broad phase is cut, this holds from the frame on in which a pair is known, with `K` plus twice the frames that it
     /// takes to list all known pairs once.
@@ -385,40 +405,6 @@ impl Scene {
     /// Goes on with a correction that was learned before, by another scene with parts of the same kind, say.
     pub fn set_calibration(&mut self, calibration: Calibration) {
         self.schedule.calibration = calibration;
-    }
-
-    /// What is not known about two bodies where they are now: what the last frame left open, or everything if they may not
-    /// meet, if one of them was changed since, or if there was no frame yet. Takes time linear in what is open, so it is not part of the report.
-    ///
-    /// # Errors
-    /// If one of them is not in the scene.
-    pub fn certificate(&self, x: BodyId, y: BodyId) -> Result<PairCertificate, SceneError> {
-        let (a, b) = if x.index() < y.index() { (x, y) } else { (y, x) };
-        let (placed_a, placed_b) = (self.bodies.get(a)?, self.bodies.get(b)?);
-        let trees = [placed_a, placed_b].map(|placed| &*placed.body.tree);
-        let [triangles_a, triangles_b] = trees.map(|tree| tree.mesh().len() as u64);
-        let nothing = PairCertificate { upper_bound: 0, largest_extent: 0.0 };
-        let whole = |common: &Aabb| PairCertificate {
-            upper_bound: triangles_a * triangles_b,
-            largest_extent: common.extents().max_element(),
-        };
-        let [index_a, index_b] = [a, b].map(|body| body.index() as u32);
-        let (facts_a, facts_b) = (self.bodies.facts(index_a), self.bodies.facts(index_b));
-        let moving = [placed_a, placed_b].iter().any(|placed| placed.body.kind == BodyKind::Moving);
-        let known = self.partners_known(a)? && self.partners_known(b)? && self.report.unlisted == 0;
-        let looked_at = moving && facts_a.may_meet(facts_b) && (known || self.report.pair(a, b).is_some());
-        if !looked_at || facts_a.changed.max(facts_b.changed).max(self.asked_since) > self.report.frame {
-            let [here, there] = [placed_a, placed_b].map(|placed| bounds::at(&placed.body.tree, &placed.body.pose));
-            return Ok(whole(&here.intersection(&there)));
-        }
-        let Some(pair) = self.report.pair(a, b) else { return Ok(nothing) };
-        let key = id::pair_key(index_a, index_b);
-        let counts_all = self.mode == Mode::All && !self.bodies.is_special(key);
-        if pair.complete && (counts_all || pair.verdict == Verdict::Separated) {
-            return Ok(PairCertificate { upper_bound: pair.found, ..nothing });
-        }
-        let held = self.schedule.certificate(key, trees, placed_a.relative(placed_b), self.mode);
-        Ok(held.unwrap_or_else(|| whole(&self.broad.bounds(index_a).intersection(self.broad.bounds(index_b)))))
     }
 
     fn bodies_mut(&mut self) -> &mut Bodies {

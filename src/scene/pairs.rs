@@ -8,6 +8,7 @@ use super::question::Bounds;
 use super::report::{PairDistance, PairPassage, PairReport, Report};
 use super::room::{Room, reserve};
 use super::state::PairState;
+use super::touch::{Touch, Touches};
 use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
 use crate::query::{Deadline, ManualClock};
 use alloc::boxed::Box;
@@ -58,6 +59,7 @@ pub(super) struct Pairs {
     /// A state is away while its pair is run.
     states: Vec<Option<Box<PairState>>>,
     free: Vec<u32>,
+    touches: Touches,
     /// What stands for the state of a pair that has none.
     blank: PairState,
     /// Pairs that there is room for: known ones, and states.
@@ -74,6 +76,7 @@ impl Default for Pairs {
             merge: Merge::default(),
             states: Vec::new(),
             free: Vec::new(),
+            touches: Touches::default(),
             blank: PairState::new(1),
             room: [Room::default(); 2],
             most: MOST_PAIRS,
@@ -124,9 +127,7 @@ impl Pairs {
         }
         if slot != APART {
             known.slot = APART;
-            if slot != BLANK {
-                self.free.push(slot);
-            }
+            self.release(slot);
         }
         None
     }
@@ -169,6 +170,35 @@ impl Pairs {
         (state, true)
     }
 
+    /// Lets others have the state in a slot, if there is one.
+    #[inline]
+    fn release(&mut self, slot: u32) {
+        if slot < BLANK {
+            self.free.push(slot);
+            let state = if self.touches.any() { self.states[slot as usize].as_mut() } else { None };
+            if let Some(touch) = state.and_then(|state| state.touch.take()) {
+                self.touches.take_back(touch);
+            }
+        }
+    }
+
+    /// Room for what is known of the contacts of a pair.
+    pub fn lend_touch(&mut self) -> Box<Touch> {
+        self.touches.lend()
+    }
+
+    /// What is known of the contacts of a pair.
+    pub fn touch(&self, key: PairKey) -> Option<&Touch> {
+        let place = self.place(key);
+        let known = (place < self.len()).then(|| self.at(place)).filter(|known| known.key == key)?;
+        self.states.get(known.slot as usize)?.as_ref()?.touch.as_deref()
+    }
+
+    /// Makes room for the contacts of the pairs that there is room for.
+    pub fn reserve_touches(&mut self) {
+        self.touches.ask(self.room[1].asked());
+    }
+
     /// Puts a state back, or lets others have it if the turn of its pair did not come.
     pub fn put_back(&mut self, place: usize, state: Box<PairState>, is_blank: bool) {
         let known = self.at_mut(place);
@@ -188,6 +218,9 @@ impl Pairs {
     /// Makes room for this many pairs whose fat AABBs overlap, and for their states.
     pub fn reserve(&mut self, broad: &mut Broad, most: usize) {
         self.room.iter_mut().for_each(|room| room.ask(most));
+        if self.touches.any() {
+            self.touches.ask(most);
+        }
         self.reserve_known(broad);
         self.reserve_states(&mut Deadline::at(None, u64::MAX, &ManualClock::new()));
     }
@@ -236,9 +269,15 @@ impl Pairs {
         }
     }
 
-    /// Makes room for as many pairs as are known, and for the states of so many whose boxes overlap, or more if the scene is
-    /// `young`.
-    pub fn grow(&mut self, broad: &mut Broad, overlapping: usize, young: bool, deadline: &mut Deadline) {
+    /// Makes room for as many pairs as are known, for the states of so many whose boxes overlap, and for the contacts of so many
+    /// that touch; or more if the scene is `young`.
+    pub fn grow(
+        &mut self,
+        broad: &mut Broad,
+        [overlapping, touching]: [usize; 2],
+        young: bool,
+        deadline: &mut Deadline,
+    ) {
         self.room[0].grow(self.len(), young);
         if self.room[0].pairs > MANY {
             // Later they would have to be copied; memory that is not touched costs next to nothing.
@@ -247,6 +286,7 @@ impl Pairs {
         self.room[1].grow(overlapping, young);
         self.reserve_known(broad);
         self.reserve_states(deadline);
+        self.touches.grow(touching, young, deadline);
     }
 
     fn reserve_known(&mut self, broad: &mut Broad) {
@@ -331,9 +371,7 @@ impl Pairs {
         }
         let is_measured = bodies.measured.tolerance(known.key).is_some();
         if !is_measured || news == Some(Change::Body) {
-            if known.slot < BLANK {
-                self.free.push(known.slot);
-            }
+            self.release(known.slot);
             known.slot = APART;
         }
         is_measured

@@ -2,10 +2,15 @@
 
 use super::body::{Bodies, Placed};
 use super::id::PairKey;
+use super::touch::MOST_CONTACTS;
 use crate::math::Pose;
-use crate::model::cost::{LEAST_DISTANCE_WORK, LEAST_WORK, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
+use crate::model::cost::{
+    LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_PATCHED, LEAST_WORK, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK,
+    WORK_PER_PATCHED_CONTACT,
+};
 use crate::query::{
-    Deadline, Distance, DistanceQuery, Mode, MotionQuery, PairMemory, Passage, Query, StopReason, Verdict, Workspace,
+    ContactQuery, Contacts, Deadline, Distance, DistanceQuery, Mode, MotionQuery, PairMemory, Passage, Query,
+    StopReason, Verdict, Workspace,
 };
 
 /// What is asked of a pair. A stopped run is resumed by an equal question.
@@ -17,6 +22,8 @@ pub(super) enum Question<'t> {
     Distance(DistanceQuery<'t>),
     /// Until when they are apart.
     Motion(MotionQuery<'t>),
+    /// Where they touch.
+    Contacts(ContactQuery<'t>),
 }
 
 /// What is known after a call.
@@ -26,6 +33,8 @@ pub(super) struct Answer {
     /// Intersecting pairs of triangles.
     pub found: u64,
     pub bounds: Option<Bounds>,
+    /// How far away contacts are, at least, that were not found.
+    pub missing: f64,
 }
 
 /// What is proven of a distance, or of the time of a contact.
@@ -57,7 +66,7 @@ impl Answer {
             _ if bounds.low > 0.0 => Verdict::Separated,
             _ => Verdict::Undecided,
         };
-        Self { stop, verdict, found: u64::from(bounds.high == 0.0), bounds: Some(bounds) }
+        Self { stop, verdict, found: u64::from(bounds.high == 0.0), bounds: Some(bounds), missing: 0.0 }
     }
 }
 
@@ -85,22 +94,31 @@ impl<'t> Question<'t> {
         }
     }
 
+    /// Where the bodies of a pair touch.
+    #[cold]
+    pub fn contacts([a, b]: [&'t Placed; 2], b_in_a: Pose) -> Self {
+        let query = ContactQuery::new(&a.body.tree, &b.body.tree, b_in_a).margin(a.body.margin + b.body.margin);
+        Self::Contacts(query.contact_limit(MOST_CONTACTS))
+    }
+
     /// The least work of a turn.
     #[inline]
     pub fn least_work(&self) -> u64 {
         match self {
             Self::Meet(_) => LEAST_WORK,
             Self::Distance(_) | Self::Motion(_) => LEAST_DISTANCE_WORK,
+            Self::Contacts(_) => LEAST_CONTACT_WORK,
         }
     }
 
-    /// Whether a workspace holds a stopped run of it.
+    /// Whether a workspace holds a stopped run of it, or contacts that were found.
     #[inline]
     pub fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         match self {
             Self::Meet(query) => query.is_stopped_in(workspace),
             Self::Distance(query) => query.is_stopped_in(workspace),
             Self::Motion(query) => query.is_stopped_in(workspace),
+            Self::Contacts(query) => query.is_in(workspace),
         }
     }
 
@@ -111,6 +129,7 @@ impl<'t> Question<'t> {
             Self::Meet(query) => query.begin(workspace, Some(memory), query.strategy(to_the_end)),
             Self::Distance(query) => query.begin(workspace, Some(memory)),
             Self::Motion(query) => query.start(workspace, Some(memory)),
+            Self::Contacts(query) => query.begin(workspace),
         }
     }
 
@@ -120,7 +139,7 @@ impl<'t> Question<'t> {
         match self {
             Self::Meet(query) => {
                 let stop = query.advance(workspace, Some(memory), deadline);
-                Answer { stop, verdict: workspace.verdict(stop), found: workspace.found(), bounds: None }
+                Answer { stop, verdict: workspace.verdict(stop), found: workspace.found(), bounds: None, missing: 0.0 }
             }
             Self::Distance(query) => {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);
@@ -136,6 +155,18 @@ impl<'t> Question<'t> {
                 deadline.leave(MAX_STEP_WORK);
                 let high = touching_at.unwrap_or(f64::INFINITY);
                 Answer::bounded(stop, Bounds { low: free_until, high, triangles, are_times: true })
+            }
+            Self::Contacts(query) => {
+                deadline.leave_after(MAX_DISTANCE_STEP_WORK, LEAST_PATCHED * WORK_PER_PATCHED_CONTACT);
+                let Contacts { low, stop, .. } = query.spend(workspace, deadline);
+                deadline.leave(MAX_STEP_WORK);
+                let nearest = workspace.contacts().next().filter(|contact| query.is_within(contact));
+                let verdict = match nearest {
+                    Some(contact) => Verdict::Intersecting { witness: contact.triangles },
+                    None if stop.is_final() && workspace.found() == 0 => Verdict::Separated,
+                    None => Verdict::Undecided,
+                };
+                Answer { stop, verdict, found: u64::from(nearest.is_some()), bounds: None, missing: low }
             }
         }
     }

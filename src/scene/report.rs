@@ -1,7 +1,8 @@
 //! What a frame says.
 
 use super::id::BodyId;
-use super::state::{PairState, Spent, Standing};
+use super::spent::Spent;
+use super::state::{PairState, Standing};
 use crate::names::named;
 use crate::query::{Estimate, Verdict};
 use alloc::vec::Vec;
@@ -193,9 +194,9 @@ impl Report {
             (pair.verdict, pair.found, pair.age) = (verdict, found, 0);
             pair.probability = f64::from(u8::from(met));
         }
-        self.complete += usize::from(complete);
-        pair.complete = complete;
-        pair.recall = f64::from(u8::from(complete));
+        self.complete += usize::from(complete && !pair.complete);
+        pair.complete |= complete;
+        pair.recall = f64::from(u8::from(pair.complete));
     }
 
     /// Stores the estimate of a stopped query.
@@ -231,15 +232,4 @@ impl Report {
     pub fn intersecting_pairs(&self) -> impl Iterator<Item = &PairReport> {
         self.pairs.iter().filter(|pair| matches!(pair.verdict, Verdict::Intersecting { .. }))
     }
-}
-
-/// What is not known about a pair: [`crate::Scene::certificate`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub struct PairCertificate {
-    /// No more triangle pairs than this intersect.
-    pub upper_bound: u64,
-    /// Each intersection that was not found lies in a box no longer than this, in the length unit of the scene.
-    pub largest_extent: f64,
 }

@@ -19,6 +19,10 @@ impl Room {
         }
     }
 
+    pub fn asked(&self) -> usize {
+        self.asked
+    }
+
     /// Enough for what the user asks for.
     pub fn ask(&mut self, pairs: usize) {
         (self.pairs, self.asked) = (self.pairs.max(pairs), self.asked.max(pairs));

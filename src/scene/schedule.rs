@@ -3,6 +3,8 @@
 //! A pair that was decided and whose bodies have not moved since needs nothing. Of the others the cost is expected
 //! ([`super::forecast`]), and the frame goes in rounds:
 //!
+//! - A job asks one question. That of a pair which is found to meet goes on with its contacts, if they are asked for, and is
+//!   ranked anew: in the next round.
 //! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends.
 //! - Otherwise each pair that intersected when it was last decided first gets a test of its last witnesses. Of what is left, a
 //!   quarter goes round all pairs in turn (the *round robin*); the rest by importance, then by the chance of finding an
@@ -16,12 +18,15 @@
 //! - In each frame the round robin has at least `R`, and it comes before anything but tests of witnesses, which leave it that
 //!   much. Its first pair runs to its end if it takes no more than `R`. Otherwise it goes on in the next frame if neither body
 //!   has moved, or else has had its turn.
-//! - A turn cut short is the first of the next frame. So in any two frames the round robin spends more than `R` on turns that
+//! - A turn cut short is the first of the next frame, and so is the turn of the contacts of a pair that was found to meet:
+//!   they come before the question whether it still does. So in any two frames the round robin spends more than `R` on turns that
 //!   end, and it is round in `K` frames.
 
-use super::asked::Frame;
+use super::ask::Asks;
+use super::asked::{Frame, GUARANTEED};
 use super::batch::{Batch, Round};
 use super::broad::Broad;
+use super::certificate::PairCertificate;
 use super::deal::{BATCHES, Deal};
 use super::events::Events;
 use super::id::{PairKey, bodies_of};
@@ -30,7 +35,7 @@ use super::listing::Listing;
 use super::pace::{Overhead, Reserved, Speed};
 use super::pairs::Pairs;
 use super::question::Question;
-use super::report::{PairCertificate, Report};
+use super::report::Report;
 use super::room::reserve;
 use super::share::Share;
 use super::turns::RoundRobin;
@@ -42,9 +47,6 @@ use crate::tree::Tree;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use core::time::Duration;
-
-/// The guaranteed share of the round robin is this part of the budget.
-const GUARANTEED: u64 = 8;
 
 /// Most rounds of a frame. Leftovers are small after two or three.
 const ROUNDS: u64 = 8;
@@ -61,6 +63,8 @@ pub(super) struct Schedule {
     batches: Vec<Batch>,
     /// Those of the frame, ascending by pair.
     jobs: Vec<Job>,
+    /// How many of them are not at their ends.
+    open: usize,
     /// Buffer for dealing them.
     order: Vec<(u64, u32)>,
     turns: RoundRobin,
@@ -85,6 +89,11 @@ impl Schedule {
         for batch in &mut self.batches {
             reserve(&mut batch.turns, pairs);
         }
+    }
+
+    /// Makes room for the patches of contacts.
+    pub fn make_patches(&mut self) {
+        self.batches.iter_mut().for_each(Batch::make_patches);
     }
 
     /// What the stopped run of a pair left open, if it is kept.
@@ -120,7 +129,7 @@ impl Schedule {
         let least = frame.bodies.least_work();
         for number in 0..ROUNDS {
             let left = self.left(frame, end.zip(lap), report.work);
-            let open = report.pairs.len() - report.complete;
+            let open = self.open;
             // Nothing comes before the guaranteed share, not even what it costs to plan another round.
             let planning = if shared { number * WORK_PER_PLANNED_PAIR * open as u64 } else { 0 };
             if open == 0 || left < LEAST_WORK + planning {
@@ -135,7 +144,7 @@ impl Schedule {
             let dealing = frame.lap(&mut lap);
             execute(&mut self.batches, &round);
             let running = frame.lap(&mut lap);
-            let spent = self.collect(&round, [total, least], pairs, report);
+            let spent = self.collect(frame, &round, [total, least], pairs, report);
             if let (Some(dealing), Some(running), Some(collecting)) = (dealing, running, frame.lap(&mut lap)) {
                 self.overhead.learn_round([dealing, collecting], dealt);
                 self.speed.learn(spent as f64, running.as_nanos() as f64 * frame.threads as f64);
@@ -228,8 +237,9 @@ impl Schedule {
         }
         let Found { broad, pairs, events } = found;
         let Self { jobs, turns, .. } = self;
-        Listing { frame, broad, pairs, jobs, report, turns }.run(deadline);
-        pairs.grow(broad, report.pairs.len(), frame.bodies.is_young(frame.number), deadline);
+        let touching = Listing { frame, broad, pairs, jobs, report, turns, touching: 0 }.run(deadline);
+        self.open = self.jobs.len();
+        pairs.grow(broad, [report.pairs.len(), touching], frame.bodies.is_young(frame.number), deadline);
         self.reserve(pairs.room(), report);
         events.reserve(pairs.room(), report);
     }
@@ -253,7 +263,14 @@ impl Schedule {
 
     /// Takes the jobs back from the batches; `total` is the work of this frame, `least` that of a turn. Returns the work that
     /// was done.
-    fn collect(&mut self, round: &Round, [total, least]: [u64; 2], pairs: &mut Pairs, report: &mut Report) -> u64 {
+    fn collect(
+        &mut self,
+        frame: &Frame,
+        round: &Round,
+        [total, least]: [u64; 2],
+        pairs: &mut Pairs,
+        report: &mut Report,
+    ) -> u64 {
         // Without a budget all have had their turn, however they were dealt.
         if !round.witnesses_only && total < u64::MAX {
             self.turns.advance(&self.batches[0], (total / GUARANTEED).saturating_sub(2 * least));
@@ -265,10 +282,15 @@ impl Schedule {
                 state.teach(&mut self.calibration);
             }
             let job = &mut self.jobs[turn.index as usize];
-            job.open = !turn.standing.complete;
-            if !turn.witnessed && core::mem::replace(&mut job.witnessed, false) {
+            job.open = turn.next.is_some();
+            self.open -= usize::from(!job.open);
+            if job.asks == Asks::Witness && turn.asks == Asks::Meet {
+                job.asks = Asks::Meet;
                 job.forecast.median = job.forecast.search;
                 report.pairs[job.listed as usize].probability = job.forecast.chance.into();
+            }
+            if let Some(next) = turn.next.filter(|&next| next != job.asks) {
+                job.ask(next, frame, &state);
             }
             report.note(job.listed as usize, turn.standing, turn.spent);
             pairs.put_back(job.place as usize, state, turn.is_blank);

@@ -1,34 +1,16 @@
 //! What is kept about two bodies while their boxes overlap, once a query had its turn.
 
-use super::id::PairKey;
+use super::ask::Asks;
+use super::body::Bodies;
+use super::id::{PairKey, bodies_of};
 use super::question::{Answer, Bounds};
+use super::spent::Spent;
+use super::touch::Touch;
 use crate::model::calibration::Calibration;
 use crate::model::cost::WORK_PER_WITNESS;
-use crate::query::{PairMemory, Verdict, Workspace};
+use crate::query::{PairMemory, Verdict};
+use alloc::boxed::Box;
 use arrayvec::ArrayVec;
-
-/// Work and BV tests.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Spent {
-    pub work: u64,
-    pub bv_tests: u64,
-}
-
-impl Spent {
-    /// All that the query in a workspace has done.
-    pub fn of(workspace: &Workspace) -> Self {
-        Self { work: workspace.work(), bv_tests: workspace.bv_tests() }
-    }
-
-    pub fn add(&mut self, other: Self) {
-        self.work += other.work;
-        self.bv_tests += other.bv_tests;
-    }
-
-    pub fn since(self, before: Self) -> Self {
-        Self { work: self.work - before.work, bv_tests: self.bv_tests - before.bv_tests }
-    }
-}
 
 /// Most estimates of a pair that are kept until their truth comes out.
 const TOLD: usize = 8;
@@ -59,9 +41,10 @@ pub(super) struct Turn {
     /// The place of its job among those of the frame.
     pub index: u32,
     /// Work that it is expected to take.
-    pub median: u64,
-    /// Whether its last witness is likely to decide it, and has not been tested yet.
-    pub witnessed: bool,
+    pub median: u32,
+    pub asks: Asks,
+    /// What is left to ask after it.
+    pub next: Option<Asks>,
     /// Whether no query of the pair was ever begun.
     pub is_blank: bool,
     /// Whether estimates were told whose truth has come out.
@@ -76,12 +59,20 @@ impl Turn {
         key: 0,
         index: 0,
         median: 0,
-        witnessed: false,
+        asks: Asks::Meet,
+        next: None,
         is_blank: false,
         teaches: false,
         spent: Spent { work: 0, bv_tests: 0 },
         standing: Standing { verdict: Verdict::Undecided, found: 0, complete: false },
     };
+}
+
+impl Turn {
+    /// Whether the question of this turn, or its contacts after it, are still to be answered.
+    pub fn is_due(&self) -> bool {
+        self.next == Some(Asks::Contacts) || self.next.is_some() && self.asks != Asks::Contacts
+    }
 }
 
 /// What is kept about two bodies as long as their boxes overlap, from their first turn on.
@@ -104,6 +95,8 @@ pub(super) struct PairState {
     /// What the run that is not at its end has spent.
     pub pending: Spent,
     pub said: Said,
+    /// Where they touch, if that was ever asked.
+    pub touch: Option<Box<Touch>>,
     /// While it is in a batch.
     pub turn: Turn,
 }
@@ -122,6 +115,7 @@ impl PairState {
             search: 0,
             pending: Spent::default(),
             said: Said::Estimates(ArrayVec::new()),
+            touch: None,
             turn: Turn::NONE,
         }
     }
@@ -130,6 +124,32 @@ impl PairState {
     pub fn standing(&self, frame: u64) -> Standing {
         let verdict = if self.decided == frame { self.verdict } else { Verdict::Undecided };
         Standing { verdict, found: self.found, complete: self.completed == frame }
+    }
+
+    /// Whether the contacts of bodies that were last new in `changed` are known.
+    pub fn has_located(&self, changed: u64) -> bool {
+        self.touch.as_ref().is_some_and(|touch| touch.completed >= changed)
+    }
+
+    /// Takes note of what came of a turn in `frame`.
+    pub fn end_turn(&mut self, bodies: &Bodies, frame: u64) {
+        let standing = self.standing(frame);
+        self.turn.teaches = standing.verdict != Verdict::Undecided && self.has_told();
+        if standing.verdict == Verdict::Separated
+            && let Some(touch) = &mut self.touch
+        {
+            touch.part(frame);
+        }
+        let [a, b] = bodies_of(self.turn.key).map(|body| bodies.facts(body).changed);
+        let is_located = !bodies.located.has(self.turn.key) || self.has_located(a.max(b));
+        self.turn.next = match self.turn.asks {
+            Asks::Contacts if !is_located => Some(Asks::Contacts),
+            Asks::Contacts if !standing.complete => Some(Asks::Meet),
+            asks if !standing.complete => Some(asks),
+            _ if !is_located && standing.verdict != Verdict::Separated => Some(Asks::Contacts),
+            _ => None,
+        };
+        self.turn.standing = standing;
     }
 
     /// Keeps a probability that was told; more than there is room for are not needed.

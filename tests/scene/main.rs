@@ -3,6 +3,7 @@
 mod broad_phase;
 #[path = "../common/mod.rs"]
 mod common;
+mod contacts;
 mod distances;
 mod events;
 mod motions;

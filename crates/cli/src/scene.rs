@@ -50,6 +50,9 @@ pub struct Args {
     /// Stop at the first intersecting triangle pair of two bodies, or find all.
     #[arg(long, value_enum, default_value = "any")]
     mode: ModeName,
+    /// Also find where bodies touch: a line tells of how many pairs contacts were found, and of how many all were.
+    #[arg(long)]
+    contacts: bool,
     /// Plays of the whole recording; times are the least of them, all else is of the first.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     reps: u32,
@@ -136,7 +139,8 @@ impl Args {
             ModeName::All => Mode::All,
         };
         let clock = self.clock;
-        Settings { mode, budget, clock, threads: usize::from(self.threads), frames: self.frames, plays: self.reps }
+        let (threads, plays) = (usize::from(self.threads), self.reps);
+        Settings { mode, budget, clock, threads, frames: self.frames, plays, contacts: self.contacts }
     }
 }
 

@@ -4,18 +4,38 @@ use super::Patch;
 use crate::contact::Contact;
 use alloc::vec::Vec;
 
-/// The triangles of the patches of a frame, and the ids that were given out.
+/// Gives ids to patches.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Identities {
-    /// Of the frame before, sorted.
-    known: Vec<Share>,
-    /// The same of the frame at hand.
+    pub before: PatchMemory,
+    /// The triangles of the patches of the frame at hand.
     now: Vec<Share>,
-    /// The ids of the frame before, in the order of its patches.
-    ids: Vec<u64>,
     /// How much a patch of the frame at hand has in common with one before.
     links: Vec<Link>,
+}
+
+/// The triangles of the patches of a frame, and the ids that were given out.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PatchMemory {
+    /// Sorted.
+    known: Vec<Share>,
+    /// In the order of the patches.
+    ids: Vec<u64>,
     next: u64,
+}
+
+impl PatchMemory {
+    /// Makes room for the patches of so many contacts.
+    pub fn reserve(&mut self, contacts: usize) {
+        self.known.reserve_exact((2 * contacts).saturating_sub(self.known.len()));
+        self.ids.reserve_exact(contacts.saturating_sub(self.ids.len()));
+    }
+
+    /// Forgets the patches. No id is given out again.
+    pub fn forget(&mut self) {
+        self.known.clear();
+        self.ids.clear();
+    }
 }
 
 /// A triangle of a patch, and how many contacts it has there.
@@ -38,31 +58,35 @@ struct Link {
 const MOST_LINKS: usize = 4096;
 
 impl Identities {
-    pub fn forget(&mut self) {
-        self.known.clear();
-        self.ids.clear();
+    /// Makes room for the patches of so many contacts.
+    pub fn reserve(&mut self, contacts: usize) {
+        self.before.reserve(contacts);
+        self.now.reserve(2 * contacts);
+        // Some of the triangles that a few contacts have may be in many patches.
+        self.links.reserve(4 * contacts + 2 * MOST_LINKS);
     }
 
     /// Gives ids to patches with these contacts, and remembers them.
     pub fn assign(&mut self, patches: &mut [Patch], contacts: &[Contact]) {
         self.list(patches, contacts);
         self.link();
+        let PatchMemory { known, ids, next } = &mut self.before;
         patches.iter_mut().for_each(|patch| patch.id = u64::MAX);
         for link in &self.links {
-            let (patch, id) = (&mut patches[link.now as usize], &mut self.ids[link.before as usize]);
+            let (patch, id) = (&mut patches[link.now as usize], &mut ids[link.before as usize]);
             if patch.id == u64::MAX && *id != u64::MAX {
                 patch.id = core::mem::replace(id, u64::MAX);
             }
         }
-        self.ids.clear();
+        ids.clear();
         for patch in patches {
             if patch.id == u64::MAX {
-                patch.id = self.next;
-                self.next += 1;
+                patch.id = *next;
+                *next += 1;
             }
-            self.ids.push(patch.id);
+            ids.push(patch.id);
         }
-        core::mem::swap(&mut self.known, &mut self.now);
+        core::mem::swap(known, &mut self.now);
     }
 
     /// The triangles of all patches, each once, sorted.
@@ -84,9 +108,9 @@ impl Identities {
 
     /// What patches of both frames have in common, most first.
     fn link(&mut self) {
-        let Self { known, now, links, .. } = self;
+        let Self { before, now, links } = self;
         links.clear();
-        let mut rest = &known[..];
+        let mut rest = &before.known[..];
         for of_now in now.chunk_by(|x, y| x.triangle == y.triangle) {
             let triangle = of_now[0].triangle;
             rest = &rest[rest.partition_point(|share| share.triangle < triangle)..];

@@ -19,6 +19,15 @@ pub(super) struct Joined {
 }
 
 impl Joined {
+    /// Makes room for so many contacts.
+    pub fn reserve(&mut self, contacts: usize) {
+        self.parents.reserve(contacts);
+        self.corners.iter_mut().for_each(|corners| corners.reserve(3 * contacts));
+        self.firsts.slots.reserve((18 * contacts).next_power_of_two());
+        self.ends.reserve(contacts);
+        self.members.reserve(contacts);
+    }
+
     /// Finds the groups of these contacts; how many there are.
     pub fn join(&mut self, meshes: [&Mesh; 2], contacts: &[Contact]) -> usize {
         for (side, mesh) in meshes.into_iter().enumerate() {

@@ -15,6 +15,7 @@ use alloc::vec::Vec;
 use core::ops::Range;
 use glam::DVec3;
 use identity::Identities;
+pub(crate) use identity::PatchMemory;
 use join::Joined;
 use smallvec::SmallVec;
 
@@ -104,7 +105,21 @@ impl Patches {
 
     /// Forgets what was known of the frame before: no patch of the next update has an id that there was before.
     pub fn forget(&mut self) {
-        self.identities.forget();
+        self.identities.before.forget();
+    }
+
+    /// Makes room for so many contacts.
+    pub(crate) fn reserve(&mut self, contacts: usize) {
+        self.patches.reserve(contacts);
+        self.contacts.reserve(contacts);
+        self.given.reserve(contacts);
+        self.joined.reserve(contacts);
+        self.identities.reserve(contacts);
+    }
+
+    /// Takes up what is remembered of other patches, and gives back what was of these.
+    pub(crate) fn swap_memory(&mut self, memory: &mut PatchMemory) {
+        core::mem::swap(&mut self.identities.before, memory);
     }
 
     /// Makes the patches of these contacts, nearest first, of the meshes of `a` and `b`. Those of a stopped query make what

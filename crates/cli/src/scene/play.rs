@@ -27,6 +27,8 @@ pub struct FrameRow {
     pub true_hits: usize,
     pub true_found: usize,
     pub wrong: usize,
+    /// Pairs whose contacts were found in the frame, and those of them that were all found.
+    pub touching: [usize; 2],
 }
 
 /// By what a time budget is measured.
@@ -56,6 +58,8 @@ pub struct Settings {
     pub threads: usize,
     pub frames: usize,
     pub plays: u32,
+    /// Whether contacts are asked for too.
+    pub contacts: bool,
 }
 
 /// Plays the recording, several times over for the least times. `pair` gets the pairs of the first play.
@@ -104,6 +108,11 @@ pub fn play(
             }
             for reported in &report.pairs {
                 pair(number, reported)?;
+                let found = scene.contact_points(reported.a, reported.b)?;
+                if found.age == 0 && !found.points.is_empty() {
+                    row.touching[0] += 1;
+                    row.touching[1] += usize::from(found.is_complete());
+                }
             }
             rows.push(row);
         }
@@ -114,6 +123,9 @@ pub fn play(
 fn set_up(recording: &Recording, settings: &Settings) -> Result<(Scene, Vec<BodyId>), Failure> {
     let mut scene = Scene::new().mode(settings.mode);
     scene.use_threads(settings.threads)?;
+    if settings.contacts {
+        scene.find_contacts();
+    }
     let ids = recording.bodies.iter().map(|body| scene.insert(body.clone()));
     let ids = ids.collect::<Result<Vec<_>, SceneError>>()?;
     Ok((scene, ids))

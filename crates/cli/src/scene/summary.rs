@@ -22,6 +22,8 @@ pub struct Summary {
     pub true_hits: usize,
     pub true_found: usize,
     pub wrong: usize,
+    pub hits: usize,
+    pub touching: [usize; 2],
 }
 
 impl Summary {
@@ -36,6 +38,8 @@ impl Summary {
             true_hits: sum(|row| row.true_hits),
             true_found: sum(|row| row.true_found),
             wrong: sum(|row| row.wrong),
+            hits: sum(|row| row.hits),
+            touching: [sum(|row| row.touching[0]), sum(|row| row.touching[1])],
         }
     }
 
@@ -61,6 +65,10 @@ pub fn print(out: &mut impl Write, rows: &[FrameRow], budget: Option<Duration>, 
         writeln!(out, "# {name} median_ms={median} p99_ms={p99} max_ms={max}")?;
     }
     writeln!(out, "# frames={} decided={:.5} worst_age={}", rows.len(), summary.decided, summary.worst_age)?;
+    let Summary { hits, touching: [told, all], .. } = summary;
+    if told > 0 {
+        writeln!(out, "# contacts pairs={told} complete={all} hits={hits}")?;
+    }
     if truth {
         let Summary { true_hits, true_found, wrong, .. } = summary;
         writeln!(out, "# truth hits={true_hits} found={true_found} share={:.5} wrong={wrong}", summary.found())?;

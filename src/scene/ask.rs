@@ -1,0 +1,35 @@
+//! The questions that are asked of pairs, and how much they matter.
+
+use crate::names::named;
+
+/// What a scene asks of a pair of bodies: [`Scene::set_question_importance`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum PairQuestion {
+    /// Whether they meet.
+    Meet,
+    /// How far apart they are: [`Scene::measure`].
+    Distance,
+    /// Until when they are free: [`Scene::set_motion`].
+    Motion,
+    /// Where they touch: [`Scene::find_contacts`].
+    Contacts,
+}
+
+named!(PairQuestion { Meet => "meet", Distance => "distance", Motion => "motion", Contacts => "contacts" });
+
+/// What each question adds to the importance of a pair.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Weights(pub [f32; 4]);
+
+/// What the next turn of a pair asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Asks {
+    /// Whether its last witness still meets, which is likely, and then whether the bodies do.
+    Witness,
+    /// Whether the bodies meet, how far apart they are, or until when.
+    Meet,
+    /// Where they touch, as they are known to.
+    Contacts,
+}

@@ -1,0 +1,271 @@
+//! Contacts of a scene, against a query for each pair.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::common::random::Random;
+use crate::{detect, nudged, pose, row, swing, trees};
+use punctual::glam::{DMat3, DVec3, Vec3};
+use punctual::{
+    Body, BodyId, Budget, Contact, ContactQuery, Filter, ManualClock, Mode, PairQuestion, Patches, Pose, Report, Scene,
+    SceneError, Tree, Verdict, Workspace, shapes,
+};
+
+/// The least work of a turn that asks for contacts.
+const LEAST_CONTACT_WORK: u64 = 250 + punctual::MAX_DISTANCE_STEP_WORK + 4 * 600;
+
+/// Most contacts of a pair that are looked at, and most points that are told.
+const MOST_CONTACTS: usize = 256;
+const MOST_POINTS: usize = 16;
+
+fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
+}
+
+/// All contacts of two bodies.
+fn truth(scene: &Scene, [a, b]: [BodyId; 2], workspace: &mut Workspace) -> Vec<Contact> {
+    let [x, y] = [a, b].map(|id| scene.body(id).unwrap());
+    let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
+    let query = ContactQuery::new(&x.tree, &y.tree, b_in_a).margin(x.margin + y.margin);
+    let found = query.run_with(workspace, Budget::unlimited(), &ManualClock::new());
+    assert_eq!(found.low, f64::INFINITY);
+    workspace.contacts().copied().collect()
+}
+
+/// What a scene says of two bodies in a frame, with the contacts that they have, is true. Whether that is all.
+#[track_caller]
+fn assert_true(scene: &Scene, [a, b]: [BodyId; 2], truth: &[Contact]) -> bool {
+    let found = scene.contact_points(a, b).unwrap();
+    assert_eq!(found, scene.contact_points(b, a).unwrap());
+    if found.age > 0 {
+        return false;
+    }
+    let (x, y) = (scene.body(a).unwrap(), scene.body(b).unwrap());
+    let mut patches = Patches::new();
+    patches.update(&x.tree, &y.tree, truth);
+    let of_triangles: BTreeMap<_, _> = truth.iter().map(|contact| (contact.triangles, contact)).collect();
+    for point in found.points {
+        let contact = of_triangles[&point.triangles];
+        assert_eq!(point.distance, contact.distance);
+        let moved = contact.points.map(|point| x.pose.transform_point(point));
+        assert!((point.normal - *x.pose.rotation() * contact.normal).length() < 1e-12);
+        assert!(moved.iter().zip(point.points).all(|(moved, point)| (*moved - point).length() < 1e-9));
+    }
+    for patch in patches.as_slice() {
+        let contacts = patches.contacts_of(patch);
+        let is_told = |of: &Contact| found.points.iter().any(|point| point.triangles == of.triangles);
+        if contacts[0].distance < found.low {
+            assert!(contacts.iter().any(is_told), "no point of a patch {} apart, low {}", patch.distance, found.low);
+        }
+    }
+    if found.is_complete() {
+        assert!(truth.len() <= MOST_CONTACTS);
+        let all: Vec<_> = patches.as_slice().iter().flat_map(|patch| patches.points_of(patch)).collect();
+        let told = found.points.iter().map(|point| point.triangles);
+        assert!(all.iter().map(|contact| contact.triangles).take(MOST_POINTS).eq(told), "{found:?} {all:?}");
+    }
+    found.is_complete()
+}
+
+fn pairs(ids: &[BodyId]) -> impl Iterator<Item = [BodyId; 2]> {
+    ids.iter().enumerate().flat_map(|(i, &a)| ids[i + 1..].iter().map(move |&b| [a, b]))
+}
+
+/// Bodies of all shapes, some with margins.
+fn crowd(bodies: usize, random: &mut Random) -> (Scene, Vec<BodyId>) {
+    let trees = trees();
+    let mut scene = Scene::new();
+    let mut insert = |i: usize| {
+        let tree = Arc::clone(&trees[random.below(trees.len())]);
+        let margin = if i.is_multiple_of(3) { 0.05 * random.signed().abs() } else { 0.0 };
+        scene.insert(Body::moving(tree, pose(2.0, random)).margin(margin)).unwrap()
+    };
+    let ids = (0..bodies).map(&mut insert).collect();
+    (scene, ids)
+}
+
+#[test]
+fn contacts_are_true_at_every_budget() {
+    let mut random = Random::new(51);
+    let (mut scene, ids) = crowd(9, &mut random);
+    scene.find_contacts();
+    let mut workspace = Workspace::new();
+    let (mut complete, mut cut, mut stale, mut touching) = (0, 0, 0, 0);
+    for frame in 0..90 {
+        if frame % 7 < 4 {
+            for &id in &ids {
+                let next = nudged(&scene.body(id).unwrap().pose, &mut random);
+                scene.set_pose(id, next).unwrap();
+            }
+        }
+        scene.set_mode(if frame % 30 < 20 { Mode::Any } else { Mode::All });
+        let unlimited = frame % 5 == 0;
+        let budget = if unlimited { Budget::unlimited() } else { Budget::work(LEAST_CONTACT_WORK << random.below(7)) };
+        let limit = LEAST_CONTACT_WORK << 6;
+        let Report { work, pairs: known, .. } = detect(&mut scene, budget);
+        assert!(unlimited || *work <= limit);
+        let known: BTreeMap<_, _> = known.iter().map(|pair| ([pair.a, pair.b], pair.verdict)).collect();
+        for pair in pairs(&ids) {
+            let contacts = truth(&scene, pair, &mut workspace);
+            let is_all = assert_true(&scene, pair, &contacts);
+            let found = scene.contact_points(pair[0], pair[1]).unwrap();
+            match known.get(&pair) {
+                Some(Verdict::Intersecting { .. }) => {
+                    touching += 1;
+                    let few = contacts.len() <= MOST_CONTACTS && found.points.len() < MOST_POINTS;
+                    assert!(!unlimited || found.age == 0 && (is_all || !few), "{found:?}");
+                }
+                Some(Verdict::Separated) => assert!(contacts.is_empty() && found.points.is_empty() && is_all),
+                _ => assert!(!unlimited || contacts.is_empty()),
+            }
+            complete += usize::from(is_all && !found.points.is_empty());
+            cut += usize::from(found.age == 0 && !is_all);
+            stale += usize::from(found.age > 0 && !found.points.is_empty());
+        }
+    }
+    assert!(complete > 100 && cut > 20 && stale > 20, "{complete} complete, {cut} cut, {stale} stale of {touching}");
+}
+
+/// K = 2 ⌈C/R⌉ + 1 frames hold for contacts too: of pairs that rest, and of those that move on and take no more than R.
+#[test]
+fn no_contact_waits_longer_than_promised() {
+    let mut free = Scene::new();
+    let ids = row(&mut free, 20);
+    free.find_contacts();
+    let touching = |scene: &Scene| -> Vec<[BodyId; 2]> {
+        scene.report().intersecting_pairs().map(|pair| [pair.a, pair.b]).collect()
+    };
+    let mut cost = 0;
+    for frame in 0..60 {
+        for (body, &id) in ids.iter().enumerate() {
+            free.set_pose(id, swing(body, frame)).unwrap();
+        }
+        cost = cost.max(2 * detect(&mut free, Budget::unlimited()).work);
+    }
+    for budget in [8 * LEAST_CONTACT_WORK, 200_000, 1_000_000] {
+        let mut scene = Scene::new();
+        let ids = row(&mut scene, 20);
+        scene.find_contacts();
+        let frames = (2 * (2 * cost).div_ceil(budget / 8) + 1) as usize;
+        let is_told = |scene: &Scene, [a, b]: [BodyId; 2]| scene.contact_points(a, b).unwrap().age == 0;
+        for used in 1.. {
+            let report = detect(&mut scene, Budget::work(budget));
+            assert!(report.work <= budget && used <= frames, "{used} frames, promised are {frames}");
+            if report.undecided() == 0 && touching(&scene).into_iter().all(|pair| is_told(&scene, pair)) {
+                break;
+            }
+        }
+        // In motion, each has its turn.
+        let mut waiting = BTreeMap::new();
+        let mut told = 0;
+        for frame in 0..(2 * frames).min(200) {
+            for (body, &id) in ids.iter().enumerate() {
+                scene.set_pose(id, swing(body, frame)).unwrap();
+            }
+            assert!(detect(&mut scene, Budget::work(budget)).work <= budget);
+            for pair in pairs(&ids) {
+                let found = scene.contact_points(pair[0], pair[1]).unwrap();
+                let waits = waiting.entry(pair).or_insert(0);
+                // Those that are apart have nothing to tell.
+                let apart = scene.report().pair(pair[0], pair[1]).is_none();
+                *waits = if apart || found.age == 0 { 0 } else { *waits + 1 };
+                told += usize::from(found.age == 0 && !found.points.is_empty());
+                assert!(*waits <= frames, "{pair:?} waits for {waits} frames, promised are {frames}");
+            }
+        }
+        assert!(told > 20, "{told}");
+    }
+}
+
+#[test]
+fn a_patch_keeps_its_id_while_bodies_slide() {
+    let plate = Arc::new(Tree::new(shapes::cuboid(Vec3::new(2.0, 2.0, 0.1), 8)));
+    let foot = Arc::new(Tree::new(shapes::cuboid(Vec3::splat(0.3), 2)));
+    let mut scene = Scene::new();
+    scene.find_contacts();
+    let a = scene.insert(Body::fixed(plate, Pose::IDENTITY)).unwrap();
+    let b = scene.insert(Body::moving(foot, Pose::IDENTITY).margin(0.01)).unwrap();
+    let mut ids = Vec::new();
+    for frame in 0..80 {
+        let height = if (40..50).contains(&frame) { 0.5 } else { 0.405 };
+        scene.set_pose(b, at(-1.0 + 0.02 * f64::from(frame), 0.1, height)).unwrap();
+        detect(&mut scene, if frame % 3 == 0 { Budget::work(1 << 20) } else { Budget::unlimited() });
+        let found = scene.contact_points(a, b).unwrap();
+        assert!(found.is_complete() && found.points.len() == if height < 0.45 { 4 } else { 0 }, "{found:?}");
+        ids.extend(found.points.iter().map(|point| point.patch));
+    }
+    assert!(ids[..160].iter().all(|&id| id == ids[0]), "{ids:?}");
+    assert!(ids[160..].iter().all(|&id| id == ids[160] && id != ids[0]), "it parted in between: {ids:?}");
+}
+
+#[test]
+fn contacts_of_chosen_pairs_come_and_go_with_their_bodies() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let mut scene = Scene::new();
+    let mut insert = |x| scene.insert(Body::moving(Arc::clone(&ball), at(x, 0.0, 0.0))).unwrap();
+    let [a, b, c] = [0.0, 1.7, 3.4].map(&mut insert);
+    assert_eq!(scene.find_contacts_of(b, b), Err(SceneError::OneBody { body: b }));
+    scene.find_contacts_of(c, b).unwrap();
+    let count = |scene: &Scene, x, y| scene.contact_points(x, y).unwrap().points.len();
+    detect(&mut scene, Budget::unlimited());
+    assert_eq!((count(&scene, a, b), count(&scene, b, c)), (0, 4));
+    assert_eq!(scene.contact_points(a, b).unwrap().low, 0.0, "not asked");
+    scene.stop_finding_contacts_of(b, c).unwrap();
+    scene.find_contacts_of(a, b).unwrap();
+    scene.set_pose(c, at(3.5, 0.0, 0.0)).unwrap();
+    detect(&mut scene, Budget::unlimited());
+    assert_eq!((count(&scene, a, b), scene.contact_points(b, c).unwrap().age), (4, 1));
+    scene.set_filter(a, Filter::new(1, 0)).unwrap();
+    detect(&mut scene, Budget::unlimited());
+    scene.remove(b).unwrap();
+    assert!(scene.contact_points(a, b).is_err() && scene.find_contacts_of(a, b).is_err());
+    let other = scene.insert(Body::moving(ball, at(1.7, 0.0, 0.0))).unwrap();
+    scene.set_filter(a, Filter::default()).unwrap();
+    detect(&mut scene, Budget::unlimited());
+    assert_eq!((other.index(), count(&scene, a, other)), (b.index(), 0), "it was asked of another body");
+    scene.find_contacts();
+    detect(&mut scene, Budget::unlimited());
+    assert_eq!(count(&scene, a, other), 4, "they rest, but it was not asked before");
+}
+
+/// Of a budget that does not do for all, the question that matters more has more; and no other one starves.
+#[test]
+fn the_question_that_matters_more_goes_first() {
+    let play = |weights: [f32; 3]| {
+        let mut scene = Scene::new();
+        let ids = row(&mut scene, 24);
+        scene.find_contacts();
+        for pair in ids.windows(2).step_by(2) {
+            scene.measure(pair[0], pair[1], 1e-6).unwrap();
+        }
+        let questions = [PairQuestion::Meet, PairQuestion::Distance, PairQuestion::Contacts];
+        for (question, weight) in questions.into_iter().zip(weights) {
+            scene.set_question_importance(question, weight).unwrap();
+        }
+        let mut answered = [0; 3];
+        for frame in 0..80 {
+            for (body, &id) in ids.iter().enumerate() {
+                scene.set_pose(id, swing(body, frame)).unwrap();
+            }
+            detect(&mut scene, Budget::work(150_000));
+            let report = scene.report();
+            let measured = |a: BodyId, b: BodyId| report.distances.iter().any(|found| (found.a, found.b) == (a, b));
+            let others = report.pairs.iter().filter(|pair| !measured(pair.a, pair.b));
+            answered[0] += others.filter(|pair| pair.verdict != Verdict::Undecided).count();
+            answered[1] +=
+                report.distances.iter().filter(|found| found.age == 0 && found.high - found.low <= 1e-6).count();
+            let told = |pair: [BodyId; 2]| scene.contact_points(pair[0], pair[1]).unwrap();
+            let told = pairs(&ids).map(told).filter(|found| found.age == 0 && !found.points.is_empty());
+            answered[2] += told.count();
+        }
+        assert!(answered.iter().all(|&count| count > 0), "{answered:?}");
+        answered
+    };
+    let [meet, distance, contacts] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(play);
+    let text = format!("{meet:?} {distance:?} {contacts:?}");
+    assert!(meet[0] > distance[0] && meet[0] > contacts[0], "{text}");
+    assert!(distance[1] > meet[1] && distance[1] > contacts[1], "{text}");
+    assert!(contacts[2] > meet[2] && contacts[2] > distance[2], "{text}");
+    let refused = Scene::new().set_question_importance(PairQuestion::Motion, f32::NAN);
+    assert_eq!(refused, Err(SceneError::QuestionImportanceNotFinite { question: PairQuestion::Motion }));
+}
