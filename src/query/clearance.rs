@@ -37,7 +37,7 @@ impl Clearance {
 /// A bound on the way of a mesh's points from one pose to another. With `D` the difference of the rotations and `d` that of the
 /// translations a point `c + h` goes by `D c + d + D h`, where `c` is the middle of the mesh's box and `h` within its half
 /// extents.
-fn way(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
+pub(crate) fn way(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
     let bounds = mesh.mesh().aabb();
     let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
     let (middle, half) = (min + max, max - min);

@@ -60,6 +60,7 @@ pub(crate) use budget::by_system_clock;
 pub use budget::{Budget, Clock, ManualClock};
 pub use casting::{RayHit, RayMode};
 pub use certificate::Certificate;
+pub(crate) use clearance::way;
 pub use contacts::{ContactQuery, Contacts};
 pub(crate) use deadline::Deadline;
 pub use distance::{Distance, DistanceQuery, Nearest};

@@ -47,6 +47,8 @@ pub(super) struct Batch {
     #[allow(clippy::vec_box, reason = "states move in and out by their pointers, and room for them is cheap")]
     pub turns: Vec<Box<PairState>>,
     pub budget: u64,
+    /// Whether more may be done than to answer: what spares later frames work.
+    pub looks_ahead: bool,
     /// The pair whose run was stopped by the end of the budget; the run is in the workspace.
     pub held: Option<PairKey>,
     workspace: Option<Box<Workspace>>,
@@ -88,7 +90,12 @@ impl Batch {
             }
             let held = self.held == Some(key);
             let kept = self.workspace.as_mut().filter(|_| held);
-            let mut desk = Desk { workspace: kept.unwrap_or(scratch), held, patches: self.patches.as_deref_mut() };
+            let mut desk = Desk {
+                workspace: kept.unwrap_or(scratch),
+                held,
+                patches: self.patches.as_deref_mut(),
+                looks_ahead: self.looks_ahead,
+            };
             let ended = state.run(bodies, &mut desk, round, &mut deadline);
             state.end_turn(bodies, round.frame);
             match ended {
@@ -109,6 +116,7 @@ pub(super) struct Desk<'d> {
     /// Whether the workspace has a stopped run of the pair.
     pub held: bool,
     pub patches: Option<&'d mut Patches>,
+    pub looks_ahead: bool,
 }
 
 /// How far a pair got.
@@ -124,6 +132,7 @@ impl PairState {
     fn run(&mut self, bodies: &Bodies, desk: &mut Desk, round: &Round, deadline: &mut Deadline) -> Ended {
         let [Some(a), Some(b)] = bodies_of(self.turn.key).map(|body| bodies.at(body)) else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
+        self.apart = self.apart.min(0.0);
         if self.turn.asks == Asks::Witness && !desk.held {
             self.turn.asks = Asks::Meet;
             self.turn.spent.work += WORK_PER_WITNESS;
@@ -136,6 +145,13 @@ impl PairState {
         }
         if round.witnesses_only {
             return Ended::NotBegun;
+        }
+        if desk.looks_ahead
+            && self.turn.asks == Asks::Meet
+            && let Some(ended) = self.part(bodies, [a, b], b_in_a, desk, round, deadline)
+        {
+            self.turn.is_blank = false;
+            return ended;
         }
         let question = match self.turn.asks {
             Asks::Contacts => Question::contacts([a, b], b_in_a),

@@ -7,8 +7,8 @@ use super::located::Located;
 use super::measured::Measured;
 use super::room::reserve;
 use super::waiting::Waiting;
-use crate::math::tolerance::{COORDINATE_LIMIT, SCENE_REACH, SCENE_ROTATION_TOLERANCE};
-use crate::math::{Motion, Pose, rotation_deviation};
+use super::ways::Way;
+use crate::math::{Motion, Pose};
 use crate::model::cost::{LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_WORK};
 use crate::tree::Tree;
 use alloc::boxed::Box;
@@ -120,7 +120,7 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    /// The pose of another body in the frame of this one. There always is one: [`checked_inverse`].
+    /// The pose of another body in the frame of this one. There always is one: [`super::checks::inverse`].
     pub fn relative(&self, other: &Self) -> Pose {
         self.inverse.compose_unchecked(&other.body.pose)
     }
@@ -186,6 +186,7 @@ impl Facts {
 pub(super) struct Bodies {
     slots: Vec<Option<Placed>>,
     facts: Vec<Facts>,
+    pub ways: Vec<Way>,
     free: Vec<u32>,
     /// Slots with a pending change, each once, and how many of them are not just to settle.
     pending: Waiting,
@@ -216,6 +217,7 @@ impl Bodies {
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.slots, bodies);
         reserve(&mut self.facts, bodies);
+        reserve(&mut self.ways, bodies);
         reserve(&mut self.free, bodies);
         self.pending.reserve(bodies);
         reserve(&mut self.settling, bodies);
@@ -246,10 +248,12 @@ impl Bodies {
         if index == self.slots.len() {
             self.slots.push(None);
             self.facts.push(Facts::default());
+            self.ways.push(Way::default());
             self.reserve(self.room());
             self.grown = frame;
         }
         self.slots[index] = Some(placed);
+        self.ways[index] = Way { remade: frame as u32, ..Way::default() };
         self.len += 1;
         self.note(index, frame);
         self.set_pending(index as u32, Change::Body);
@@ -282,6 +286,7 @@ impl Bodies {
             change(placed);
         })?;
         self.facts[id.index()].changed = frame;
+        self.ways[id.index()].remade = frame as u32;
         self.set_pending(id.index, Change::None);
         Ok(())
     }
@@ -425,26 +430,4 @@ impl Bodies {
         let ids = (0..).map(|index| self.id(index));
         self.slots.iter().zip(ids).filter_map(|(slot, id)| slot.as_ref().map(|placed| (id, &placed.body)))
     }
-}
-
-/// Checks that a body at `pose` has a relative pose with any other of the scene; gives the inverse.
-pub(super) fn checked_inverse(body: BodyId, pose: &Pose) -> Result<Pose, SceneError> {
-    let deviation = rotation_deviation(pose.rotation());
-    if deviation > SCENE_ROTATION_TOLERANCE {
-        return Err(SceneError::NotARotation { body, deviation });
-    }
-    let too_far = |pose: &Pose| (0..3).find(|&axis| pose.translation()[axis].abs() > SCENE_REACH);
-    if let Some(axis) = too_far(pose) {
-        return Err(SceneError::TooFar { body, axis });
-    }
-    Ok(pose.inverse_unchecked())
-}
-
-pub(super) fn checked_importance(body: BodyId, importance: f32) -> Result<f32, SceneError> {
-    // One zero, so that the bits give the order.
-    if importance.is_nan() { Err(SceneError::ImportanceNotANumber { body }) } else { Ok(importance + 0.0) }
-}
-
-pub(super) fn checked_length(body: BodyId, length: f64) -> Result<f64, SceneError> {
-    if (0.0..=COORDINATE_LIMIT).contains(&length) { Ok(length) } else { Err(SceneError::NotALength { body, length }) }
 }

@@ -54,6 +54,7 @@ impl Deal<'_> {
             let share = u128::from(left - reserve) * u128::from(own) / u128::from(expected.max(1));
             let share = share as u64 + if index == 0 { reserve } else { 0 };
             batch.budget = if free { u64::MAX } else { share };
+            batch.looks_ahead = index > 0 || left == u64::MAX;
         }
     }
 
@@ -85,7 +86,7 @@ impl Deal<'_> {
     pub fn shares(&mut self, [left, reserve]: [u64; 2], timed: Option<usize>) {
         let turns = reserve.max(left / ROUND_ROBIN);
         self.turns(turns, |_| 0);
-        self.batches[0].budget = turns;
+        (self.batches[0].budget, self.batches[0].looks_ahead) = (turns, false);
 
         let others = match timed {
             Some(threads) => threads.clamp(1, BATCHES - 1),
@@ -105,6 +106,7 @@ impl Deal<'_> {
         let busy = others.iter().filter(|batch| !batch.turns.is_empty()).count().max(1) as u64;
         for batch in others {
             batch.budget = if timed.is_some() { u64::MAX } else { (left - turns) / busy };
+            batch.looks_ahead = true;
         }
     }
 

@@ -1,7 +1,8 @@
 //! Margins of bodies, and distances that are asked for.
 
 use super::Scene;
-use super::body::{Change, checked_length};
+use super::body::Change;
+use super::checks;
 use super::error::SceneError;
 use super::id::{BodyId, pair_key};
 
@@ -28,7 +29,7 @@ impl Scene {
     /// # Errors
     /// If the body is not in the scene, or the margin not from 0 to 2^1000.
     pub fn set_margin(&mut self, id: BodyId, margin: f64) -> Result<(), SceneError> {
-        let margin = checked_length(id, margin)?;
+        let margin = checks::length(id, margin)?;
         self.change(id, |placed| placed.body.margin = margin)
     }
 
@@ -60,7 +61,7 @@ impl Scene {
     /// # Errors
     /// If a body is not in the scene, both are the same, or the tolerance is not from 0 to 2^1000.
     pub fn measure(&mut self, x: BodyId, y: BodyId, tolerance: f64) -> Result<(), SceneError> {
-        let tolerance = checked_length(x, tolerance)?;
+        let tolerance = checks::length(x, tolerance)?;
         if x == y {
             return Err(SceneError::OneBody { body: x });
         }

@@ -98,7 +98,7 @@ impl Listing<'_> {
         if changed == number {
             state.forget_told();
         }
-        let complete = state.completed >= changed;
+        let complete = state.completed >= changed || state.stays_apart(bodies, key, number);
         if complete && state.verdict != Verdict::Undecided {
             state.decided = number;
         }

@@ -10,6 +10,7 @@
 //! stopped. What was not reached is counted: bodies that are not placed, bodies whose partners are not known, pairs that are not
 //! listed, and pairs that are not decided.
 
+mod apart;
 mod ask;
 mod asked;
 mod batch;
@@ -19,6 +20,7 @@ mod broad;
 mod build;
 mod cast;
 mod certificate;
+mod checks;
 mod contact_points;
 mod deal;
 mod distances;
@@ -50,6 +52,7 @@ mod state;
 mod touch;
 mod turns;
 mod waiting;
+mod ways;
 mod weights;
 #[cfg(feature = "parallel")]
 mod workers;
@@ -72,7 +75,7 @@ use crate::query::{Budget, Clock, Mode, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
-use body::{Bodies, Change, Placed, checked_importance, checked_inverse, checked_length};
+use body::{Bodies, Change, Placed};
 use broad::Broad;
 use cast::Rays;
 use events::Events;
@@ -225,9 +228,9 @@ impl Scene {
     /// If its pose or importance is refused; the error has the id that it would have had.
     pub fn insert(&mut self, body: Body) -> Result<BodyId, SceneError> {
         let id = self.bodies.next_id().ok_or(SceneError::Full)?;
-        let inverse = checked_inverse(id, &body.pose)?;
-        let importance = checked_importance(id, body.importance)?;
-        checked_length(id, body.margin)?;
+        let inverse = checks::inverse(id, &body.pose)?;
+        let importance = checks::importance(id, body.importance)?;
+        checks::length(id, body.margin)?;
         let frame = self.next_frame();
         let last = body.pose;
         self.bodies_mut().insert(Placed { body: Body { importance, ..body }, inverse, last, motion: None }, frame);
@@ -274,8 +277,9 @@ impl Scene {
     pub fn set_pose(&mut self, id: BodyId, pose: Pose) -> Result<(), SceneError> {
         let Placed { body, motion, .. } = self.bodies.get(id)?;
         if body.pose != pose || motion.is_some() {
-            let inverse = checked_inverse(id, &pose)?;
-            self.change(id, |placed| (placed.body.pose, placed.inverse, placed.motion) = (pose, inverse, None))?;
+            let inverse = checks::inverse(id, &pose)?;
+            let frame = self.next_frame();
+            self.bodies_mut().go(id, frame, pose, inverse)?;
         }
         Ok(())
     }
@@ -314,7 +318,7 @@ impl Scene {
     /// # Errors
     /// If the body is not in the scene, or the importance is NaN.
     pub fn set_importance(&mut self, id: BodyId, importance: f32) -> Result<(), SceneError> {
-        let importance = checked_importance(id, importance)?;
+        let importance = checks::importance(id, importance)?;
         self.bodies_mut().update(id, |placed| placed.body.importance = importance)
     }
 

@@ -1,7 +1,7 @@
 //! Bodies that are given where they go until the next frame.
 
 use super::Scene;
-use super::body::checked_inverse;
+use super::checks;
 use super::error::SceneError;
 use super::id::BodyId;
 use crate::math::Motion;
@@ -37,8 +37,8 @@ impl Scene {
     pub fn set_motion(&mut self, id: BodyId, motion: Motion) -> Result<(), SceneError> {
         self.bodies.get(id)?;
         let pose = motion.start();
-        let inverse = checked_inverse(id, &pose)?;
-        checked_inverse(id, &motion.pose(1.0))?;
+        let inverse = checks::inverse(id, &pose)?;
+        checks::inverse(id, &motion.pose(1.0))?;
         self.change(id, |placed| {
             (placed.body.pose, placed.inverse) = (pose, inverse);
             match &mut placed.motion {

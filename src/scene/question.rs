@@ -94,6 +94,13 @@ impl<'t> Question<'t> {
         }
     }
 
+    /// Whether the bodies of a pair are closer than `limit`.
+    #[cold]
+    pub fn apart([a, b]: [&'t Placed; 2], b_in_a: Pose, limit: f64) -> Self {
+        let query = DistanceQuery::new(&a.body.tree, &b.body.tree, b_in_a);
+        Self::Distance(query.margins([a.body.margin, b.body.margin]).closer_than(limit))
+    }
+
     /// Where the bodies of a pair touch.
     #[cold]
     pub fn contacts([a, b]: [&'t Placed; 2], b_in_a: Pose) -> Self {

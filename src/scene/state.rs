@@ -95,6 +95,9 @@ pub(super) struct PairState {
     /// What the run that is not at its end has spent.
     pub pending: Spent,
     pub said: Said,
+    /// More than 0: they are apart until they have gone so far, together. Less: that is not tried before the frame of this number,
+    /// negated.
+    pub apart: f64,
     /// Where they touch, if that was ever asked.
     pub touch: Option<Box<Touch>>,
     /// While it is in a batch.
@@ -115,6 +118,7 @@ impl PairState {
             search: 0,
             pending: Spent::default(),
             said: Said::Estimates(ArrayVec::new()),
+            apart: 0.0,
             touch: None,
             turn: Turn::NONE,
         }

@@ -1,5 +1,6 @@
 //! A scene against a naive model: all pairs of bodies, each asked with all the time it wants.
 
+mod apart;
 mod broad_phase;
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,0 +1,100 @@
+//! Pairs that are apart by more than their bodies have gone since are decided without a query, and only those.
+
+use std::sync::Arc;
+
+use crate::common::check;
+use crate::common::random::Random;
+use crate::{Model, detect, pose, trees};
+use punctual::glam::{DMat3, DQuat, DVec3};
+use punctual::{Body, BodyId, Budget, Mode, Pose, Query, Scene, Tree, Verdict, Workspace, shapes};
+
+fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
+}
+
+/// A pose that differs from another by a small turn and step.
+fn trembling(from: &Pose, size: f64, random: &mut Random) -> Pose {
+    let turn = DMat3::from_quat(DQuat::from_scaled_axis(size * random.vector()));
+    Pose::new(turn * *from.rotation(), from.translation() + size * random.vector()).unwrap()
+}
+
+/// Bodies of all shapes close to each other.
+fn crowd(bodies: usize, random: &mut Random) -> (Scene, Model, Vec<Arc<Tree>>) {
+    let (trees, mut scene, mut model) = (trees(), Scene::new(), Model::default());
+    for _ in 0..bodies {
+        let body = Body::moving(Arc::clone(&trees[random.below(trees.len())]), pose(2.0, random));
+        model.bodies.push((scene.insert(body.clone()).unwrap(), body));
+    }
+    (scene, model, trees)
+}
+
+/// Verdicts are those of all pairs asked anew, whatever changes on the way.
+#[test]
+fn bodies_that_tremble_are_decided_as_if_asked_anew() {
+    let mut random = Random::new(61);
+    let (mut scene, mut model, trees) = crowd(24, &mut random);
+    let mut workspace = Workspace::new();
+    let (mut work, mut decided) = ([0; 2], 0);
+    for frame in 0..240 {
+        let size = [1e-6, 1e-4, 1e-2][frame / 40 % 3];
+        for (id, body) in &mut model.bodies {
+            match random.below(400) {
+                0 => {
+                    body.tree = Arc::clone(&trees[random.below(trees.len())]);
+                    scene.set_tree(*id, Arc::clone(&body.tree)).unwrap();
+                }
+                1 => {
+                    let body = scene.remove(*id).unwrap();
+                    *id = scene.insert(body).unwrap();
+                }
+                _ => {}
+            }
+            body.pose = trembling(&body.pose, size, &mut random);
+            scene.set_pose(*id, body.pose).unwrap();
+        }
+        scene.set_mode(if frame % 24 < 16 { Mode::Any } else { Mode::All });
+        let budget = if frame % 5 == 4 { Budget::work(100_000) } else { Budget::unlimited() };
+        let report = detect(&mut scene, budget);
+        if frame % 40 > 2 && frame % 24 < 16 && budget == Budget::unlimited() {
+            work[usize::from(size == 1e-2)] += report.work;
+        }
+        let truth = model.truth(&mut workspace);
+        for pair in &report.pairs {
+            let met = truth.iter().any(|&(a, b, _)| (a, b) == (pair.a.index(), pair.b.index()));
+            match pair.verdict {
+                Verdict::Undecided => assert_ne!(budget, Budget::unlimited()),
+                verdict => assert_eq!(met, verdict != Verdict::Separated, "frame {frame}: {pair:?}"),
+            }
+            decided += usize::from(pair.verdict == Verdict::Separated);
+        }
+    }
+    assert!(decided > 1_000 && work[0] / 2 < work[1] / 2, "{decided} apart, {work:?} units: slow, fast");
+}
+
+/// Two balls draw near in ever smaller steps: the frame in which they meet is the one in which a query says so.
+#[test]
+fn what_draws_near_slowly_is_seen_to_meet() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    for turn in [DMat3::IDENTITY, DMat3::from_rotation_z(0.7) * (1.0 + 4e-5)] {
+        let mut scene = Scene::new();
+        let far = DVec3::new(1e5, -2e5, 3e5);
+        scene.insert(Body::fixed(Arc::clone(&ball), Pose::new(turn, far).unwrap())).unwrap();
+        let id = scene.insert(Body::moving(Arc::clone(&ball), at(0.0, 0.0, 0.0))).unwrap();
+        let (mut gap, mut met, mut queries) = (0.05, 0, 0);
+        for frame in 0..4_000 {
+            gap -= 2e-5;
+            let place =
+                Pose::new(DMat3::from_rotation_y(1e-6 * f64::from(frame)), far + DVec3::X * (2.0 + gap)).unwrap();
+            scene.set_pose(id, place).unwrap();
+            let report = detect(&mut scene, Budget::unlimited());
+            queries += usize::from(report.work > 0);
+            let bodies: Vec<(BodyId, &Body)> = scene.bodies().collect();
+            let b_in_a = bodies[0].1.pose.inverse().unwrap().compose(&place).unwrap();
+            let truth = check::run(&Query::new(&ball, &ball, b_in_a), &mut Workspace::new(), Budget::unlimited());
+            let verdict = scene.report().pairs.first().map_or(Verdict::Separated, |pair| pair.verdict);
+            assert_eq!(verdict == Verdict::Separated, truth.verdict == Verdict::Separated, "gap {gap:e}");
+            met += usize::from(truth.verdict != Verdict::Separated);
+        }
+        assert!(met > 100 && queries - met < 1_000, "{met} frames meet, {queries} with a query");
+    }
+}
