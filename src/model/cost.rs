@@ -89,10 +89,10 @@ pub(crate) const LEAST_WORK: u64 = WORK_PER_QUERY + MAX_STEP_WORK;
 pub(crate) const LEAST_DISTANCE_WORK: u64 = WORK_PER_QUERY + MAX_DISTANCE_STEP_WORK;
 
 /// Work of bringing a contact into a patch and of choosing points for it, about what it takes.
-pub(crate) const WORK_PER_PATCHED_CONTACT: u64 = 600;
+pub(crate) const WORK_PER_PATCHED_CONTACT: u64 = 1200;
 
 /// Contacts that there is room to patch after every query of contacts in a scene.
-pub(crate) const LEAST_PATCHED: u64 = 4;
+pub(crate) const LEAST_PATCHED: u64 = 2;
 
 /// The least that is of use to a pair in a scene which asks for contacts.
 pub(crate) const LEAST_CONTACT_WORK: u64 = LEAST_DISTANCE_WORK + LEAST_PATCHED * WORK_PER_PATCHED_CONTACT;

@@ -54,7 +54,14 @@ impl PairState {
         stays
     }
 
+    /// Whether it may be worth a proof by how much they are apart, as far as is seen from here. A stopped run is gone on with.
+    #[inline]
+    pub fn may_part(&self, desk: &Desk, frame: u64) -> bool {
+        desk.looks_ahead && !desk.held && self.verdict == Verdict::Separated && -self.apart <= frame as f64
+    }
+
     /// Asks bodies that go slowly by how much they are apart, if they were. `None`: whether they meet is still to be asked.
+    #[inline(never)]
     pub fn part(
         &mut self,
         bodies: &Bodies,
@@ -65,19 +72,15 @@ impl PairState {
         deadline: &mut Deadline,
     ) -> Option<Ended> {
         let (key, frame) = (self.turn.key, round.frame);
-        // A stopped run is gone on with.
-        if desk.held || self.verdict != Verdict::Separated || -self.apart > frame as f64 {
-            return None;
-        }
         let limit = reach(bodies, key, pair, frame)?;
-        if !deadline.has_room(ROOM * self.search + MORE_ROOM) {
+        if !deadline.has_room(ROOM * u64::from(self.search) + MORE_ROOM) {
             return None;
         }
         self.apart = -((frame + PAUSE) as f64);
         let question = Question::apart(pair, b_in_a, limit);
         question.begin(desk.workspace, &self.memory, round.to_the_end);
         deadline.spend(WORK_PER_QUERY);
-        let answer = question.advance(desk.workspace, &mut self.memory, deadline);
+        let answer = question.go_on(desk.workspace, &mut self.memory, deadline);
         self.turn.spent.add(Spent::of(desk.workspace));
         self.turn.spent.work += WORK_PER_QUERY;
         match answer.verdict {
@@ -96,14 +99,15 @@ impl PairState {
 
 /// How far apart bodies are to be proven; `None` if they rest or go too fast, or if more is asked than whether they meet.
 fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Option<f64> {
-    let steps = bodies_of(key).map(|body| {
-        let moves = bodies.facts(body).changed == frame;
-        if moves { f64::from(bodies.ways[body as usize].step) } else { 0.0 }
-    });
-    let step = steps[0] + steps[1];
+    let step = |body: u32| if bodies.facts(body).changed == frame { bodies.ways[body as usize].step } else { 0.0 };
+    let [a, b] = bodies_of(key);
+    let step = f64::from(step(a)) + f64::from(step(b));
+    if step == 0.0 {
+        return None;
+    }
     let size = pair.map(|placed| placed.body.tree.unit().length()).into_iter().fold(f64::INFINITY, f64::min);
     let limit = (MOST_STEPS * step).min(LARGEST_PART * size);
-    let is_slow = step > 0.0 && limit >= LEAST_STEPS * step;
+    let is_slow = limit >= LEAST_STEPS * step;
     (is_slow && bodies.measured.tolerance(key).is_none() && !bodies.is_moving(key)).then_some(limit)
 }
 

@@ -21,7 +21,24 @@ named!(PairQuestion { Meet => "meet", Distance => "distance", Motion => "motion"
 
 /// What each question adds to the importance of a pair.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Weights(pub [f32; 4]);
+pub(super) struct Weights {
+    of: [f32; 4],
+    /// Whether one was ever set.
+    any: bool,
+}
+
+impl Weights {
+    pub fn set(&mut self, question: PairQuestion, weight: f32) {
+        self.of[question as usize] = weight;
+        self.any = true;
+    }
+
+    /// That of the question at hand, which is looked for only if it matters.
+    #[inline]
+    pub fn of(&self, question: impl FnOnce() -> PairQuestion) -> f32 {
+        if self.any { self.of[question() as usize] } else { 0.0 }
+    }
+}
 
 /// What the next turn of a pair asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -141,13 +141,13 @@ impl PairState {
                 self.meets(witness, round.frame);
                 return Ended::Complete;
             }
-            self.refuted = round.frame;
+            self.refuted = round.frame as u32;
         }
         if round.witnesses_only {
             return Ended::NotBegun;
         }
-        if desk.looks_ahead
-            && self.turn.asks == Asks::Meet
+        if self.turn.asks == Asks::Meet
+            && self.may_part(desk, round.frame)
             && let Some(ended) = self.part(bodies, [a, b], b_in_a, desk, round, deadline)
         {
             self.turn.is_blank = false;

@@ -291,6 +291,25 @@ impl Bodies {
         Ok(())
     }
 
+    /// Moves a body to a pose, with its inverse, where it rests.
+    pub fn go(&mut self, id: BodyId, frame: u64, pose: Pose, inverse: Pose) -> Result<(), SceneError> {
+        if self.get(id)?.motion.is_some() {
+            let rest = |at: &mut Placed| (at.body.pose, at.inverse, at.motion) = (pose, inverse, None);
+            return self.change(id, frame, rest);
+        }
+        let facts = &mut self.facts[id.index()];
+        let is_first = mem::replace(&mut facts.changed, frame) < frame;
+        if let Some(placed) = &mut self.slots[id.index()] {
+            self.ways[id.index()].go(&placed.body.tree, &placed.body.pose, &pose, is_first);
+            if is_first {
+                placed.last = placed.body.pose;
+            }
+            (placed.body.pose, placed.inverse) = (pose, inverse);
+        }
+        self.set_pending(id.index, Change::None);
+        Ok(())
+    }
+
     /// Changes a body in a way that leaves its box and its verdicts alone.
     pub fn update(&mut self, id: BodyId, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
         self.get(id)?;

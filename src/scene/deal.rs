@@ -113,12 +113,16 @@ impl Deal<'_> {
     /// Orders the open jobs by rank, as far as `work` may go.
     fn order_by_rank(&mut self, work: u64) {
         self.order.clear();
-        let mut expected = 0;
+        let (mut expected, mut counted) = (0, 0);
         for (job, index) in self.jobs.iter().zip(0..).filter(|(job, _)| job.open) {
-            expected += job.median() + self.overhead;
+            // Those of contacts cost many times as much as others, and are seldom the first.
+            if job.asks != Asks::Contacts {
+                expected += job.median() + self.overhead;
+                counted += 1;
+            }
             self.order.push((job.rank, index));
         }
-        let mean = expected / self.order.len().max(1) as u64;
+        let mean = expected / counted.max(1);
         let enough = usize::try_from(2 * work / mean.max(1)).unwrap_or(usize::MAX);
         if enough < self.order.len() {
             self.order.select_nth_unstable(enough);

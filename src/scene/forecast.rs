@@ -29,7 +29,9 @@ impl Forecast {
             Verdict::Separated => (NEW_CONTACT * state.search as f32 * age as f32).min(NEVER_DECIDED),
         };
         let (median, still) = match state.verdict {
-            Verdict::Intersecting { .. } => (state.cost.min(search), (1.0 - PARTED * age as f32).max(chance)),
+            Verdict::Intersecting { .. } => {
+                (u64::from(state.cost).min(search), (1.0 - PARTED * age as f32).max(chance))
+            }
             _ => (search, chance),
         };
         let capped = |work: u64| (work + WORK_PER_QUERY).min(u64::from(u32::MAX)) as u32;
@@ -66,13 +68,13 @@ const NEVER_DECIDED: f32 = 0.3;
 const NEW_CONTACT: f32 = 3e-5;
 
 /// Work of finding the contacts of a pair for the first time, times the fourth roots of the triangle counts.
-const CONTACTS: u64 = 400;
+const CONTACTS: u64 = 2000;
 
 /// Work of a query that no remembered witness spares, median and 90 % quantile.
 #[inline]
 fn expected_cost(state: &PairState, sizes: [f32; 2]) -> (u64, u64) {
     let (search, spread) = if state.search > 0 {
-        (state.search, state.search / 2)
+        (u64::from(state.search), u64::from(state.search / 2))
     } else {
         // Near contact, work grows about like the fourth root of the product of the triangle counts.
         let guess = (40.0 * sizes[0] * sizes[1]) as u64;

@@ -37,6 +37,7 @@ impl Job {
     }
 
     /// Asks another question from now on.
+    #[cold]
     pub fn ask(&mut self, asks: Asks, frame: &Frame, state: &PairState) {
         self.asks = asks;
         (self.forecast, self.rank) = outlook(frame, self.key, state, asks, true);
@@ -44,7 +45,7 @@ impl Job {
 }
 
 /// What is expected of a question, unless nothing depends on it, and its rank.
-#[inline]
+#[inline(always)]
 pub(super) fn outlook(frame: &Frame, key: PairKey, state: &PairState, asks: Asks, expects: bool) -> (Forecast, u64) {
     let [x, y] = bodies_of(key).map(|body| frame.bodies.facts(body));
     let special = x.is_special | y.is_special;

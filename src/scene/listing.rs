@@ -113,14 +113,14 @@ impl Listing<'_> {
                 () if !located && (complete || asks_contacts_first(self.frame.bodies, self.turns, key)) => {
                     Asks::Contacts
                 }
-                () if hit && state.refuted < changed => Asks::Witness,
+                () if hit && !state.is_refuted(changed, number) => Asks::Witness,
                 () => Asks::Meet,
             };
             if complete {
                 state.completed = number;
             }
             let (forecast, rank) = outlook(self.frame, key, state, asks, forecasts);
-            probability = if hit && state.refuted >= changed { forecast.chance } else { forecast.still };
+            probability = if hit && state.is_refuted(changed, number) { forecast.chance } else { forecast.still };
             self.jobs.push(Job {
                 key,
                 listed: self.report.pairs.len() as u32,

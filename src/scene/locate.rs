@@ -10,6 +10,7 @@ use crate::query::{Deadline, Mode, StopReason, Verdict};
 
 impl PairState {
     /// Goes on finding where the bodies touch, as far as the deadline allows, and patches what was found.
+    #[inline(never)]
     pub fn locate(
         &mut self,
         question: &Question,
@@ -28,7 +29,7 @@ impl PairState {
         }
         deadline.spend(WORK_PER_QUERY);
         self.turn.spent.work += WORK_PER_QUERY;
-        let answer = question.advance(workspace, &mut self.memory, deadline);
+        let answer = question.go_on(workspace, &mut self.memory, deadline);
         let spent = Spent::of(workspace);
         self.turn.spent.add(spent.since(core::mem::replace(&mut touch.pending, spent)));
         if answer.stop == StopReason::FlushedToZero {
@@ -47,12 +48,15 @@ impl PairState {
         }
         // What does not fit a second time is left out.
         let is_over = is_over && (patched == found || resumed && patched > 0);
+        let patching = found as u64 * WORK_PER_PATCHED_CONTACT;
         if is_over {
-            let patching = found as u64 * WORK_PER_PATCHED_CONTACT;
             touch.completed = frame;
             touch.cost = spent.work + patching;
             touch.left_out = if patched < found { patching } else { 0 };
             touch.pending = Spent::default();
+        } else {
+            // It takes more than that.
+            touch.cost = touch.cost.max(2 * (spent.work + patching));
         }
         let key = self.turn.key;
         let is_all = round.mode == Mode::Any && bodies.measured.tolerance(key).is_none() && !bodies.is_moving(key);

@@ -4,7 +4,9 @@
 //! near each other ([`broad`], [`fat_tree`], [`pairs`]), lists those whose boxes overlap ([`listing`]), shares the budget among
 //! them ([`schedule`], [`deal`]), and runs each through the query that answers what is asked of it ([`question`], [`batch`]), on
 //! one thread or on several ([`workers`]). Of two bodies there is a state that is kept from their first turn on, a job of the
-//! frame, and a report. Then it is told which contacts begin and end ([`events`]). Rays are cast between frames ([`cast`]).
+//! frame, and a report. Those that are apart by more than they have gone since need no job ([`apart`], [`ways`]); those that
+//! meet have a second question if it is asked: where ([`locate`], [`touch`]). Then it is told which contacts begin and end
+//! ([`events`]). Rays are cast between frames ([`cast`]).
 //!
 //! Each of these steps has a part of the budget ([`share`]), stops when that is spent, and goes on in the next frame where it
 //! stopped. What was not reached is counted: bodies that are not placed, bodies whose partners are not known, pairs that are not
@@ -212,7 +214,7 @@ impl Scene {
 
     /// Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do: the boxes of moving
     /// bodies are widened by a twentieth of their longest edge. Within this room [`Scene::detect`] does not allocate.
-    /// Takes about 790 bytes a body and 780 a pair.
+    /// Takes about 800 bytes a body and 780 a pair.
     pub fn reserve(&mut self, bodies: usize, pairs: usize) {
         self.bodies_mut().reserve(bodies);
         let Self { bodies, broad, pairs: states, schedule, report, events, .. } = self;

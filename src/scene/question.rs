@@ -140,8 +140,14 @@ impl<'t> Question<'t> {
         }
     }
 
+    /// [`Question::advance`] where that is not worth a copy of its own.
+    #[inline(never)]
+    pub fn go_on(&self, workspace: &mut Workspace, memory: &mut PairMemory, deadline: &mut Deadline) -> Answer {
+        self.advance(workspace, memory, deadline)
+    }
+
     /// Goes on with the run in a workspace until it is over or the deadline stops it.
-    #[inline]
+    #[inline(always)]
     pub fn advance(&self, workspace: &mut Workspace, memory: &mut PairMemory, deadline: &mut Deadline) -> Answer {
         match self {
             Self::Meet(query) => {

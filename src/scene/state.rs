@@ -86,12 +86,12 @@ pub(super) struct PairState {
     pub completed: u64,
     /// The last frame that decided it; before, the one before the first.
     pub decided: u64,
-    /// The last frame in which its last witnesses were tested and did not meet.
-    pub refuted: u64,
-    /// Work of the last run to the end; 0 if there was none.
-    pub cost: u64,
+    /// The last frame, its low bits, in which its last witnesses were tested and did not meet.
+    pub refuted: u32,
+    /// Work of the last run to the end, as far as there are numbers for it; 0 if there was none.
+    pub cost: u32,
     /// Work of the last run that no remembered witness cut short; a lower bound while that run is unfinished.
-    pub search: u64,
+    pub search: u32,
     /// What the run that is not at its end has spent.
     pub pending: Spent,
     pub said: Said,
@@ -124,6 +124,12 @@ impl PairState {
         }
     }
 
+    /// Whether, in `frame`, its last witnesses are known not to meet, of bodies that were last new in `changed`.
+    #[inline]
+    pub fn is_refuted(&self, changed: u64, frame: u64) -> bool {
+        u64::from((frame as u32).wrapping_sub(self.refuted)) <= frame - changed
+    }
+
     /// What is known of it in `frame`.
     pub fn standing(&self, frame: u64) -> Standing {
         let verdict = if self.decided == frame { self.verdict } else { Verdict::Undecided };
@@ -136,6 +142,7 @@ impl PairState {
     }
 
     /// Takes note of what came of a turn in `frame`.
+    #[inline]
     pub fn end_turn(&mut self, bodies: &Bodies, frame: u64) {
         let standing = self.standing(frame);
         self.turn.teaches = standing.verdict != Verdict::Undecided && self.has_told();
@@ -144,13 +151,16 @@ impl PairState {
         {
             touch.part(frame);
         }
-        let [a, b] = bodies_of(self.turn.key).map(|body| bodies.facts(body).changed);
-        let is_located = !bodies.located.has(self.turn.key) || self.has_located(a.max(b));
+        let key = self.turn.key;
+        let asks_contacts = bodies.located.any() && bodies.located.has(key) && {
+            let [a, b] = bodies_of(key).map(|body| bodies.facts(body).changed);
+            !self.has_located(a.max(b))
+        };
         self.turn.next = match self.turn.asks {
-            Asks::Contacts if !is_located => Some(Asks::Contacts),
+            Asks::Contacts if asks_contacts => Some(Asks::Contacts),
             Asks::Contacts if !standing.complete => Some(Asks::Meet),
             asks if !standing.complete => Some(asks),
-            _ if !is_located && standing.verdict != Verdict::Separated => Some(Asks::Contacts),
+            _ if asks_contacts && standing.verdict != Verdict::Separated => Some(Asks::Contacts),
             _ => None,
         };
         self.turn.standing = standing;
@@ -171,11 +181,14 @@ impl PairState {
         matches!(&self.said, Said::Estimates(told) if !told.is_empty())
     }
 
-    /// Forgets the probabilities that were told of bodies that have moved.
+    /// Forgets the probabilities that were told of bodies that have moved, and a search for contacts that was cut short.
     #[inline]
     pub fn forget_told(&mut self) {
         if let Said::Estimates(told) = &mut self.said {
             told.clear();
+        }
+        if let Some(touch) = &mut self.touch {
+            touch.pending = Spent::default();
         }
     }
 
@@ -189,7 +202,8 @@ impl PairState {
 
     /// Takes note of a witness that still meets in `frame`.
     pub fn meets(&mut self, witness: [u32; 2], frame: u64) {
-        (self.decided, self.completed, self.cost, self.pending) = (frame, frame, WORK_PER_WITNESS, Spent::default());
+        (self.decided, self.completed, self.cost, self.pending) =
+            (frame, frame, WORK_PER_WITNESS as u32, Spent::default());
         (self.verdict, self.found) = (Verdict::Intersecting { witness }, 1);
     }
 
@@ -219,13 +233,14 @@ impl PairState {
     /// Takes note of the answer of a call in `frame`, and of what the run has spent; whether it is over.
     pub fn note(&mut self, answer: &Answer, spent: Spent, frame: u64) -> bool {
         let is_final = answer.stop.is_final();
+        let capped = |work: u64| work.min(u64::from(u32::MAX)) as u32;
         if is_final {
-            (self.completed, self.cost, self.pending) = (frame, spent.work, Spent::default());
+            (self.completed, self.cost, self.pending) = (frame, capped(spent.work), Spent::default());
             if spent.bv_tests > 0 {
-                self.search = spent.work;
+                self.search = capped(spent.work);
             }
         } else {
-            self.search = self.search.max(2 * spent.work);
+            self.search = self.search.max(capped(2 * spent.work));
             self.pending = spent;
         }
         if answer.verdict != Verdict::Undecided {

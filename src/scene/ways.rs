@@ -1,8 +1,5 @@
 //! How far bodies have gone, so that pairs that were proven to be apart are known to be still: [`super::apart`].
 
-use super::body::Bodies;
-use super::error::SceneError;
-use super::id::BodyId;
 use crate::math::{Pose, largest};
 use crate::query::way;
 use crate::tree::Tree;
@@ -19,6 +16,13 @@ pub(super) struct Way {
 }
 
 impl Way {
+    /// Adds a move of a mesh, the first of its frame or another one.
+    pub fn go(&mut self, mesh: &Tree, from: &Pose, to: &Pose, is_first: bool) {
+        let step = way(mesh, from, to) + slack(mesh, to);
+        self.gone = (self.gone + step).next_up();
+        self.step = step as f32 + if is_first { 0.0 } else { self.step };
+    }
+
     /// Whether it has only been moved since frame `since`, now being `frame`.
     pub fn is_of(&self, since: u64, frame: u64) -> bool {
         u64::from((frame as u32).wrapping_sub(self.remade)) >= frame - since
@@ -35,21 +39,4 @@ pub(super) fn slack(mesh: &Tree, pose: &Pose) -> f64 {
     let bounds = mesh.mesh().aabb();
     let magnitude: f64 = [bounds.min, bounds.max, pose.translation()].map(|v| largest(v.abs())).iter().sum();
     ROUNDING * magnitude + UNDERFLOW
-}
-
-impl Bodies {
-    /// Moves a body to a pose, with its inverse, where it rests.
-    pub fn go(&mut self, id: BodyId, frame: u64, pose: Pose, inverse: Pose) -> Result<(), SceneError> {
-        let placed = self.get(id)?;
-        let moves = placed.motion.is_none();
-        let step = way(&placed.body.tree, &placed.body.pose, &pose) + slack(&placed.body.tree, &pose);
-        let (before, is_first) = (self.ways[id.index()], self.facts(id.index).changed < frame);
-        self.change(id, frame, |placed| (placed.body.pose, placed.inverse, placed.motion) = (pose, inverse, None))?;
-        if moves {
-            let gone = (before.gone + step).next_up();
-            let of_frame = if is_first { 0.0 } else { before.step };
-            self.ways[id.index()] = Way { gone, step: of_frame + step as f32, ..before };
-        }
-        Ok(())
-    }
 }

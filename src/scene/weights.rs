@@ -10,9 +10,10 @@ impl Bodies {
     /// What the question that comes next adds to the importance of a pair.
     #[inline]
     pub fn weight(&self, key: PairKey, asks: Asks) -> f32 {
-        if self.weights.0 == [0.0; 4] { 0.0 } else { self.weights.0[self.question(key, asks) as usize] }
+        self.weights.of(|| self.question(key, asks))
     }
 
+    #[cold]
     fn question(&self, key: PairKey, asks: Asks) -> PairQuestion {
         match asks {
             Asks::Contacts => PairQuestion::Contacts,
@@ -43,7 +44,7 @@ impl Scene {
             return Err(SceneError::QuestionImportanceNotFinite { question });
         }
         // One zero, so that the bits give the order.
-        self.bodies_mut().weights.0[question as usize] = importance + 0.0;
+        self.bodies_mut().weights.set(question, importance + 0.0);
         Ok(())
     }
 }

@@ -12,7 +12,7 @@ use punctual::{
 };
 
 /// The least work of a turn that asks for contacts.
-const LEAST_CONTACT_WORK: u64 = 250 + punctual::MAX_DISTANCE_STEP_WORK + 4 * 600;
+const LEAST_CONTACT_WORK: u64 = 250 + punctual::MAX_DISTANCE_STEP_WORK + 2 * 1200;
 
 /// Most contacts of a pair that are looked at, and most points that are told.
 const MOST_CONTACTS: usize = 256;

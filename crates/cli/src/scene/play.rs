@@ -108,6 +108,9 @@ pub fn play(
             }
             for reported in &report.pairs {
                 pair(number, reported)?;
+                if !settings.contacts {
+                    continue;
+                }
                 let found = scene.contact_points(reported.a, reported.b)?;
                 if found.age == 0 && !found.points.is_empty() {
                     row.touching[0] += 1;
