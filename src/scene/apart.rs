@@ -23,8 +23,9 @@ const MOST_STEPS: f64 = 64.0;
 /// Nor more than this part of the smaller body: what is farther away is seen to be apart soon.
 const LARGEST_PART: f64 = 1.0 / 64.0;
 
-/// After a proof that failed there is none for so many frames.
+/// After a proof that failed there is none for so many frames, and of bodies that go too fast for one so many are not looked at.
 const PAUSE: u64 = 32;
+const BREAK: u64 = 8;
 
 /// Work that there has to be room for, in that of the last search, and besides.
 const ROOM: u64 = 4;
@@ -72,7 +73,10 @@ impl PairState {
         deadline: &mut Deadline,
     ) -> Option<Ended> {
         let (key, frame) = (self.turn.key, round.frame);
-        let limit = reach(bodies, key, pair, frame)?;
+        let Some(limit) = reach(bodies, key, pair, frame) else {
+            self.apart = -((frame + BREAK) as f64);
+            return None;
+        };
         if !deadline.has_room(ROOM * u64::from(self.search) + MORE_ROOM) {
             return None;
         }

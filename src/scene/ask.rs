@@ -2,18 +2,18 @@
 
 use crate::names::named;
 
-/// What a scene asks of a pair of bodies: [`Scene::set_question_importance`].
+/// What a scene asks of a pair of bodies: [`crate::Scene::set_question_importance`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum PairQuestion {
     /// Whether they meet.
     Meet,
-    /// How far apart they are: [`Scene::measure`].
+    /// How far apart they are: [`crate::Scene::measure`].
     Distance,
-    /// Until when they are free: [`Scene::set_motion`].
+    /// Until when they are free: [`crate::Scene::set_motion`].
     Motion,
-    /// Where they touch: [`Scene::find_contacts`].
+    /// Where they touch: [`crate::Scene::find_contacts`].
     Contacts,
 }
 

@@ -370,11 +370,8 @@ impl Bodies {
 
     /// The least work of a turn, of whatever may be asked.
     pub fn least_work(&self) -> u64 {
-        match self.has_special {
-            _ if self.located.any() => LEAST_CONTACT_WORK,
-            true => LEAST_DISTANCE_WORK,
-            false => LEAST_WORK,
-        }
+        let usual = if self.has_special { LEAST_DISTANCE_WORK } else { LEAST_WORK };
+        if self.located.any() { LEAST_CONTACT_WORK } else { usual }
     }
 
     /// Leaves a change to the next frame.

@@ -55,7 +55,7 @@ impl Scene {
     /// these are 0 ([`crate::ContactQuery`]), up to 256 of a pair; they hang together in patches, of which the nearest are
     /// told.
     ///
-    /// Takes about 9 kB more for each pair that meets, and 6 MB.
+    /// Takes about 12 kB more for each pair that meets, and 5 MB.
     ///
     /// ```
     /// use punctual::glam::{DMat3, Vec3};
