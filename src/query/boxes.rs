@@ -145,8 +145,7 @@ pub(super) type Keys = [[f32; WIDTH]; WIDTH];
 /// A question in terms of boxes: which pairs of children are of interest, and how much. Bit `8 i + j` of an answer stands for
 /// child `i` of the opened node and child `j` of the other, and so does entry `[i][j]` of the keys.
 pub(super) trait BoxTest {
-    /// Whether the question is overlap alone: boxes that are apart on an edge axis are of no interest then, keys are depths, and
-    /// triangles of two clusters are compared as other children are.
+    /// Whether overlap alone is asked: then edge axes part, keys are depths, and two clusters are opened as other nodes are.
     const IS_OVERLAP: bool;
 
     /// Whether a pair is of interest, by the own boxes of both nodes. A child first passes the test along its parent's axes;
