@@ -66,9 +66,9 @@ impl Question for Traversal<'_, '_, Cast<'_>> {
 
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
-        match self.workspace.front.pop() {
+        match self.workspace.front.pop_stack() {
+            Some(pair) => Some((pair, Origin::Stack)),
             None => self.next_ray(),
-            next => next,
         }
     }
 

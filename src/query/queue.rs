@@ -191,13 +191,20 @@ impl Front {
     /// The next pair, and where it comes from.
     #[inline(always)]
     pub fn pop(&mut self) -> Option<(Pair, Origin)> {
-        if self.height == self.base { self.pop_beyond() } else { Some((self.pop_stack(), Origin::Stack)) }
+        match self.pop_stack() {
+            Some(pair) => Some((pair, Origin::Stack)),
+            None => self.pop_beyond(),
+        }
     }
 
+    /// The last pair of the stack, but for those set aside.
     #[inline(always)]
-    fn pop_stack(&mut self) -> Pair {
+    pub fn pop_stack(&mut self) -> Option<Pair> {
+        if self.height == self.base {
+            return None;
+        }
         self.height -= 1;
-        self.stack[self.height % STACK]
+        Some(self.stack[self.height % STACK])
     }
 
     /// The next pair where the stack has none above its base.
@@ -212,7 +219,7 @@ impl Front {
             return if self.occupied == 0 { None } else { Some((self.pop_queue(), Origin::Queue)) };
         }
         self.base = 0;
-        Some((self.pop_stack(), Origin::Stack))
+        self.pop_stack().map(|pair| (pair, Origin::Stack))
     }
 
     fn pop_queue(&mut self) -> Pair {
