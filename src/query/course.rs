@@ -3,7 +3,7 @@
 //! In a piece B is taken to keep the orientation of the middle of the piece, and each part of it to go along a straight line
 //! with the velocity that its own middle has then. What that leaves out is bounded: `docs/numerics.md`, "Motion".
 
-use crate::math::{Motion, Pose, larger, smaller};
+use crate::math::{Motion, Pose, smaller};
 use crate::tree::Tree;
 use glam::DVec3;
 
@@ -101,10 +101,11 @@ impl Course {
         for bound in [&mut course.spin, &mut course.speed, &mut course.acceleration] {
             *bound *= STRETCH;
         }
-        let far = smaller(course.speed / (size + f64::MIN_POSITIVE), 1.0);
-        let pieces = larger(libm::pow(course.spin / TURN, 1.5), far * course.spin / TURN_OF_FAR);
-        let pieces = larger(pieces, course.speed / (WAY * size + f64::MIN_POSITIVE));
-        course.pieces = libm::ceil(pieces.clamp(1.0, MOST_PIECES)) as u32;
+        // `max` and `min` of `f64` pass over what is no number, as where sizes overflow.
+        let far = (course.speed / (size + f64::MIN_POSITIVE)).min(1.0);
+        let pieces = libm::pow(course.spin / TURN, 1.5).max(far * course.spin / TURN_OF_FAR);
+        let pieces = pieces.max(course.speed / (WAY * size + f64::MIN_POSITIVE));
+        course.pieces = (libm::ceil(pieces.min(MOST_PIECES)) as u32).max(1);
         course
     }
 

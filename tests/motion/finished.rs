@@ -163,6 +163,19 @@ fn thin_plates_and_fast_bodies_are_not_passed_through() {
 }
 
 /// Nothing moves, or the motion ends where it begins.
+/// Where lengths overflow, bounds are no numbers; nothing is taken to be free for that.
+#[test]
+fn meshes_too_large_for_lengths_meet_all_the_same() {
+    let far = f64::from_bits((1023 + 1000) << 52);
+    let mesh = || Mesh::from_f64([[0.0; 3], [far, 0.0, 0.0], [0.0, far, 0.0]], [[0, 1, 2]]).unwrap();
+    let (a, b) = (Tree::new(mesh()), Tree::new(mesh()));
+    for velocity in [[0.0; 3], [0.0, 0.0, 1.0]] {
+        let motion = Motion::straight(Pose::IDENTITY, velocity).unwrap();
+        let said = run(&MotionQuery::new(&a, &b, motion), &mut Workspace::new(), ENOUGH);
+        assert!(said.free_until == 0.0, "{said:?}");
+    }
+}
+
 #[test]
 fn standing_still_is_a_motion() {
     let (a, b) = (Tree::new(shapes::icosphere(2)), Tree::new(shapes::torus(1.0, 0.3, 12)));
