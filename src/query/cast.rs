@@ -8,18 +8,18 @@
 //! The rays of a batch are cast one after the other in the same run.
 
 use super::casting::{RayHit, RayMode, Suspect};
+use super::expand;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::traversal::{Question, Traversal, bits};
 use super::volley::{Ready, make_ready};
 use crate::math::Ray;
-use crate::math::lanes::{Lanes, per_lane};
+use crate::math::lanes::Lanes;
 use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE, WORK_PER_RAY_TEST,
     WORK_PER_RAY_TRIANGLE,
 };
-use crate::tree::{Node, Tree, WIDTH};
-use crate::triangle::batch::Rows;
+use crate::tree::WIDTH;
 use crate::triangle::ray::Aim;
 use crate::triangle::ray::batch::candidates;
 use core::slice;
@@ -136,7 +136,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         let count = u64::from(node.children);
         stats.primitive_tests += count;
         stats.work += WORK_PER_RAY_TRIANGLE * count;
-        let suspected = candidates(lanes, rows(self.a, node), &beam.shaft, [beam.from, beam.to]) & entered;
+        let suspected = candidates(lanes, expand::rows(self.a, node), &beam.shaft, [beam.from, beam.to]) & entered;
         for lane in bits(suspected) {
             let triangle = node.first_child + lane as u32;
             self.workspace.casting.suspects.push(Suspect { triangle, enter: enter[lane] });
@@ -244,13 +244,4 @@ impl Traversal<'_, '_, Cast<'_>> {
             make_ready(lanes, self.a, rays, ready);
         }
     }
-}
-
-/// The triangles of a cluster; the last one again where there are fewer than eight. Without a loop, whose end cannot be
-/// foreseen.
-#[inline(always)]
-fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
-    let triangles = &tree.triangles()[cluster.triangle_range()];
-    let last = triangles.len() - 1;
-    per_lane!(i => &triangles[last.min(i)].0)
 }

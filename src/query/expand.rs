@@ -8,7 +8,7 @@ use super::boxes::{BoxTest, Facing, Keys, Triangles};
 use super::edge_axes;
 use super::queue::Pair;
 use super::views::{Relation, Views};
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, per_lane};
 use crate::model::cost::WORK_PER_EDGE_TEST;
 use crate::tree::{Node, Tree, WIDTH};
 use crate::triangle::batch::Rows;
@@ -178,18 +178,13 @@ fn which(a: &Node, b: &Node, scale: f32) -> Open {
     }
 }
 
-/// The triangles of a cluster; the last one again where there are fewer than eight.
+/// The triangles of a cluster; the last one again where there are fewer than eight. Without a loop, whose end cannot be
+/// foreseen.
 #[inline(always)]
 pub(super) fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
     let triangles = &tree.triangles()[cluster.triangle_range()];
     let last = triangles.len() - 1;
-    let mut rows = [&triangles[last].0; WIDTH];
-    let mut i = 0;
-    while i < last {
-        rows[i] = &triangles[i].0;
-        i += 1;
-    }
-    rows
+    per_lane!(i => &triangles[last.min(i)].0)
 }
 
 /// Bit `8 i + j` goes to `8 j + i`: blocks of 1, 2 and 4 change places across the diagonal.
