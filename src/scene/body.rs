@@ -1,13 +1,13 @@
 //! Bodies: a shared tree at a pose, and who may meet whom.
 
 use super::ask::Weights;
+use super::ask::located::Located;
+use super::ask::measured::Measured;
 use super::error::SceneError;
 use super::id::{BodyId, PairKey, bodies_of, pair_key};
-use super::located::Located;
-use super::measured::Measured;
+use super::pair::ways::Way;
 use super::room::reserve;
 use super::waiting::Waiting;
-use super::ways::Way;
 use crate::math::{Motion, Pose};
 use crate::model::cost::{LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_WORK};
 use crate::tree::Tree;

@@ -1,8 +1,9 @@
 //! What is not known about two bodies.
 
+use super::broad::bounds;
 use super::error::SceneError;
 use super::id::{BodyId, pair_key};
-use super::{BodyKind, Scene, bounds};
+use super::{BodyKind, Scene};
 use crate::math::Aabb;
 use crate::query::{Mode, Verdict};
 

@@ -1,11 +1,12 @@
 //! One frame, step by step.
 
-use super::asked::Frame;
-use super::batch::{Batch, Round};
 use super::body::{Bodies, Facts, Placed};
+use super::broad::bounds;
+use super::pair::asked::Frame;
+use super::pair::batch::{Batch, Round};
 use super::schedule::Found;
-use super::share::{Share, Step};
-use super::{BodyKind, Reach, Scene, bounds};
+use super::schedule::share::{Share, Step};
+use super::{BodyKind, Reach, Scene};
 use crate::math::Aabb;
 use crate::model::cost::{WORK_PER_BOX, WORK_PER_SWEPT_BOX};
 use crate::query::{Budget, Clock, Deadline, Workspace};

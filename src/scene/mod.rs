@@ -1,71 +1,39 @@
 //! Many bodies, one budget a frame.
 //!
-//! A [`Scene`] holds bodies ([`body`]). A frame ([`frame`]) places those that changed ([`bounds`]), finds pairs of them that are
-//! near each other ([`broad`], [`fat_tree`], [`pairs`]), lists those whose boxes overlap ([`listing`]), shares the budget among
-//! them ([`schedule`], [`deal`]), and runs each through the query that answers what is asked of it ([`question`], [`batch`]), on
-//! one thread or on several ([`workers`]). Of two bodies there is a state that is kept from their first turn on, a job of the
-//! frame, and a report. Those that are apart by more than they have gone since need no job ([`apart`], [`ways`]); those that
-//! meet have a second question if it is asked: where ([`locate`], [`touch`]). Then it is told which contacts begin and end
-//! ([`events`]). Rays are cast between frames ([`cast`]).
+//! A [`Scene`] holds bodies ([`body`]). A frame ([`frame`]) places those that changed, finds pairs of them that are near each
+//! other ([`broad`]), lists those whose boxes overlap, shares the budget among them ([`schedule`]), and runs each through the
+//! query that answers what is asked of it ([`pair`]), on one thread or on several. Of two bodies there is a state that is kept
+//! from their first turn on, a job of the frame, and a report. Those that are apart by more than they have gone since need no
+//! job; those that meet have a second question if it is asked: where. Then it is told which contacts begin and end ([`events`]).
+//! What is asked, and how much it matters, is said in [`ask`]; rays are cast between frames ([`cast`]).
 //!
-//! Each of these steps has a part of the budget ([`share`]), stops when that is spent, and goes on in the next frame where it
-//! stopped. What was not reached is counted: bodies that are not placed, bodies whose partners are not known, pairs that are not
-//! listed, and pairs that are not decided.
+//! Each of these steps has a part of the budget ([`schedule::share`]), stops when that is spent, and goes on in the next frame
+//! where it stopped. What was not reached is counted: bodies that are not placed, bodies whose partners are not known, pairs that
+//! are not listed, and pairs that are not decided.
 
-mod apart;
 mod ask;
-mod asked;
-mod batch;
 mod body;
-mod bounds;
 mod broad;
-mod build;
 mod cast;
 mod certificate;
 mod checks;
-mod contact_points;
-mod deal;
-mod distances;
 mod error;
 mod events;
-mod fat_tree;
-mod forecast;
 mod frame;
 mod id;
-mod job;
-mod line;
-mod listing;
-mod locate;
-mod located;
-mod measured;
-mod motions;
-mod node;
-mod pace;
-mod pairs;
-mod question;
-mod ray;
+mod pair;
 mod report;
 mod room;
 mod schedule;
-mod share;
-mod sort;
-mod spent;
-mod state;
-mod touch;
-mod turns;
 mod waiting;
-mod ways;
-mod weights;
-#[cfg(feature = "parallel")]
-mod workers;
 
 pub use ask::PairQuestion;
 pub use body::{Body, BodyKind, Filter};
+pub use cast::ray::{BodyHit, SceneCast, SceneRay};
 pub use certificate::PairCertificate;
-pub use contact_points::{ContactPoint, ContactPoints};
 pub use error::SceneError;
 pub use id::BodyId;
-pub use ray::{BodyHit, SceneCast, SceneRay};
+pub use pair::contact_points::{ContactPoint, ContactPoints};
 pub use report::{BodyContact, ContactPhase, PairDistance, PairPassage, PairReport, Report};
 
 use crate::math::Pose;
@@ -81,8 +49,10 @@ use body::{Bodies, Change, Placed};
 use broad::Broad;
 use cast::Rays;
 use events::Events;
-use pairs::Pairs;
 use schedule::Schedule;
+use schedule::pairs::Pairs;
+#[cfg(feature = "parallel")]
+use schedule::workers::Workers;
 
 /// Which boxes the broad phase compares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -136,7 +106,7 @@ pub struct Scene {
     events: Events,
     rays: Rays,
     #[cfg(feature = "parallel")]
-    workers: Option<workers::Workers>,
+    workers: Option<Workers>,
 }
 
 impl Scene {
@@ -151,7 +121,7 @@ impl Scene {
             broad: Broad::default(),
             pairs: Pairs::default(),
             schedule: Schedule::new(),
-            scratch: batch::workspace(),
+            scratch: pair::batch::workspace(),
             report: Report::default(),
             events: Events::default(),
             rays: Rays::default(),
@@ -199,7 +169,7 @@ impl Scene {
 
     /// Keeps this many pairs at the most: [`Scene::max_pairs`].
     pub fn set_max_pairs(&mut self, pairs: usize) {
-        self.pairs.most = pairs.min(pairs::LIMIT);
+        self.pairs.most = pairs.min(schedule::pairs::LIMIT);
     }
 
     /// Shares the work of [`Scene::detect`] among `threads` threads, the caller's included. They wait between frames.
@@ -208,7 +178,7 @@ impl Scene {
     /// If the operating system gives no thread; the scene then has the threads that it had.
     #[cfg(feature = "parallel")]
     pub fn use_threads(&mut self, threads: usize) -> std::io::Result<()> {
-        self.workers = if threads > 1 { Some(workers::Workers::start(threads - 1, deal::BATCHES)?) } else { None };
+        self.workers = if threads > 1 { Some(Workers::start(threads - 1, schedule::BATCHES)?) } else { None };
         Ok(())
     }
 

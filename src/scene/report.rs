@@ -1,8 +1,8 @@
 //! What a frame says.
 
 use super::id::BodyId;
-use super::spent::Spent;
-use super::state::{PairState, Standing};
+use super::pair::spent::Spent;
+use super::pair::state::{PairState, Standing};
 use crate::names::named;
 use crate::query::{Estimate, Verdict};
 use alloc::vec::Vec;

@@ -1,0 +1,85 @@
+//! Margins of bodies, and distances that are asked for.
+
+use crate::scene::Scene;
+use crate::scene::body::Change;
+use crate::scene::checks;
+use crate::scene::error::SceneError;
+use crate::scene::id::{BodyId, pair_key};
+
+impl Scene {
+    /// Thickens a body by a margin, a length: [`Body::margin`](crate::Body::margin). Pairs of it are said to meet when they come
+    /// within the sum of their margins; then the witness is the closest pair of triangles that was found, and one contact is
+    /// counted in [`crate::Mode::All`] too.
+    ///
+    /// ```
+    /// use punctual::glam::DMat3;
+    /// use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
+    /// use std::sync::Arc;
+    ///
+    /// let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    /// let mut scene = Scene::new();
+    /// let id = scene.insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY))?;
+    /// scene.insert(Body::moving(ball, Pose::new(DMat3::IDENTITY, [2.5, 0.0, 0.0])?).margin(0.25))?;
+    /// assert_eq!(scene.detect(Budget::unlimited()).intersecting, 0);
+    /// scene.set_margin(id, 0.3)?;
+    /// assert_eq!(scene.detect(Budget::unlimited()).intersecting, 1);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the body is not in the scene, or the margin not from 0 to 2^1000.
+    pub fn set_margin(&mut self, id: BodyId, margin: f64) -> Result<(), SceneError> {
+        let margin = checks::length(id, margin)?;
+        self.change(id, |placed| placed.body.margin = margin)
+    }
+
+    /// Asks for the distance of two bodies in every frame from now on, wherever they are, if they may meet by their filters:
+    /// [`crate::Report::distances`]. `tolerance`: a length, as of [`crate::DistanceQuery::absolute_tolerance`]. Their margins
+    /// count.
+    ///
+    /// The pair is in [`crate::Report::pairs`] as well, and shares the budget like any other, by importance and in its turn; a
+    /// run that is cut short goes on in the next frame while both bodies rest. The bounds that the last run proved stay, with
+    /// their age. Whether the bodies meet is known as soon as one of the bounds tells. What is known of other pairs of the two
+    /// bodies is found anew once.
+    ///
+    /// ```
+    /// use punctual::glam::DMat3;
+    /// use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
+    /// use std::sync::Arc;
+    ///
+    /// let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    /// let mut scene = Scene::new();
+    /// let mut insert = |x| scene.insert(Body::moving(Arc::clone(&ball), Pose::new(DMat3::IDENTITY, [x, 0.0, 0.0]).unwrap()));
+    /// let (hand, part) = (insert(0.0)?, insert(9.0)?);
+    /// scene.measure(hand, part, 1e-3)?;
+    /// let report = scene.detect(Budget::unlimited());
+    /// let found = report.distances[0];
+    /// assert!(found.age == 0 && found.low <= 7.01 && 7.0 <= found.high && found.high - found.low < 1.1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If a body is not in the scene, both are the same, or the tolerance is not from 0 to 2^1000.
+    pub fn measure(&mut self, x: BodyId, y: BodyId, tolerance: f64) -> Result<(), SceneError> {
+        let tolerance = checks::length(x, tolerance)?;
+        if x == y {
+            return Err(SceneError::OneBody { body: x });
+        }
+        let frame = self.next_frame();
+        self.bodies_mut().measure([x, y], Some(tolerance), frame)?;
+        self.pairs.insert(pair_key(x.index, y.index));
+        Ok(())
+    }
+
+    /// Asks for the distance of two bodies no more.
+    ///
+    /// # Errors
+    /// If a body is not in the scene.
+    pub fn stop_measuring(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
+        let frame = self.next_frame();
+        self.bodies_mut().measure([x, y], None, frame)?;
+        // The pair stays known only if the broad phase finds it.
+        [x, y].into_iter().for_each(|id| self.bodies_mut().set_pending(id.index, Change::Place));
+        Ok(())
+    }
+}

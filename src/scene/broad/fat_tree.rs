@@ -1,0 +1,279 @@
+//! The tree of fat AABBs, and the search of it against itself; in steps, so that a frame may end between any two of them.
+
+use super::build::Build;
+use super::node::{NONE, Node, Proxy};
+use crate::math::Aabb;
+use crate::model::cost::{WORK_PER_REFIT, WORK_PER_SEARCH};
+use crate::query::Deadline;
+use crate::scene::body::Bodies;
+use crate::scene::id::{PairKey, pair_key};
+use crate::scene::room::reserve;
+use alloc::vec::Vec;
+
+/// Times that a body leaves its fat AABB, on average, before the tree is built anew.
+const MOVES_BEFORE_REBUILD: usize = 6;
+
+/// Nodes of a step.
+const STEP: usize = 16;
+
+/// The most pairs that a step of the search finds.
+pub(crate) const MOST_FOUND: usize = 4 * STEP;
+
+/// How a part of a search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Searched {
+    All,
+    /// There is no room for more pairs.
+    Full,
+    /// The deadline came first.
+    Stopped,
+}
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FatTree {
+    nodes: Vec<Node>,
+    /// The root of the tree, then a one-leaf tree for each body inserted or teleported since the last rebuild.
+    roots: Vec<u32>,
+    /// Leaves with a new box.
+    marked: Vec<u32>,
+    moves: usize,
+    build: Build,
+    /// Nodes whose children are to be refitted, parents first, and to be looked at for that; then pairs of nodes to be searched.
+    inner: Vec<u32>,
+    stack: Vec<[u32; 2]>,
+    /// The next two roots to be searched against one another, as places among them.
+    next_roots: [usize; 2],
+}
+
+impl FatTree {
+    /// Makes room for bodies of indices below `bodies`.
+    ///
+    /// A tree has less than `2 bodies` nodes. Beside it there are no more roots than [`FatTree::outgrown`] allows, which is less
+    /// than `bodies + 64`, and those of bodies that came in this generation. Each newcomer has at most two leaves that are
+    /// marked.
+    pub fn reserve(&mut self, bodies: usize) {
+        reserve(&mut self.marked, 2 * bodies);
+        reserve(&mut self.roots, 2 * bodies + 64);
+        reserve(&mut self.nodes, 4 * bodies + 64);
+        reserve(&mut self.inner, bodies);
+        reserve(&mut self.stack, 1024);
+        self.build.reserve(bodies);
+    }
+
+    /// Puts a body's fat AABB into its leaf, or into a one-leaf tree if it was teleported.
+    pub fn renew(&mut self, body: u32, proxy: &mut Proxy) {
+        self.moves += 1;
+        if let Some(leaf) = self.nodes.get(proxy.leaf as usize) {
+            let moved = leaf.bounds.intersects(&proxy.fat);
+            self.set_leaf(proxy.leaf, if moved { proxy.fat } else { Aabb::EMPTY }, proxy.moving);
+            if moved {
+                return;
+            }
+        }
+        proxy.leaf = NONE;
+        if !proxy.fat.is_empty() {
+            proxy.leaf = self.nodes.len() as u32;
+            self.roots.push(proxy.leaf);
+            self.marked.push(proxy.leaf);
+            self.nodes.push(Node::leaf(body, proxy, NONE));
+        }
+    }
+
+    /// Sets a leaf and marks the path to it.
+    fn set_leaf(&mut self, leaf: u32, bounds: Aabb, moving: bool) {
+        let node = &mut self.nodes[leaf as usize];
+        (node.bounds, node.moving) = (bounds, moving);
+        self.marked.push(leaf);
+        let mut at = leaf;
+        while let Some(node) = self.nodes.get_mut(at as usize).filter(|node| !node.new) {
+            node.new = true;
+            at = node.parent;
+        }
+    }
+
+    /// Ends a generation: the next `count` marked leaves are like the others again. Whether none is left.
+    pub fn unmark(&mut self, count: usize) -> bool {
+        for mut at in self.marked.drain(self.marked.len().saturating_sub(count)..) {
+            while let Some(node) = self.nodes.get_mut(at as usize).filter(|node| node.new) {
+                node.new = false;
+                at = node.parent;
+            }
+        }
+        self.marked.is_empty()
+    }
+
+    /// The box in the tree of a body that is there.
+    pub fn bounds(&self, proxy: &Proxy) -> Aabb {
+        self.nodes.get(proxy.leaf as usize).map_or(Aabb::EMPTY, |leaf| leaf.bounds)
+    }
+
+    /// Roots of the trees, each with its box.
+    pub fn roots(&self) -> impl Iterator<Item = (u32, &Aabb)> {
+        self.roots.iter().map(|&root| (root, &self.nodes[root as usize].bounds))
+    }
+
+    /// The children of a node with their boxes, or the body of a leaf.
+    pub fn below(&self, at: u32) -> Result<[(u32, &Aabb); 2], u32> {
+        let node = &self.nodes[at as usize];
+        let child = |at: u32| (at, &self.nodes[at as usize].bounds);
+        if node.second == NONE { Err(node.body) } else { Ok([child(at + 1), child(node.second)]) }
+    }
+
+    /// Begins to bring the tree up to date, its newcomers being renewed: whether it is to be built anew.
+    pub fn begin_update(&mut self) -> bool {
+        let leaves = self.nodes.len() / 2;
+        let outgrown = self.roots.len().pow(2) > leaves + 64 || self.moves > MOVES_BEFORE_REBUILD * leaves + 64;
+        if outgrown {
+            self.moves = 0;
+            self.roots.clear();
+            self.nodes.clear();
+            self.marked.clear();
+            self.build.begin();
+        } else {
+            self.stack.extend(self.roots.iter().map(|&root| [root; 2]));
+        }
+        outgrown
+    }
+
+    /// Builds the tree of all bodies that are there; whether it is done.
+    pub fn build(&mut self, proxies: &mut [Proxy], deadline: &mut Deadline) -> bool {
+        let done = self.build.advance(&mut self.nodes, proxies, deadline);
+        if done && !self.nodes.is_empty() {
+            self.roots.push(0);
+        }
+        done
+    }
+
+    /// Makes the boxes on marked paths fit again; whether they do.
+    pub fn refit(&mut self, deadline: &mut Deadline) -> bool {
+        const WORK: u64 = STEP as u64 * WORK_PER_REFIT;
+        while !(self.stack.is_empty() && self.inner.is_empty()) {
+            if !deadline.has_room(WORK) {
+                return false;
+            }
+            deadline.spend(WORK);
+            for _ in 0..STEP {
+                if let Some([at, _]) = self.stack.pop() {
+                    let node = &self.nodes[at as usize];
+                    if node.new && node.second != NONE {
+                        self.inner.push(at);
+                        self.stack.extend([[at + 1; 2], [node.second; 2]]);
+                    }
+                } else if let Some(at) = self.inner.pop() {
+                    Node::fit(&mut self.nodes, at as usize);
+                }
+            }
+        }
+        true
+    }
+
+    /// Marks the leaves of newcomers in a tree that was built, so that they are unmarked at the end.
+    pub fn mark(&mut self, proxy: &Proxy) {
+        if proxy.leaf != NONE {
+            self.marked.push(proxy.leaf);
+        }
+    }
+
+    pub fn begin_search(&mut self) {
+        self.next_roots = [0, 0];
+    }
+
+    pub fn end_search(&mut self) {
+        self.stack.clear();
+    }
+
+    /// Adds pairs that may meet of fat AABBs that overlap and have a new one among them, until there are `most`.
+    pub fn search(
+        &mut self,
+        bodies: &Bodies,
+        found: &mut Vec<PairKey>,
+        most: usize,
+        deadline: &mut Deadline,
+    ) -> Searched {
+        const WORK: u64 = STEP as u64 * WORK_PER_SEARCH;
+        let Self { nodes, stack, .. } = self;
+        let mut search = Search { nodes, bodies, stack, found };
+        loop {
+            if search.found.len() + MOST_FOUND > most {
+                return Searched::Full;
+            }
+            if !deadline.has_room(WORK) {
+                return Searched::Stopped;
+            }
+            deadline.spend(WORK);
+            for _ in 0..STEP {
+                if let Some([x, y]) = search.stack.pop() {
+                    search.open(x, y);
+                    continue;
+                }
+                let [i, j] = self.next_roots;
+                let Some(&root) = self.roots.get(i) else { return Searched::All };
+                if i == j {
+                    search.within(root);
+                    self.next_roots = [i + 1, 0];
+                } else {
+                    search.across(root, self.roots[j]);
+                    self.next_roots = [i, j + 1];
+                }
+            }
+        }
+    }
+}
+
+/// The search for pairs that may meet.
+struct Search<'b> {
+    nodes: &'b [Node],
+    bodies: &'b Bodies,
+    stack: &'b mut Vec<[u32; 2]>,
+    found: &'b mut Vec<PairKey>,
+}
+
+impl Search<'_> {
+    /// Pairs below one node.
+    #[inline(always)]
+    fn within(&mut self, at: u32) {
+        let node = &self.nodes[at as usize];
+        if node.new && node.moving && node.second != NONE {
+            self.stack.push([at; 2]);
+        }
+    }
+
+    /// Pairs of one body below each of two nodes.
+    #[inline(always)]
+    fn across(&mut self, x: u32, y: u32) {
+        let (a, b) = (&self.nodes[x as usize], &self.nodes[y as usize]);
+        if (a.new | b.new) & (a.moving | b.moving) && a.bounds.intersects(&b.bounds) {
+            if a.second != NONE || b.second != NONE {
+                self.stack.push([x, y]);
+            } else if self.bodies.facts(a.body).may_meet(self.bodies.facts(b.body)) {
+                self.found.push(pair_key(a.body, b.body));
+            }
+        }
+    }
+
+    /// Replaces two nodes that are not both leaves by their children.
+    #[inline(always)]
+    fn open(&mut self, x: u32, y: u32) {
+        match (self.nodes[x as usize].second, self.nodes[y as usize].second) {
+            (second, _) if x == y => {
+                self.within(second);
+                self.within(x + 1);
+                self.across(x + 1, second);
+            }
+            (NONE, second) => {
+                self.across(x, y + 1);
+                self.across(x, second);
+            }
+            (second, NONE) => {
+                self.across(x + 1, y);
+                self.across(second, y);
+            }
+            (of_x, of_y) => {
+                self.across(x + 1, y + 1);
+                self.across(x + 1, of_y);
+                self.across(of_x, y + 1);
+                self.across(of_x, of_y);
+            }
+        }
+    }
+}

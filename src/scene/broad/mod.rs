@@ -1,0 +1,346 @@
+//! The broad phase: which bodies may meet at all.
+//!
+//! Each body has its box and a fat AABB around it; while the box stays inside that, nothing else is done. Bodies that have left
+//! theirs wait, and go through the tree of fat AABBs ([`fat_tree`]) as a *generation* of newcomers: their leaves are
+//! renewed, the tree is refitted along their paths or built anew, and one descent of the tree against itself finds the pairs of
+//! overlapping fat AABBs that have a new one among them. All subtrees without one are passed by, and so are those of fixed
+//! bodies among themselves. The pairs found are sorted and merged into those known ([`super::schedule::pairs`]), which stay until one of
+//! their bodies leaves its fat AABB again.
+//!
+//! Every step ends when its share of the frame does, and goes on in the next frame. A body whose generation is not at its end is
+//! *open*: not all of its partners may be known. Where many pairs are found, they are merged in portions, so that the first of
+//! them are known long before the last.
+//!
+//! Cost: nothing for bodies that rest; `O(log n)` expected for a body that leaves its fat AABB, and as much, spread over
+//! the frames, for building the tree anew when its bodies have moved about.
+
+pub(crate) mod bounds;
+mod build;
+pub(crate) mod fat_tree;
+mod node;
+mod sort;
+
+use super::body::{Bodies, Change};
+use super::id::PairKey;
+use super::room::reserve;
+use super::waiting::Waiting;
+use crate::math::Aabb;
+use crate::model::cost::{WORK_PER_NEW_PLACE, WORK_PER_REFIT};
+use crate::query::Deadline;
+use alloc::vec::Vec;
+use fat_tree::{FatTree, MOST_FOUND, Searched};
+use glam::DVec3;
+use node::Proxy;
+use sort::Sort;
+
+/// How far the fat AABB of a moving body reaches beyond its box, on each side, relative to the longest edge.
+const SLACK: f64 = 0.05;
+
+/// Newcomers of a generation in a frame whose time or work is limited: at least so many, one for so many known pairs (it takes
+/// about as long to find the pairs of one as to merge them), and as many as there is room for.
+const GENERATION: usize = 16;
+const GENERATION_PART: usize = 64;
+const WORK_PER_NEWCOMER: u64 = 1_000;
+
+/// Bodies of a step.
+const STEP: usize = 8;
+
+/// Pairs of a portion, at least, and for so many known pairs one.
+const PORTION: usize = 4096;
+const PORTION_PART: usize = 4;
+
+/// What comes next for the newcomers of a generation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Stage {
+    /// There are none.
+    #[default]
+    Idle,
+    /// Those from this one on are put into the tree.
+    Renew(usize),
+    Build,
+    /// Those from this one on are marked in the tree that was built.
+    Mark(usize),
+    Refit,
+    Search,
+    /// A portion was found; whether it is the last.
+    Sort {
+        last: bool,
+    },
+    Merge {
+        last: bool,
+    },
+    /// The last so many of them become bodies like others.
+    Settle,
+}
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Broad {
+    /// The boxes of all bodies, empty for those that are not there.
+    boxes: Vec<Aabb>,
+    proxies: Vec<Proxy>,
+    waiting: Waiting,
+    newcomers: Vec<u32>,
+    stage: Stage,
+    tree: FatTree,
+    found: Vec<PairKey>,
+    sort: Sort,
+    /// Whether pairs of this generation were left out, and the bodies of such generations.
+    crops: bool,
+    cropped: Vec<u32>,
+    /// Whether the pairs that the newcomers had before are gone.
+    purged: bool,
+    open: usize,
+}
+
+impl Broad {
+    /// The box of a body that was placed.
+    pub fn bounds(&self, body: u32) -> &Aabb {
+        &self.boxes[body as usize]
+    }
+
+    /// What is new about a body in this generation.
+    pub fn news(&self, body: u32) -> Change {
+        self.proxies[body as usize].news
+    }
+
+    /// Whether another body was in the slot when the pairs known were found.
+    pub fn is_another(&self, body: u32) -> bool {
+        let proxy = &self.proxies[body as usize];
+        proxy.next == Change::Body || !self.purged && proxy.news == Change::Body
+    }
+
+    /// Whether the pairs that the newcomers had before are gone: the first portion of this generation was merged.
+    pub fn is_purged(&self) -> bool {
+        self.purged
+    }
+
+    /// Whether the portion at hand is all that is found of its generation.
+    pub fn has_found_all(&self) -> bool {
+        !self.purged && self.stage == (Stage::Merge { last: true })
+    }
+
+    /// Whether all partners of a body may be known.
+    pub fn is_closed(&self, body: u32) -> bool {
+        self.proxies.get(body as usize).is_some_and(|proxy| !proxy.open)
+    }
+
+    /// Bodies that not all partners are known of.
+    pub fn open(&self) -> usize {
+        self.open
+    }
+
+    /// Whether there were more pairs than there may be.
+    pub fn has_cropped(&self) -> bool {
+        !self.cropped.is_empty()
+    }
+
+    /// Whether two bodies overlap and may meet, by what the tree has of them.
+    pub fn overlap(&self, bodies: &Bodies, [a, b]: [u32; 2]) -> bool {
+        let [x, y] = [a, b].map(|body| &self.proxies[body as usize]);
+        (x.moving || y.moving)
+            && self.tree.bounds(x).intersects(&self.tree.bounds(y))
+            && bodies.facts(a).may_meet(bodies.facts(b))
+    }
+
+    /// The tree, if its boxes hold those of all bodies but the [unsettled](Broad::is_unsettled) ones; not while it is built.
+    pub fn tree(&self) -> Option<&FatTree> {
+        (self.stage != Stage::Build).then_some(&self.tree)
+    }
+
+    /// Whether the box of a body may not be in the tree.
+    pub fn is_unsettled(&self, body: u32) -> bool {
+        let proxy = &self.proxies[body as usize];
+        proxy.waiting || proxy.news != Change::None
+    }
+
+    /// The unsettled bodies, each once.
+    pub fn unsettled(&self) -> impl Iterator<Item = u32> {
+        let newcomers = self.newcomers.iter().copied().filter(|&body| !self.proxies[body as usize].waiting);
+        self.waiting.iter().chain(newcomers.filter(|&body| self.is_unsettled(body)))
+    }
+
+    /// Makes room for bodies of indices below `bodies`.
+    pub fn reserve(&mut self, bodies: usize) {
+        reserve(&mut self.boxes, bodies);
+        reserve(&mut self.proxies, bodies);
+        reserve(&mut self.newcomers, bodies);
+        reserve(&mut self.cropped, bodies);
+        self.waiting.reserve(bodies);
+        self.tree.reserve(bodies);
+    }
+
+    /// Makes room for this many pairs found in a frame.
+    pub fn reserve_found(&mut self, pairs: usize) {
+        reserve(&mut self.found, pairs);
+        self.sort.reserve(pairs);
+    }
+
+    /// Takes a body in that has no box yet.
+    pub fn insert(&mut self, body: u32) {
+        if body as usize == self.boxes.len() {
+            self.boxes.push(Aabb::EMPTY);
+            self.proxies.push(Proxy::NOWHERE);
+        }
+    }
+
+    /// Gives a body its box; an empty box takes it away.
+    pub fn place(&mut self, body: u32, bounds: Aabb, moving: bool, news: Change, importance: f32) {
+        self.boxes[body as usize] = bounds;
+        let proxy = &mut self.proxies[body as usize];
+        proxy.moving = moving;
+        let inside = proxy.fat.min.cmple(bounds.min).all() && bounds.max.cmple(proxy.fat.max).all();
+        if inside && news <= Change::None && !bounds.is_empty() {
+            return;
+        }
+        let slack = DVec3::splat(if moving { SLACK * bounds.extents().max_element() } else { 0.0 });
+        proxy.fat = Aabb { min: bounds.min - slack, max: bounds.max + slack };
+        proxy.next = proxy.next.max(news).max(Change::Place);
+        if !proxy.waiting {
+            self.waiting.push(body, importance);
+            proxy.waiting = true;
+        }
+        self.open += usize::from(!proxy.open);
+        proxy.open = true;
+    }
+
+    /// Lets bodies wait again whose pairs were left out for want of room.
+    pub fn retry(&mut self, bodies: &Bodies, deadline: &mut Deadline) {
+        while deadline.has_room(WORK_PER_NEW_PLACE)
+            && let Some(body) = self.cropped.pop()
+        {
+            deadline.spend(WORK_PER_NEW_PLACE);
+            let proxy = &mut self.proxies[body as usize];
+            proxy.cropped = false;
+            if proxy.open && !proxy.waiting {
+                (proxy.waiting, proxy.next) = (true, Change::Place);
+                self.waiting.push(body, bodies.facts(body).importance);
+            }
+        }
+    }
+
+    /// Finds pairs that may meet, of fat AABBs that overlap and have a new one among them: whether there is a portion of them in
+    /// [`Broad::found`], or else none is left or the deadline came first. `known`: pairs known, and the most that there may be.
+    pub fn find(&mut self, bodies: &Bodies, known: [usize; 2], deadline: &mut Deadline) -> bool {
+        self.find_portion(bodies, known, deadline).is_some()
+    }
+
+    /// A portion of pairs, ascending.
+    pub fn found(&self) -> &[PairKey] {
+        &self.found
+    }
+
+    fn find_portion(&mut self, bodies: &Bodies, known: [usize; 2], deadline: &mut Deadline) -> Option<()> {
+        loop {
+            self.stage = match self.stage {
+                Stage::Idle => self.begin_generation(known[0], deadline)?,
+                Stage::Renew(next) => self.renew(next, deadline)?,
+                Stage::Build => self.tree.build(&mut self.proxies, deadline).then_some(Stage::Mark(0))?,
+                Stage::Mark(next) => self.mark(next, deadline)?,
+                Stage::Refit => {
+                    self.tree.refit(deadline).then_some(())?;
+                    self.tree.begin_search();
+                    Stage::Search
+                }
+                Stage::Search => self.search(bodies, known, deadline)?,
+                Stage::Sort { last } => {
+                    self.sort.advance(&mut self.found, deadline).then_some(Stage::Merge { last })?
+                }
+                Stage::Merge { .. } => return Some(()),
+                Stage::Settle => self.settle(deadline)?,
+            };
+        }
+    }
+
+    /// Ends a portion that was merged; `left_out`: not all of it, for want of room.
+    pub fn end_portion(&mut self, left_out: bool) {
+        self.crops |= left_out;
+        self.found.clear();
+        let last = self.stage == (Stage::Merge { last: true });
+        self.stage = if last { Stage::Settle } else { Stage::Search };
+        self.purged = true;
+    }
+
+    fn begin_generation(&mut self, known: usize, deadline: &mut Deadline) -> Option<Stage> {
+        self.purged = false;
+        let room = usize::try_from(deadline.room() / WORK_PER_NEWCOMER).unwrap_or(usize::MAX);
+        let most = if is_limited(deadline) { GENERATION.max(known / GENERATION_PART).max(room) } else { usize::MAX };
+        while self.newcomers.len() < most
+            && let Some(body) = self.waiting.pop()
+        {
+            let proxy = &mut self.proxies[body as usize];
+            (proxy.news, proxy.next, proxy.waiting) = (proxy.next, Change::None, false);
+            self.newcomers.push(body);
+        }
+        (!self.newcomers.is_empty()).then_some(Stage::Renew(0))
+    }
+
+    fn renew(&mut self, mut next: usize, deadline: &mut Deadline) -> Option<Stage> {
+        while let Some(&body) = self.newcomers.get(next) {
+            if !deadline.has_room(WORK_PER_NEW_PLACE) {
+                self.stage = Stage::Renew(next);
+                return None;
+            }
+            deadline.spend(WORK_PER_NEW_PLACE);
+            self.tree.renew(body, &mut self.proxies[body as usize]);
+            next += 1;
+        }
+        Some(if self.tree.begin_update() { Stage::Build } else { Stage::Refit })
+    }
+
+    fn mark(&mut self, next: usize, deadline: &mut Deadline) -> Option<Stage> {
+        deadline.has_room(WORK_PER_NEW_PLACE).then_some(())?;
+        deadline.spend(WORK_PER_NEW_PLACE);
+        let end = self.newcomers.len().min(next + STEP);
+        for &body in &self.newcomers[next..end] {
+            self.tree.mark(&self.proxies[body as usize]);
+        }
+        Some(if end < self.newcomers.len() { Stage::Mark(end) } else { Stage::Refit })
+    }
+
+    fn search(&mut self, bodies: &Bodies, [known, most]: [usize; 2], deadline: &mut Deadline) -> Option<Stage> {
+        if self.crops {
+            // There is no room for more.
+            self.tree.end_search();
+            return Some(Stage::Settle);
+        }
+        let portion = if is_limited(deadline) { PORTION.max(known / PORTION_PART) } else { usize::MAX };
+        match self.tree.search(bodies, &mut self.found, portion.min(most).max(MOST_FOUND), deadline) {
+            Searched::All => Some(Stage::Sort { last: true }),
+            Searched::Full => Some(Stage::Sort { last: false }),
+            Searched::Stopped => None,
+        }
+    }
+
+    /// Ends a generation.
+    fn settle(&mut self, deadline: &mut Deadline) -> Option<Stage> {
+        loop {
+            if !deadline.has_room(STEP as u64 * WORK_PER_REFIT) {
+                return None;
+            }
+            deadline.spend(STEP as u64 * WORK_PER_REFIT);
+            let unmarked = self.tree.unmark(STEP);
+            let rest = self.newcomers.len().saturating_sub(STEP);
+            for body in self.newcomers.drain(rest..) {
+                let proxy = &mut self.proxies[body as usize];
+                proxy.news = Change::None;
+                if self.crops {
+                    if !proxy.cropped {
+                        self.cropped.push(body);
+                    }
+                    proxy.cropped = true;
+                } else if !proxy.waiting {
+                    self.open -= usize::from(proxy.open);
+                    proxy.open = false;
+                }
+            }
+            if unmarked && self.newcomers.is_empty() {
+                self.crops = false;
+                return Some(Stage::Idle);
+            }
+        }
+    }
+}
+
+fn is_limited(deadline: &Deadline) -> bool {
+    deadline.is_timed() || deadline.work_left() < u64::MAX / 2
+}

@@ -1,0 +1,255 @@
+//! How a ray is cast: through the tree of fat AABBs, then through those of the bodies, whatever is entered first.
+
+mod line;
+pub(crate) mod ray;
+
+use super::Scene;
+use super::body::Bodies;
+use super::broad::Broad;
+use super::broad::bounds;
+use super::error::SceneError;
+use crate::math::Aabb;
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_BOX, WORK_PER_RAY, WORK_PER_SEARCH};
+#[cfg(feature = "std")]
+use crate::query::by_system_clock;
+use crate::query::{Budget, Clock, Deadline, RayMode, RayQuery, StopReason, Workspace};
+use alloc::collections::BinaryHeap;
+use alloc::vec::Vec;
+use core::cmp::Reverse;
+use line::Line;
+use ray::{BodyHit, SceneCast, SceneRay};
+
+impl Scene {
+    /// Which body a ray or a segment hits, within a budget of its own.
+    ///
+    /// It sees every body at the pose that was set last, whether there was a frame since or not. Bodies whose boxes the last
+    /// frame left behind, or that were changed since, are looked at one by one, 120 units of work each: cast rays after
+    /// [`Scene::detect`] rather than before it. The others are found through the tree of the broad phase, nearest boxes first,
+    /// in a time that grows with the logarithm of their number.
+    ///
+    /// **Guarantee.** A body is hit where its own [`RayQuery`](crate::RayQuery) says so, asked about the ray [as it
+    /// is](crate::Ray::transformed) in the coordinates of its mesh, by the inverse of its pose: no ray passes between
+    /// triangles of a body that share an edge. Of several nearest hits with the same `t`, the one of the least body, then
+    /// of the least triangle. A cast that is cut short has true hits, and [`SceneCast::free_until`] is proven. The same
+    /// bits under the same budget of work, which is never passed. It allocates only in a scene with more bodies, or for
+    /// more hits, than any before.
+    ///
+    /// # Errors
+    /// [`SceneError::NoRay`].
+    #[cfg(feature = "std")]
+    pub fn cast(&mut self, ray: &SceneRay, budget: Budget) -> Result<SceneCast, SceneError> {
+        by_system_clock(budget, |clock| self.cast_by(ray, budget, clock))
+    }
+
+    /// [`Scene::cast`] by a clock of the caller's.
+    ///
+    /// # Errors
+    /// [`SceneError::NoRay`].
+    pub fn cast_with<C: Clock>(&mut self, ray: &SceneRay, budget: Budget, clock: &C) -> Result<SceneCast, SceneError> {
+        self.cast_by(ray, budget, clock)
+    }
+
+    fn cast_by(&mut self, ray: &SceneRay, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
+        let Self { bodies, broad, scratch, rays, .. } = self;
+        Casting { asked: ray, bodies, broad, workspace: scratch, rays }.run(budget, clock)
+    }
+
+    /// The hits of the last cast with [`RayMode::All`]: of one body after the other, in order of discovery.
+    pub fn ray_hits(&self) -> &[BodyHit] {
+        &self.rays.hits
+    }
+}
+
+/// The least work that a body can be asked with.
+const WORK_PER_BODY: u64 = WORK_PER_RAY + MAX_STEP_WORK;
+
+/// What waits for a ray. Sorts by where it is entered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry {
+    /// The bits of the parameter, which is not negative.
+    enter: u64,
+    what: What,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum What {
+    Body(u32),
+    /// Of the tree of fat AABBs.
+    Node(u32),
+}
+
+/// What rays keep from one cast to the next.
+#[derive(Debug, Default)]
+pub(crate) struct Rays {
+    queue: BinaryHeap<Reverse<Entry>>,
+    /// Those of the last cast for all.
+    pub hits: Vec<BodyHit>,
+}
+
+/// One cast.
+pub(crate) struct Casting<'c> {
+    pub asked: &'c SceneRay,
+    pub bodies: &'c Bodies,
+    pub broad: &'c Broad,
+    pub workspace: &'c mut Workspace,
+    pub rays: &'c mut Rays,
+}
+
+/// What is known so far.
+struct Known {
+    hit: Option<BodyHit>,
+    found: u64,
+    /// No hit of what has been looked at, and was not found, lies before.
+    open: f64,
+    stop: StopReason,
+}
+
+impl Casting<'_> {
+    pub fn run(mut self, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
+        let started = budget.time_limit().map(|_| clock.now());
+        let end = started.zip(budget.time_limit()).map(|(now, limit)| now.saturating_add(limit));
+        let limit = budget.work_limit().unwrap_or(u64::MAX);
+        let mut deadline = Deadline::at(end, limit, clock);
+        self.rays.queue.clear();
+        // Each body may wait in a node of the tree, and as one that has left its place there.
+        self.rays.queue.reserve_exact(2 * self.bodies.room());
+        self.rays.hits.clear();
+        let mut known = Known { hit: None, found: 0, open: f64::INFINITY, stop: StopReason::Finished };
+        let line = Line::new(&self.asked.ray);
+        if self.begin(&line, &mut deadline) {
+            self.search(&line, &mut known, &mut deadline)?;
+        } else {
+            known.open = 0.0;
+            known.stop = why(&deadline, WORK_PER_BOX);
+        }
+        let next = self.rays.queue.peek().map_or(f64::INFINITY, |Reverse(entry)| f64::from_bits(entry.enter));
+        let open = if known.stop == StopReason::Finished { f64::INFINITY } else { known.open.min(next) };
+        let free_until = match (self.asked.mode, known.hit) {
+            (RayMode::All, _) | (_, None) => open,
+            (RayMode::Nearest, Some(hit)) => open.min(hit.on_body.t),
+            (RayMode::Any, Some(_)) => self.asked.ray.limits()[0],
+        };
+        let Known { hit, found, stop, .. } = known;
+        let elapsed = started.map(|started| clock.now().saturating_sub(started));
+        Ok(SceneCast { hit, found, free_until, stop, work: limit - deadline.work_left(), elapsed })
+    }
+
+    /// Queues the roots, and what is not in the tree; whether there was room for it all.
+    fn begin(&mut self, line: &Line, deadline: &mut Deadline) -> bool {
+        let Self { bodies, broad, rays, .. } = self;
+        for index in bodies.pending() {
+            if !deadline.has_room(WORK_PER_BOX) {
+                return false;
+            }
+            deadline.spend(WORK_PER_BOX);
+            if let Some(placed) = bodies.at(index) {
+                rays.push(line, What::Body(index), &bounds::at(&placed.body.tree, &placed.body.pose));
+            }
+        }
+        let mut queue = |index: u32| {
+            let has_room = deadline.has_room(WORK_PER_SEARCH);
+            deadline.spend(WORK_PER_SEARCH);
+            if has_room && !bodies.facts(index).is_changed() {
+                rays.push(line, What::Body(index), broad.bounds(index));
+            }
+            has_room
+        };
+        let Some(tree) = broad.tree() else { return bodies.slots().all(queue) };
+        broad.unsettled().all(&mut queue) && {
+            tree.roots().for_each(|(root, bounds)| rays.push(line, What::Node(root), bounds));
+            true
+        }
+    }
+
+    /// Follows the ray until nothing nearer is left, or the deadline comes.
+    fn search(&mut self, line: &Line, known: &mut Known, deadline: &mut Deadline) -> Result<(), SceneError> {
+        while let Some(&Reverse(entry)) = self.rays.queue.peek() {
+            if known
+                .hit
+                .is_some_and(|hit| self.asked.mode == RayMode::Nearest && f64::from_bits(entry.enter) > hit.on_body.t)
+            {
+                break;
+            }
+            let least = if matches!(entry.what, What::Node(_)) { WORK_PER_SEARCH } else { WORK_PER_BODY };
+            if !deadline.has_room(least) {
+                known.stop = why(deadline, least);
+                return Ok(());
+            }
+            self.rays.queue.pop();
+            match entry.what {
+                What::Node(node) => {
+                    deadline.spend(WORK_PER_SEARCH);
+                    self.open(line, node);
+                }
+                What::Body(body) => self.ask(body, known, deadline)?,
+            }
+            if !matches!(known.stop, StopReason::Finished | StopReason::FlushedToZero) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Replaces a node by its children, or a leaf by its body.
+    fn open(&mut self, line: &Line, node: u32) {
+        let Some(tree) = self.broad.tree() else { return };
+        match tree.below(node) {
+            Ok(children) => {
+                children.into_iter().for_each(|(child, bounds)| self.rays.push(line, What::Node(child), bounds));
+            }
+            Err(body) => {
+                let facts = self.bodies.facts(body);
+                let is_here = !facts.is_changed() && !self.broad.is_unsettled(body);
+                if is_here && self.asked.filter.meets(facts.filter) {
+                    self.rays.push(line, What::Body(body), self.broad.bounds(body));
+                }
+            }
+        }
+    }
+
+    /// Asks the tree of a body.
+    fn ask(&mut self, index: u32, known: &mut Known, deadline: &mut Deadline) -> Result<(), SceneError> {
+        let Self { asked, bodies, workspace, rays, .. } = self;
+        let Some(placed) = bodies.at(index).filter(|placed| asked.filter.meets(placed.body.filter)) else {
+            return Ok(());
+        };
+        let body = bodies.id(index);
+        let here = asked.ray.transformed(&placed.inverse).map_err(|error| SceneError::NoRay { body, error })?;
+        let [from, to] = here.limits();
+        let nearest = known.hit.filter(|_| asked.mode == RayMode::Nearest);
+        let ray = here.within(from, nearest.map_or(to, |hit| to.min(hit.on_body.t)));
+        let query = RayQuery::new(&placed.body.tree, ray).mode(asked.mode);
+        query.begin(workspace);
+        deadline.spend(WORK_PER_RAY);
+        let cast = loop {
+            let cast = query.spend(workspace, deadline);
+            rays.hits.extend(workspace.drain_ray_hits().map(|on_body| BodyHit { body, on_body }));
+            if cast.stop != StopReason::PairsFull {
+                break cast;
+            }
+        };
+        known.found += cast.found;
+        if let Some(hit) = cast.hit.map(|on_body| BodyHit { body, on_body })
+            && known.hit.is_none_or(|before| hit.is_before(&before))
+        {
+            known.hit = Some(hit);
+        }
+        if cast.stop != StopReason::Finished {
+            known.stop = cast.stop;
+            known.open = known.open.min(cast.free_until);
+        }
+        Ok(())
+    }
+}
+
+impl Rays {
+    /// Queues what the ray enters.
+    fn push(&mut self, line: &Line, what: What, bounds: &Aabb) {
+        self.queue.extend(line.enter(bounds).map(|enter| Reverse(Entry { enter: enter.to_bits(), what })));
+    }
+}
+
+/// Why there is no room for a step of so much work.
+fn why(deadline: &Deadline, work: u64) -> StopReason {
+    if deadline.work_left() < work { StopReason::WorkLimit } else { StopReason::Deadline }
+}

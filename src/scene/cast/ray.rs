@@ -1,0 +1,95 @@
+//! What rays hit in a scene.
+
+use crate::math::Ray;
+use crate::query::{RayHit, RayMode, StopReason};
+use crate::scene::body::Filter;
+use crate::scene::id::BodyId;
+use core::time::Duration;
+
+/// The question which body a ray or a segment of the scene hits: [`crate::Scene::cast`].
+///
+/// ```
+/// use punctual::glam::DMat3;
+/// use punctual::{Body, Budget, Pose, Ray, RayMode, Scene, SceneRay, Tree, shapes};
+/// use std::sync::Arc;
+///
+/// let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+/// let mut scene = Scene::new();
+/// let mut insert = |x: f64| scene.insert(Body::moving(Arc::clone(&ball), Pose::new(DMat3::IDENTITY, [x, 0.0, 0.0]).unwrap()));
+/// let (near, far) = (insert(5.0)?, insert(9.0)?);
+///
+/// let ray = SceneRay::new(Ray::new([0.0, 0.1, 0.2], [2.0, 0.0, 0.0])?);
+/// let hit = scene.cast(&ray, Budget::unlimited())?.hit.expect("both balls are in its way");
+/// assert!(hit.body == near && 2.0 < hit.on_body.t && hit.on_body.t < 2.1);
+///
+/// // All hits, into both balls and out of them.
+/// let cast = scene.cast(&ray.mode(RayMode::All), Budget::unlimited())?;
+/// assert_eq!((cast.found, scene.ray_hits().iter().filter(|hit| hit.body == far).count()), (4, 2));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+#[must_use]
+pub struct SceneRay {
+    pub(crate) ray: Ray,
+    pub(crate) mode: RayMode,
+    pub(crate) filter: Filter,
+}
+
+impl SceneRay {
+    /// Asks for the nearest hit of a ray in the coordinates of the scene.
+    pub fn new(ray: Ray) -> Self {
+        Self { ray, mode: RayMode::Nearest, filter: Filter::default() }
+    }
+
+    /// Asks for the nearest hit, for any, or for all.
+    pub fn mode(self, mode: RayMode) -> Self {
+        Self { mode, ..self }
+    }
+
+    /// Asks only bodies that a body of this filter may meet; by default, all.
+    pub fn filter(self, filter: Filter) -> Self {
+        Self { filter, ..self }
+    }
+}
+
+/// A triangle of a body that a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct BodyHit {
+    /// The body.
+    pub body: BodyId,
+    /// The triangle, and the parameter of the ray, which is the same in the scene: [`Ray::at`].
+    pub on_body: RayHit,
+}
+
+impl BodyHit {
+    /// By `t`, then by body, then by triangle: a total order.
+    pub(crate) fn is_before(&self, other: &Self) -> bool {
+        let key = |hit: &Self| (hit.body.index, hit.on_body.triangle);
+        self.on_body.t < other.on_body.t || self.on_body.t == other.on_body.t && key(self) < key(other)
+    }
+}
+
+/// The answer to a [`SceneRay`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
+#[non_exhaustive]
+pub struct SceneCast {
+    /// The nearest hit found, or in [`RayMode::Any`] the one that was found: of all there are, if `stop` is
+    /// [`StopReason::Finished`].
+    pub hit: Option<BodyHit>,
+    /// How many triangles were found to be hit. In [`RayMode::All`], those of [`crate::Scene::ray_hits`].
+    pub found: u64,
+    /// Proven: no hit that was not found lies before this parameter of the ray. Of a nearest hit that is known, its own;
+    /// infinite if nothing is left to be found.
+    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    pub free_until: f64,
+    /// Why the call returned. [`StopReason::FlushedToZero`]: for one of the bodies that could falsify the answer.
+    pub stop: StopReason,
+    /// Work done.
+    pub work: u64,
+    /// Time of the call; measured only under a time budget.
+    pub elapsed: Option<Duration>,
+}

@@ -1,0 +1,123 @@
+//! Pairs that are apart by more than their bodies have gone since that was proven: they are decided without a query.
+//!
+//! Bodies that lie on one another tremble, and most pairs of overlapping boxes are apart. Where bodies go slowly, a pair is
+//! not asked whether it meets, but whether it is closer than some of these steps; that takes a few times the work, and
+//! then nothing for as many frames. Why it holds: `docs/numerics.md`.
+
+use super::batch::{Desk, Ended, Round};
+use super::question::Question;
+use super::spent::Spent;
+use super::state::PairState;
+use super::ways::{Way, slack};
+use crate::math::Pose;
+use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
+use crate::model::cost::WORK_PER_QUERY;
+use crate::query::{Deadline, Mode, Verdict};
+use crate::scene::body::{Bodies, Placed};
+use crate::scene::id::{PairKey, bodies_of};
+
+/// So many steps apart are pairs that are worth a proof at least, and at most so many are asked for.
+const LEAST_STEPS: f64 = 8.0;
+const MOST_STEPS: f64 = 64.0;
+
+/// Nor more than this part of the smaller body: what is farther away is seen to be apart soon.
+const LARGEST_PART: f64 = 1.0 / 64.0;
+
+/// After a proof that failed there is none for so many frames, and of bodies that go too fast for one so many are not looked at.
+const PAUSE: u64 = 32;
+const BREAK: u64 = 8;
+
+/// Work that there has to be room for, in that of the last search, and besides.
+const ROOM: u64 = 4;
+const MORE_ROOM: u64 = 4096;
+
+impl Bodies {
+    /// How far both of a pair have gone, together; infinite if one was changed otherwise since frame `since`, now being `frame`.
+    #[inline]
+    fn gone(&self, key: PairKey, since: u64, frame: u64) -> f64 {
+        let [x, y] = self.ways_of(key);
+        if x.is_of(since, frame) && y.is_of(since, frame) { (x.gone + y.gone).next_up() } else { f64::INFINITY }
+    }
+
+    fn ways_of(&self, key: PairKey) -> [&Way; 2] {
+        bodies_of(key).map(|body| &self.ways[body as usize])
+    }
+}
+
+impl PairState {
+    /// Whether the bodies are known to be apart in `frame` since they have not gone far. If so, takes note of it.
+    #[inline]
+    pub fn stays_apart(&mut self, bodies: &Bodies, key: PairKey, frame: u64) -> bool {
+        let stays = self.apart > 0.0 && self.apart > bodies.gone(key, self.completed, frame);
+        if stays {
+            (self.decided, self.completed) = (frame, frame);
+        }
+        stays
+    }
+
+    /// Whether it may be worth a proof by how much they are apart, as far as is seen from here. A stopped run is gone on with.
+    #[inline]
+    pub fn may_part(&self, desk: &Desk, frame: u64) -> bool {
+        desk.looks_ahead && !desk.held && self.verdict == Verdict::Separated && -self.apart <= frame as f64
+    }
+
+    /// Asks bodies that go slowly by how much they are apart, if they were. `None`: whether they meet is still to be asked.
+    #[inline(never)]
+    pub fn part(
+        &mut self,
+        bodies: &Bodies,
+        pair: [&Placed; 2],
+        b_in_a: Pose,
+        desk: &mut Desk,
+        round: &Round,
+        deadline: &mut Deadline,
+    ) -> Option<Ended> {
+        let (key, frame) = (self.turn.key, round.frame);
+        let Some(limit) = reach(bodies, key, pair, frame) else {
+            self.apart = -((frame + BREAK) as f64);
+            return None;
+        };
+        if !deadline.has_room(ROOM * u64::from(self.search) + MORE_ROOM) {
+            return None;
+        }
+        self.apart = -((frame + PAUSE) as f64);
+        let question = Question::apart(pair, b_in_a, limit);
+        question.begin(desk.workspace, &self.memory, round.to_the_end);
+        deadline.spend(WORK_PER_QUERY);
+        let answer = question.go_on(desk.workspace, &mut self.memory, deadline);
+        self.turn.spent.add(Spent::of(desk.workspace));
+        self.turn.spent.work += WORK_PER_QUERY;
+        match answer.verdict {
+            Verdict::Separated => {
+                let low = answer.bounds.map_or(0.0, |bounds| bounds.low);
+                self.apart = (room(pair, low) + bodies.gone(key, frame, frame)).next_down().next_down();
+            }
+            Verdict::Intersecting { .. } if round.mode == Mode::Any => {}
+            _ => return None,
+        }
+        (self.decided, self.completed, self.pending) = (frame, frame, Spent::default());
+        (self.verdict, self.found) = (answer.verdict, answer.found);
+        Some(Ended::Complete)
+    }
+}
+
+/// How far apart bodies are to be proven; `None` if they rest or go too fast, or if more is asked than whether they meet.
+fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Option<f64> {
+    let step = |body: u32| if bodies.facts(body).changed == frame { bodies.ways[body as usize].step } else { 0.0 };
+    let [a, b] = bodies_of(key);
+    let step = f64::from(step(a)) + f64::from(step(b));
+    if step == 0.0 {
+        return None;
+    }
+    let size = pair.map(|placed| placed.body.tree.unit().length()).into_iter().fold(f64::INFINITY, f64::min);
+    let limit = (MOST_STEPS * step).min(LARGEST_PART * size);
+    let is_slow = limit >= LEAST_STEPS * step;
+    (is_slow && bodies.measured.tolerance(key).is_none() && !bodies.is_moving(key)).then_some(limit)
+}
+
+/// How far bodies that were proven to be `low` apart, margins not counted, may go in the scene.
+fn room(pair: [&Placed; 2], low: f64) -> f64 {
+    let [of_a, of_b] = pair.map(|placed| slack(&placed.body.tree, &placed.body.pose));
+    let margins = pair[0].body.margin + pair[1].body.margin;
+    low - 8.0 * SCENE_ROTATION_TOLERANCE * (low + margins) - of_a - of_b
+}

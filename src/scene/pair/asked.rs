@@ -1,0 +1,66 @@
+//! What a frame asks.
+
+use super::state::PairState;
+use crate::query::{Budget, Clock, Mode};
+use crate::scene::body::Bodies;
+use crate::scene::id::{PairKey, bodies_of};
+use core::time::Duration;
+
+/// The least time of a frame that affords estimates of its stopped queries, the part of it that is kept for them, and the most
+/// of that for each thread.
+const ESTIMATES: Duration = Duration::from_millis(1);
+const ESTIMATES_PART: u32 = 32;
+const ESTIMATES_MOST: Duration = Duration::from_micros(50);
+
+/// The guaranteed share of the round robin is this part of the budget.
+pub(crate) const GUARANTEED: u64 = 8;
+
+/// A frame: what is asked, of which bodies, within which budget.
+pub(crate) struct Frame<'f> {
+    pub number: u64,
+    pub mode: Mode,
+    /// The frame in which this mode was first asked for; what older ones found is of another question.
+    pub asked_since: u64,
+    pub budget: Budget,
+    /// When it began, for a budget of time.
+    pub started: Option<Duration>,
+    pub clock: &'f dyn Clock,
+    pub bodies: &'f Bodies,
+    pub threads: usize,
+}
+
+impl Frame<'_> {
+    /// When the budget ends, less what has to be kept for the rest of the frame.
+    pub fn end(&self, rest: Duration) -> Option<Duration> {
+        let end = self.started.zip(self.budget.time_limit()).map(|(start, limit)| start.saturating_add(limit));
+        end.map(|end| end.saturating_sub(rest))
+    }
+
+    /// The time since the last lap, which ends here; under a budget of time.
+    pub fn lap(&self, last: &mut Option<Duration>) -> Option<Duration> {
+        let now = self.started.map(|_| self.clock.now());
+        let since = now.zip(last.or(self.started)).map(|(now, last)| now.saturating_sub(last));
+        *last = now;
+        since
+    }
+
+    /// Time that is kept for asking stopped queries how sure they are; none if they are not asked.
+    pub fn for_estimates(&self) -> Option<Duration> {
+        let limit = self.budget.time_limit().unwrap_or(Duration::MAX);
+        (limit >= ESTIMATES).then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads as u32))
+    }
+
+    /// Whether the contacts of bodies that were last new in `changed` are known as well as this frame can tell.
+    pub fn has_located(&self, state: &PairState, changed: u64) -> bool {
+        let left_out = state.touch.as_ref().map_or(0, |touch| touch.left_out);
+        let work = self.budget.work_limit().unwrap_or(u64::MAX);
+        let time = self.budget.time_limit().map_or(u64::MAX, |time| time.as_nanos() as u64);
+        state.has_located(changed) && (left_out == 0 || left_out > work.min(time) / GUARANTEED)
+    }
+
+    /// The last frame in which something about a pair was new.
+    pub fn changed(&self, key: PairKey) -> u64 {
+        let [a, b] = bodies_of(key).map(|body| self.bodies.facts(body).changed);
+        a.max(b).max(self.asked_since)
+    }
+}

@@ -1,0 +1,192 @@
+//! A batch: pairs that are run one after the other, each to its end, within one deadline.
+//!
+//! Batches are what threads share out among themselves. What comes of a batch depends on nothing outside it, so under a budget
+//! of work it does not matter which thread runs it, or when.
+
+use super::question::Question;
+use super::spent::Spent;
+use super::state::PairState;
+use super::touch::{MOST_CONTACTS, Touch};
+use crate::contact::Patches;
+use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
+use crate::query::{Clock, Deadline, Mode, StopReason, Workspace};
+use crate::scene::ask::Asks;
+use crate::scene::body::Bodies;
+use crate::scene::id::{PairKey, bodies_of};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::mem;
+use core::time::Duration;
+
+/// Room for queued node pairs in the workspaces of a scene, and for found pairs, which are only counted.
+const QUEUE: usize = 1024;
+const FOUND: usize = 1024;
+
+pub(crate) fn workspace() -> Box<Workspace> {
+    let mut workspace = Box::new(Workspace::with_capacity(QUEUE, FOUND));
+    workspace.reserve_contacts(MOST_CONTACTS);
+    workspace
+}
+
+/// What all batches of a round have in common.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Round {
+    pub frame: u64,
+    pub mode: Mode,
+    /// Whether all pairs are expected to get to their ends, so that their queries need no queue.
+    pub to_the_end: bool,
+    /// Whether pairs get no more than the test of their last witness.
+    pub witnesses_only: bool,
+    /// When the last batch has to end, by the clock.
+    pub end: Option<Duration>,
+}
+
+/// Pairs with a budget for all of them.
+#[derive(Debug, Default)]
+pub(crate) struct Batch {
+    #[allow(clippy::vec_box, reason = "states move in and out by their pointers, and room for them is cheap")]
+    pub turns: Vec<Box<PairState>>,
+    pub budget: u64,
+    /// Whether more may be done than to answer: what spares later frames work.
+    pub looks_ahead: bool,
+    /// The pair whose run was stopped by the end of the budget; the run is in the workspace.
+    pub held: Option<PairKey>,
+    workspace: Option<Box<Workspace>>,
+    /// Room for patches, if contacts are asked for.
+    patches: Option<Box<Patches>>,
+}
+
+impl Batch {
+    /// A batch with a workspace, so that no frame has to allocate one.
+    pub fn new() -> Self {
+        Self { workspace: Some(workspace()), ..Self::default() }
+    }
+
+    /// Makes room for patches.
+    pub fn make_patches(&mut self) {
+        self.patches.get_or_insert_with(Touch::patches);
+    }
+
+    /// The stopped run, if there is one, and the pair that it is of.
+    pub fn stopped(&self) -> Option<(PairKey, &Workspace)> {
+        self.held.zip(self.workspace.as_deref())
+    }
+
+    /// Swaps stopped runs with another batch.
+    pub fn swap_held(&mut self, other: &mut Self) {
+        mem::swap(&mut self.held, &mut other.held);
+        mem::swap(&mut self.workspace, &mut other.workspace);
+    }
+
+    /// Runs what fits. `scratch` is a workspace of the thread at hand.
+    pub fn run<C: Clock>(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &C) {
+        let mut deadline = Deadline::at(round.end, self.budget, clock);
+        let least = if round.witnesses_only { WORK_PER_WITNESS } else { LEAST_WORK };
+        for (at, state) in self.turns.iter_mut().enumerate() {
+            let key = state.turn.key;
+            // A pair that is not expected to end has room in the next round, and those after it do not go first.
+            if !deadline.has_room(least) || at > 0 && u64::from(state.turn.median) > deadline.work_left() {
+                break;
+            }
+            let held = self.held == Some(key);
+            let kept = self.workspace.as_mut().filter(|_| held);
+            let mut desk = Desk {
+                workspace: kept.unwrap_or(scratch),
+                held,
+                patches: self.patches.as_deref_mut(),
+                looks_ahead: self.looks_ahead,
+            };
+            let ended = state.run(bodies, &mut desk, round, &mut deadline);
+            state.end_turn(bodies, round.frame);
+            match ended {
+                Ended::Complete if held => self.held = None,
+                Ended::Stopped if !held => {
+                    self.held = Some(key);
+                    mem::swap(self.workspace.get_or_insert_with(workspace), scratch);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// The buffers of a turn.
+pub(crate) struct Desk<'d> {
+    pub workspace: &'d mut Workspace,
+    /// Whether the workspace has a stopped run of the pair.
+    pub held: bool,
+    pub patches: Option<&'d mut Patches>,
+    pub looks_ahead: bool,
+}
+
+/// How far a pair got.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Ended {
+    Complete,
+    Stopped,
+    NotBegun,
+}
+
+impl PairState {
+    /// Runs the pair as far as the deadline allows.
+    fn run(&mut self, bodies: &Bodies, desk: &mut Desk, round: &Round, deadline: &mut Deadline) -> Ended {
+        let [Some(a), Some(b)] = bodies_of(self.turn.key).map(|body| bodies.at(body)) else { return Ended::NotBegun };
+        let b_in_a = a.relative(b);
+        self.apart = self.apart.min(0.0);
+        if self.turn.asks == Asks::Witness && !desk.held {
+            self.turn.asks = Asks::Meet;
+            self.turn.spent.work += WORK_PER_WITNESS;
+            deadline.spend(WORK_PER_WITNESS);
+            if let Some(witness) = self.memory.recheck(&a.body.tree, &b.body.tree, &b_in_a) {
+                self.meets(witness, round.frame);
+                return Ended::Complete;
+            }
+            self.refuted = round.frame as u32;
+        }
+        if round.witnesses_only {
+            return Ended::NotBegun;
+        }
+        if self.turn.asks == Asks::Meet
+            && self.may_part(desk, round.frame)
+            && let Some(ended) = self.part(bodies, [a, b], b_in_a, desk, round, deadline)
+        {
+            self.turn.is_blank = false;
+            return ended;
+        }
+        let question = match self.turn.asks {
+            Asks::Contacts => Question::contacts([a, b], b_in_a),
+            Asks::Witness | Asks::Meet => Question::new(bodies, self.turn.key, [a, b], b_in_a, round.mode),
+        };
+        if !deadline.has_room(question.least_work()) {
+            return Ended::NotBegun;
+        }
+        self.turn.is_blank = false;
+        if self.turn.asks == Asks::Contacts {
+            return self.locate(&question, bodies, [a, b], desk, round, deadline);
+        }
+        let Desk { workspace, held, .. } = desk;
+        if !(*held && question.is_stopped_in(workspace)) {
+            self.pending = Spent::default();
+            question.begin(workspace, &self.memory, round.to_the_end);
+        }
+        loop {
+            deadline.spend(WORK_PER_QUERY);
+            self.turn.spent.work += WORK_PER_QUERY;
+            let before = self.pending;
+            let answer = question.advance(workspace, &mut self.memory, deadline);
+            let spent = Spent::of(workspace);
+            self.turn.spent.add(spent.since(before));
+            if let Some(bounds) = answer.bounds {
+                let [x, y] = bodies_of(self.turn.key).map(|body| bodies.facts(body).changed);
+                self.measure(bounds, round.frame, x.max(y));
+            }
+            if self.note(&answer, spent, round.frame) {
+                return Ended::Complete;
+            }
+            if answer.stop != StopReason::PairsFull || !deadline.has_room(LEAST_WORK) {
+                return Ended::Stopped;
+            }
+            workspace.drain_pairs().for_each(drop);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! A turn that finds where two bodies touch.
+
+use super::batch::{Desk, Ended, Round};
+use super::question::Question;
+use super::spent::Spent;
+use super::state::PairState;
+use crate::model::cost::{WORK_PER_PATCHED_CONTACT, WORK_PER_QUERY};
+use crate::query::{Deadline, Mode, StopReason, Verdict};
+use crate::scene::body::{Bodies, Placed};
+
+impl PairState {
+    /// Goes on finding where the bodies touch, as far as the deadline allows, and patches what was found.
+    #[inline(never)]
+    pub fn locate(
+        &mut self,
+        question: &Question,
+        bodies: &Bodies,
+        pair: [&Placed; 2],
+        desk: &mut Desk,
+        round: &Round,
+        deadline: &mut Deadline,
+    ) -> Ended {
+        let (Some(touch), Some(patches)) = (&mut self.touch, &mut desk.patches) else { return Ended::NotBegun };
+        let (workspace, frame) = (&mut *desk.workspace, round.frame);
+        let resumed = desk.held && question.is_stopped_in(workspace);
+        if !resumed {
+            touch.pending = Spent::default();
+            question.begin(workspace, &self.memory, round.to_the_end);
+        }
+        deadline.spend(WORK_PER_QUERY);
+        self.turn.spent.work += WORK_PER_QUERY;
+        let answer = question.go_on(workspace, &mut self.memory, deadline);
+        let spent = Spent::of(workspace);
+        self.turn.spent.add(spent.since(core::mem::replace(&mut touch.pending, spent)));
+        if answer.stop == StopReason::FlushedToZero {
+            return Ended::Stopped;
+        }
+        let is_over = answer.stop.is_final() || answer.stop == StopReason::PairsFull;
+        let (found, mut patched) = (workspace.contacts().len(), 0);
+        let room = deadline.room();
+        // Of a list that has nothing yet nothing is told.
+        if found == 0 && is_over || found > 0 && room >= WORK_PER_PATCHED_CONTACT {
+            patched = touch.update(pair, workspace, answer.missing, patches, room);
+            touch.since = frame;
+            let work = patched as u64 * WORK_PER_PATCHED_CONTACT;
+            deadline.spend(work);
+            self.turn.spent.work += work;
+        }
+        // What does not fit a second time is left out.
+        let is_over = is_over && (patched == found || resumed && patched > 0);
+        let patching = found as u64 * WORK_PER_PATCHED_CONTACT;
+        if is_over {
+            touch.completed = frame;
+            touch.cost = spent.work + patching;
+            touch.left_out = if patched < found { patching } else { 0 };
+            touch.pending = Spent::default();
+        } else {
+            // It takes more than that.
+            touch.cost = touch.cost.max(2 * (spent.work + patching));
+        }
+        let key = self.turn.key;
+        let is_all = round.mode == Mode::Any && bodies.measured.tolerance(key).is_none() && !bodies.is_moving(key);
+        if is_all && self.completed < frame && answer.verdict != Verdict::Undecided {
+            (self.decided, self.completed) = (frame, frame);
+            (self.verdict, self.found) = (answer.verdict, answer.found);
+        }
+        if is_over { Ended::Complete } else { Ended::Stopped }
+    }
+}

@@ -1,0 +1,186 @@
+//! What is asked of a pair: one question at a time, which is begun, resumed and answered here.
+
+use super::touch::MOST_CONTACTS;
+use crate::math::Pose;
+use crate::model::cost::{
+    LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_PATCHED, LEAST_WORK, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK,
+    WORK_PER_PATCHED_CONTACT,
+};
+use crate::query::{
+    ContactQuery, Contacts, Deadline, Distance, DistanceQuery, Mode, MotionQuery, PairMemory, Passage, Query,
+    StopReason, Verdict, Workspace,
+};
+use crate::scene::body::{Bodies, Placed};
+use crate::scene::id::PairKey;
+
+/// What is asked of a pair. A stopped run is resumed by an equal question.
+#[allow(clippy::large_enum_variant, reason = "it is made anew for each turn, on the stack")]
+pub(crate) enum Question<'t> {
+    /// Whether, or where, the surfaces meet.
+    Meet(Query<'t>),
+    /// How far the thickened surfaces are apart, or only whether they meet.
+    Distance(DistanceQuery<'t>),
+    /// Until when they are apart.
+    Motion(MotionQuery<'t>),
+    /// Where they touch.
+    Contacts(ContactQuery<'t>),
+}
+
+/// What is known after a call.
+pub(crate) struct Answer {
+    pub stop: StopReason,
+    pub verdict: Verdict,
+    /// Intersecting pairs of triangles.
+    pub found: u64,
+    pub bounds: Option<Bounds>,
+    /// How far away contacts are, at least, that were not found.
+    pub missing: f64,
+}
+
+/// What is proven of a distance, or of the time of a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    pub low: f64,
+    pub high: f64,
+    /// The triangles that are `high` apart, or meet then.
+    pub triangles: Option<[u32; 2]>,
+    /// Whether these are times of a motion, not lengths.
+    pub are_times: bool,
+}
+
+impl Bounds {
+    pub const NOTHING: Self = Self { low: 0.0, high: f64::INFINITY, triangles: None, are_times: false };
+
+    /// Both of one pose.
+    pub fn and(self, other: Self) -> Self {
+        let nearer = if other.high < self.high { other } else { self };
+        Self { low: self.low.max(other.low), ..nearer }
+    }
+}
+
+impl Answer {
+    /// They meet now if the upper bound is 0, and do not if the lower one is more.
+    fn bounded(stop: StopReason, bounds: Bounds) -> Self {
+        let verdict = match bounds.triangles {
+            Some(witness) if bounds.high == 0.0 => Verdict::Intersecting { witness },
+            _ if bounds.low > 0.0 => Verdict::Separated,
+            _ => Verdict::Undecided,
+        };
+        Self { stop, verdict, found: u64::from(bounds.high == 0.0), bounds: Some(bounds), missing: 0.0 }
+    }
+}
+
+impl<'t> Question<'t> {
+    /// That of a pair of bodies, of which the second one is at a pose in the frame of the first; `mode` is that of the scene.
+    #[inline(always)]
+    pub fn new(bodies: &Bodies, key: PairKey, [a, b]: [&'t Placed; 2], b_in_a: Pose, mode: Mode) -> Self {
+        let special = if bodies.is_special(key) { Self::special(bodies, key, [a, b], b_in_a) } else { None };
+        special.unwrap_or_else(|| Self::Meet(Query::new(&a.body.tree, &b.body.tree, b_in_a).mode(mode)))
+    }
+
+    /// What is asked besides; `None` if that is nothing.
+    #[cold]
+    fn special(bodies: &Bodies, key: PairKey, [a, b]: [&'t Placed; 2], b_in_a: Pose) -> Option<Self> {
+        let trees = [&*a.body.tree, &*b.body.tree];
+        let margins = [a.body.margin, b.body.margin];
+        let distance = DistanceQuery::new(trees[0], trees[1], b_in_a).margins(margins);
+        match bodies.measured.tolerance(key) {
+            Some(tolerance) => Some(Self::Distance(distance.absolute_tolerance(tolerance))),
+            None if bodies.is_moving(key) => {
+                Some(Self::Motion(MotionQuery::of_both(trees, [a.motion(), b.motion()]).margins(margins)))
+            }
+            None if margins != [0.0; 2] => Some(Self::Distance(distance.closer_than(0.0))),
+            None => None,
+        }
+    }
+
+    /// Whether the bodies of a pair are closer than `limit`.
+    #[cold]
+    pub fn apart([a, b]: [&'t Placed; 2], b_in_a: Pose, limit: f64) -> Self {
+        let query = DistanceQuery::new(&a.body.tree, &b.body.tree, b_in_a);
+        Self::Distance(query.margins([a.body.margin, b.body.margin]).closer_than(limit))
+    }
+
+    /// Where the bodies of a pair touch.
+    #[cold]
+    pub fn contacts([a, b]: [&'t Placed; 2], b_in_a: Pose) -> Self {
+        let query = ContactQuery::new(&a.body.tree, &b.body.tree, b_in_a).margin(a.body.margin + b.body.margin);
+        Self::Contacts(query.contact_limit(MOST_CONTACTS))
+    }
+
+    /// The least work of a turn.
+    #[inline]
+    pub fn least_work(&self) -> u64 {
+        match self {
+            Self::Meet(_) => LEAST_WORK,
+            Self::Distance(_) | Self::Motion(_) => LEAST_DISTANCE_WORK,
+            Self::Contacts(_) => LEAST_CONTACT_WORK,
+        }
+    }
+
+    /// Whether a workspace holds a stopped run of it, or contacts that were found.
+    #[inline]
+    pub fn is_stopped_in(&self, workspace: &Workspace) -> bool {
+        match self {
+            Self::Meet(query) => query.is_stopped_in(workspace),
+            Self::Distance(query) => query.is_stopped_in(workspace),
+            Self::Motion(query) => query.is_stopped_in(workspace),
+            Self::Contacts(query) => query.is_in(workspace),
+        }
+    }
+
+    /// Prepares a workspace for a run, which is expected to get to its end or not.
+    #[inline]
+    pub fn begin(&self, workspace: &mut Workspace, memory: &PairMemory, to_the_end: bool) {
+        match self {
+            Self::Meet(query) => query.begin(workspace, Some(memory), query.strategy(to_the_end)),
+            Self::Distance(query) => query.begin(workspace, Some(memory)),
+            Self::Motion(query) => query.start(workspace, Some(memory)),
+            Self::Contacts(query) => query.begin(workspace),
+        }
+    }
+
+    /// [`Question::advance`] where that is not worth a copy of its own.
+    #[inline(never)]
+    pub fn go_on(&self, workspace: &mut Workspace, memory: &mut PairMemory, deadline: &mut Deadline) -> Answer {
+        self.advance(workspace, memory, deadline)
+    }
+
+    /// Goes on with the run in a workspace until it is over or the deadline stops it.
+    #[inline(always)]
+    pub fn advance(&self, workspace: &mut Workspace, memory: &mut PairMemory, deadline: &mut Deadline) -> Answer {
+        match self {
+            Self::Meet(query) => {
+                let stop = query.advance(workspace, Some(memory), deadline);
+                Answer { stop, verdict: workspace.verdict(stop), found: workspace.found(), bounds: None, missing: 0.0 }
+            }
+            Self::Distance(query) => {
+                deadline.leave(MAX_DISTANCE_STEP_WORK);
+                let Distance { low, high, nearest, stop, .. } = query.spend(workspace, Some(memory), deadline);
+                deadline.leave(MAX_STEP_WORK);
+                let triangles = nearest.map(|nearest| nearest.triangles);
+                Answer::bounded(stop, Bounds { low, high, triangles, are_times: false })
+            }
+            Self::Motion(query) => {
+                deadline.leave(MAX_DISTANCE_STEP_WORK);
+                let Passage { free_until, touching_at, triangles, stop, .. } =
+                    query.advance(workspace, Some(memory), deadline);
+                deadline.leave(MAX_STEP_WORK);
+                let high = touching_at.unwrap_or(f64::INFINITY);
+                Answer::bounded(stop, Bounds { low: free_until, high, triangles, are_times: true })
+            }
+            Self::Contacts(query) => {
+                deadline.leave_after(MAX_DISTANCE_STEP_WORK, LEAST_PATCHED * WORK_PER_PATCHED_CONTACT);
+                let Contacts { low, stop, .. } = query.spend(workspace, deadline);
+                deadline.leave(MAX_STEP_WORK);
+                let nearest = workspace.contacts().next().filter(|contact| query.is_within(contact));
+                let verdict = match nearest {
+                    Some(contact) => Verdict::Intersecting { witness: contact.triangles },
+                    None if stop.is_final() && workspace.found() == 0 => Verdict::Separated,
+                    None => Verdict::Undecided,
+                };
+                Answer { stop, verdict, found: u64::from(nearest.is_some()), bounds: None, missing: low }
+            }
+        }
+    }
+}

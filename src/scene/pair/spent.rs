@@ -1,0 +1,26 @@
+//! What was done for a pair.
+
+use crate::query::Workspace;
+
+/// Work and BV tests.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Spent {
+    pub work: u64,
+    pub bv_tests: u64,
+}
+
+impl Spent {
+    /// All that the query in a workspace has done.
+    pub fn of(workspace: &Workspace) -> Self {
+        Self { work: workspace.work(), bv_tests: workspace.bv_tests() }
+    }
+
+    pub fn add(&mut self, other: Self) {
+        self.work += other.work;
+        self.bv_tests += other.bv_tests;
+    }
+
+    pub fn since(self, before: Self) -> Self {
+        Self { work: self.work - before.work, bv_tests: self.bv_tests - before.bv_tests }
+    }
+}

@@ -1,0 +1,254 @@
+//! What is kept about two bodies while their boxes overlap, once a query had its turn.
+
+use super::question::{Answer, Bounds};
+use super::spent::Spent;
+use super::touch::Touch;
+use crate::model::calibration::Calibration;
+use crate::model::cost::WORK_PER_WITNESS;
+use crate::query::{PairMemory, Verdict};
+use crate::scene::ask::Asks;
+use crate::scene::body::Bodies;
+use crate::scene::id::{PairKey, bodies_of};
+use alloc::boxed::Box;
+use arrayvec::ArrayVec;
+
+/// Most estimates of a pair that are kept until their truth comes out.
+const TOLD: usize = 8;
+
+/// What was said of a pair, besides verdicts.
+#[derive(Clone, Debug)]
+pub(crate) enum Said {
+    /// Probabilities that estimates told of the bodies as they are, until their truth comes out.
+    Estimates(ArrayVec<f64, TOLD>),
+    /// What was proven last of its distance or motion, and in which frame.
+    Bounds(Bounds, u64),
+}
+
+/// What is known of a pair in a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Standing {
+    /// What the frame found; [`Verdict::Undecided`] if it did not decide it.
+    pub verdict: Verdict,
+    pub found: u64,
+    /// Whether the frame ran it to its end.
+    pub complete: bool,
+}
+
+/// The turn of a pair in a batch. Who collects it need not look at the rest of the state, which is out of cache by then.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turn {
+    pub key: PairKey,
+    /// The place of its job among those of the frame.
+    pub index: u32,
+    /// Work that it is expected to take.
+    pub median: u32,
+    pub asks: Asks,
+    /// What is left to ask after it.
+    pub next: Option<Asks>,
+    /// Whether no query of the pair was ever begun.
+    pub is_blank: bool,
+    /// Whether estimates were told whose truth has come out.
+    pub teaches: bool,
+    pub spent: Spent,
+    /// What came of it.
+    pub standing: Standing,
+}
+
+impl Turn {
+    pub const NONE: Self = Self {
+        key: 0,
+        index: 0,
+        median: 0,
+        asks: Asks::Meet,
+        next: None,
+        is_blank: false,
+        teaches: false,
+        spent: Spent { work: 0, bv_tests: 0 },
+        standing: Standing { verdict: Verdict::Undecided, found: 0, complete: false },
+    };
+}
+
+impl Turn {
+    /// Whether the question of this turn, or its contacts after it, are still to be answered.
+    pub fn is_due(&self) -> bool {
+        self.next == Some(Asks::Contacts) || self.next.is_some() && self.asks != Asks::Contacts
+    }
+}
+
+/// What is kept about two bodies as long as their boxes overlap, from their first turn on.
+#[derive(Clone, Debug)]
+pub(crate) struct PairState {
+    pub memory: PairMemory,
+    /// What the last frame that decided it found.
+    pub verdict: Verdict,
+    pub found: u64,
+    /// The last frame that ran it to its end; 0 if none did.
+    pub completed: u64,
+    /// The last frame that decided it; before, the one before the first.
+    pub decided: u64,
+    /// The last frame, its low bits, in which its last witnesses were tested and did not meet.
+    pub refuted: u32,
+    /// Work of the last run to the end, as far as there are numbers for it; 0 if there was none.
+    pub cost: u32,
+    /// Work of the last run that no remembered witness cut short; a lower bound while that run is unfinished.
+    pub search: u32,
+    /// What the run that is not at its end has spent.
+    pub pending: Spent,
+    pub said: Said,
+    /// More than 0: they are apart until they have gone so far, together. Less: that is not tried before the frame of this number,
+    /// negated.
+    pub apart: f64,
+    /// Where they touch, if that was ever asked.
+    pub touch: Option<Box<Touch>>,
+    /// While it is in a batch.
+    pub turn: Turn,
+}
+
+impl PairState {
+    /// Of a pair that overlaps for the first time in `frame`.
+    pub fn new(frame: u64) -> Self {
+        Self {
+            memory: PairMemory::without_clearance(),
+            verdict: Verdict::Undecided,
+            found: 0,
+            completed: 0,
+            decided: frame - 1,
+            refuted: 0,
+            cost: 0,
+            search: 0,
+            pending: Spent::default(),
+            said: Said::Estimates(ArrayVec::new()),
+            apart: 0.0,
+            touch: None,
+            turn: Turn::NONE,
+        }
+    }
+
+    /// Whether, in `frame`, its last witnesses are known not to meet, of bodies that were last new in `changed`.
+    #[inline]
+    pub fn is_refuted(&self, changed: u64, frame: u64) -> bool {
+        u64::from((frame as u32).wrapping_sub(self.refuted)) <= frame - changed
+    }
+
+    /// What is known of it in `frame`.
+    pub fn standing(&self, frame: u64) -> Standing {
+        let verdict = if self.decided == frame { self.verdict } else { Verdict::Undecided };
+        Standing { verdict, found: self.found, complete: self.completed == frame }
+    }
+
+    /// Whether the contacts of bodies that were last new in `changed` are known.
+    pub fn has_located(&self, changed: u64) -> bool {
+        self.touch.as_ref().is_some_and(|touch| touch.completed >= changed)
+    }
+
+    /// Takes note of what came of a turn in `frame`.
+    #[inline]
+    pub fn end_turn(&mut self, bodies: &Bodies, frame: u64) {
+        let standing = self.standing(frame);
+        self.turn.teaches = standing.verdict != Verdict::Undecided && self.has_told();
+        if standing.verdict == Verdict::Separated
+            && let Some(touch) = &mut self.touch
+        {
+            touch.part(frame);
+        }
+        let key = self.turn.key;
+        let asks_contacts = bodies.located.any() && bodies.located.has(key) && {
+            let [a, b] = bodies_of(key).map(|body| bodies.facts(body).changed);
+            !self.has_located(a.max(b))
+        };
+        self.turn.next = match self.turn.asks {
+            Asks::Contacts if asks_contacts => Some(Asks::Contacts),
+            Asks::Contacts if !standing.complete => Some(Asks::Meet),
+            asks if !standing.complete => Some(asks),
+            _ if asks_contacts && standing.verdict != Verdict::Separated => Some(Asks::Contacts),
+            _ => None,
+        };
+        self.turn.standing = standing;
+    }
+
+    /// Keeps a probability that was told; more than there is room for are not needed.
+    pub fn tell(&mut self, probability: f64) {
+        match &mut self.said {
+            Said::Estimates(told) => {
+                let _ = told.try_push(probability);
+            }
+            said @ Said::Bounds(..) => *said = Said::Estimates([probability].into_iter().collect()),
+        }
+    }
+
+    /// Whether probabilities were told whose truth has not come out.
+    pub fn has_told(&self) -> bool {
+        matches!(&self.said, Said::Estimates(told) if !told.is_empty())
+    }
+
+    /// Forgets the probabilities that were told of bodies that have moved, and a search for contacts that was cut short.
+    #[inline]
+    pub fn forget_told(&mut self) {
+        if let Said::Estimates(told) = &mut self.said {
+            told.clear();
+        }
+        if let Some(touch) = &mut self.touch {
+            touch.pending = Spent::default();
+        }
+    }
+
+    /// Teaches what was told, the pair being decided.
+    pub fn teach(&mut self, calibration: &mut Calibration) {
+        if let Said::Estimates(told) = &mut self.said {
+            let met = self.verdict != Verdict::Separated;
+            told.drain(..).for_each(|told| calibration.learn(told, met));
+        }
+    }
+
+    /// Takes note of a witness that still meets in `frame`.
+    pub fn meets(&mut self, witness: [u32; 2], frame: u64) {
+        (self.decided, self.completed, self.cost, self.pending) =
+            (frame, frame, WORK_PER_WITNESS as u32, Spent::default());
+        (self.verdict, self.found) = (Verdict::Intersecting { witness }, 1);
+    }
+
+    /// Takes note of bounds that are proven in `frame`, of bodies that were last new in `changed`.
+    pub fn measure(&mut self, bounds: Bounds, frame: u64, changed: u64) {
+        self.said = match self.said {
+            Said::Bounds(before, since) if since >= changed && before.are_times == bounds.are_times => {
+                Said::Bounds(before.and(bounds), frame)
+            }
+            _ => Said::Bounds(bounds, frame),
+        };
+    }
+
+    /// What was proven last, times or lengths, and in which frame.
+    pub fn bounds(&self, are_times: bool) -> Option<(Bounds, u64)> {
+        match self.said {
+            Said::Bounds(bounds, frame) if bounds.are_times == are_times => Some((bounds, frame)),
+            _ => None,
+        }
+    }
+
+    /// How soon a contact was proven in the last motion: 1 at once, 0 at its end.
+    pub fn urgency(&self) -> Option<f32> {
+        self.bounds(true).filter(|(bounds, _)| bounds.high <= 1.0).map(|(bounds, _)| 1.0 - bounds.low as f32)
+    }
+
+    /// Takes note of the answer of a call in `frame`, and of what the run has spent; whether it is over.
+    pub fn note(&mut self, answer: &Answer, spent: Spent, frame: u64) -> bool {
+        let is_final = answer.stop.is_final();
+        let capped = |work: u64| work.min(u64::from(u32::MAX)) as u32;
+        if is_final {
+            (self.completed, self.cost, self.pending) = (frame, capped(spent.work), Spent::default());
+            if spent.bv_tests > 0 {
+                self.search = capped(spent.work);
+            }
+        } else {
+            self.search = self.search.max(capped(2 * spent.work));
+            self.pending = spent;
+        }
+        if answer.verdict != Verdict::Undecided {
+            (self.decided, self.verdict, self.found) = (frame, answer.verdict, answer.found);
+        } else if is_final {
+            // A distance that equals the margins as far as numbers tell.
+            self.verdict = Verdict::Undecided;
+        }
+        is_final
+    }
+}

@@ -1,0 +1,153 @@
+//! Where two bodies touch: the few points that stand for their contacts, kept from frame to frame.
+
+use super::contact_points::ContactPoint;
+use super::spent::Spent;
+use crate::contact::{Contact, Patch, PatchMemory, Patches};
+use crate::math::Pose;
+use crate::model::cost::{WORK_PER_PATCHED_CONTACT, WORK_PER_TOUCH};
+use crate::query::{Deadline, ManualClock, Workspace};
+use crate::scene::body::Placed;
+use crate::scene::room::{Room, reserve};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use arrayvec::ArrayVec;
+
+/// Most contacts of a pair that are looked at, and most points that are kept of them.
+pub(crate) const MOST_CONTACTS: usize = 256;
+pub(crate) const MOST_POINTS: usize = 16;
+
+/// What is known of the contacts of a pair.
+#[derive(Clone, Debug)]
+pub(crate) struct Touch {
+    pub points: ArrayVec<ContactPoint, MOST_POINTS>,
+    /// How far away contacts are, at least, that no point stands for.
+    pub low: f64,
+    /// The frame that proved it; 0 if none did.
+    pub since: u64,
+    /// The last frame that ran the question to its end.
+    pub completed: u64,
+    /// Work of the last run to the end; 0 if there was none.
+    pub cost: u64,
+    /// Work of patching what there was no room to patch at its end; 0 if there was room.
+    pub left_out: u64,
+    /// What the run that is not at its end has spent.
+    pub pending: Spent,
+    memory: PatchMemory,
+}
+
+impl Touch {
+    pub fn new() -> Box<Self> {
+        let mut memory = PatchMemory::default();
+        memory.reserve(MOST_CONTACTS);
+        let (points, pending) = (ArrayVec::new(), Spent::default());
+        Box::new(Self { points, low: 0.0, since: 0, completed: 0, cost: 0, left_out: 0, pending, memory })
+    }
+
+    /// Room for the patches of a pair.
+    pub fn patches() -> Box<Patches> {
+        let mut patches = Patches::new();
+        patches.reserve(MOST_CONTACTS);
+        Box::new(patches)
+    }
+
+    /// Forgets the pair.
+    pub fn clear(&mut self) {
+        self.part(0);
+        (self.low, self.completed, self.cost, self.left_out) = (0.0, 0, 0, 0);
+        self.pending = Spent::default();
+    }
+
+    /// Takes note of bodies that are apart in `frame`: what touches later is another contact.
+    pub fn part(&mut self, frame: u64) {
+        self.points.clear();
+        self.memory.forget();
+        (self.low, self.since) = (f64::INFINITY, frame);
+    }
+
+    /// Takes note of the nearest contacts of two bodies, as many as there is room to patch; those that were not found are at
+    /// least `low` away. How many were patched.
+    pub fn update(
+        &mut self,
+        [a, b]: [&Placed; 2],
+        workspace: &Workspace,
+        low: f64,
+        patches: &mut Patches,
+        room: u64,
+    ) -> usize {
+        let contacts = workspace.contacts();
+        let count = contacts.len().min((room / WORK_PER_PATCHED_CONTACT) as usize);
+        let next = contacts.clone().nth(count).map_or(f64::INFINITY, |contact| contact.distance);
+        self.low = low.min(next);
+        patches.swap_memory(&mut self.memory);
+        patches.update(&a.body.tree, &b.body.tree, contacts.take(count));
+        patches.swap_memory(&mut self.memory);
+        self.points.clear();
+        for patch in patches.as_slice() {
+            let left = self.points.remaining_capacity();
+            if left == 0 {
+                self.low = self.low.min(patch.distance);
+            }
+            let point = |contact: &Contact| in_scene(contact, patch, &a.body.pose);
+            self.points.extend(patches.points_of(patch).take(left).map(point));
+        }
+        count
+    }
+}
+
+/// What is kept of contacts for pairs to come.
+#[derive(Debug, Default)]
+pub(crate) struct Touches {
+    #[allow(clippy::vec_box, reason = "they move in and out by their pointers")]
+    free: Vec<Box<Touch>>,
+    lent: usize,
+    /// Contacts of so many pairs there is room for.
+    room: Room,
+}
+
+impl Touches {
+    /// Whether pairs may have some.
+    pub fn any(&self) -> bool {
+        self.room.pairs > 0
+    }
+
+    /// Makes room for the contacts of at least so many pairs.
+    pub fn ask(&mut self, pairs: usize) {
+        self.room.ask(pairs.max(1));
+        self.fill(&mut Deadline::at(None, u64::MAX, &ManualClock::new()));
+    }
+
+    /// Makes room for more than are in use or soon will be.
+    pub fn grow(&mut self, touching: usize, young: bool, deadline: &mut Deadline) {
+        if self.any() {
+            self.room.grow(self.lent.max(touching), young);
+            self.fill(deadline);
+        }
+    }
+
+    fn fill(&mut self, deadline: &mut Deadline) {
+        reserve(&mut self.free, self.room.pairs);
+        while self.free.len() + self.lent < self.room.pairs && deadline.has_room(WORK_PER_TOUCH) {
+            deadline.spend(WORK_PER_TOUCH);
+            self.free.push(Touch::new());
+        }
+    }
+
+    pub fn lend(&mut self) -> Box<Touch> {
+        self.lent += 1;
+        self.free.pop().unwrap_or_else(Touch::new)
+    }
+
+    /// Takes back what a pair had.
+    pub fn take_back(&mut self, mut touch: Box<Touch>) {
+        touch.clear();
+        self.lent -= 1;
+        self.free.push(touch);
+    }
+}
+
+/// A contact in the frame of a body at a pose.
+fn in_scene(contact: &Contact, patch: &Patch, pose: &Pose) -> ContactPoint {
+    let Contact { triangles, points, normal, distance, .. } = *contact;
+    let (points, normal) = (points.map(|point| pose.transform_point(point)), *pose.rotation() * normal);
+    ContactPoint { patch: patch.id, triangles, points, normal, distance }
+}

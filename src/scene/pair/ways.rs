@@ -1,0 +1,42 @@
+//! How far bodies have gone, so that pairs that were proven to be apart are known to be still: [`super::apart`].
+
+use crate::math::{Pose, largest};
+use crate::query::way;
+use crate::tree::Tree;
+
+/// How far a body has gone.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Way {
+    /// A bound on the way of every point of its mesh, of all moves together, with what rounding may add.
+    pub gone: f64,
+    /// The part of its last frame.
+    pub step: f32,
+    /// The last frame, its low bits, in which it was changed but by a move.
+    pub remade: u32,
+}
+
+impl Way {
+    /// Adds a move of a mesh, the first of its frame or another one.
+    pub fn go(&mut self, mesh: &Tree, from: &Pose, to: &Pose, is_first: bool) {
+        let step = way(mesh, from, to) + slack(mesh, to);
+        self.gone = (self.gone + step).next_up();
+        self.step = step as f32 + if is_first { 0.0 } else { self.step };
+    }
+
+    /// Whether it has only been moved since frame `since`, now being `frame`.
+    pub fn is_of(&self, since: u64, frame: u64) -> bool {
+        u64::from((frame as u32).wrapping_sub(self.remade)) >= frame - since
+    }
+}
+
+/// What rounding may add to places relative to another body, in the magnitudes of coordinates and translations, and what
+/// underflow may take away: `docs/numerics.md`.
+const ROUNDING: f64 = 256.0 * f64::EPSILON;
+const UNDERFLOW: f64 = 1024.0 * f64::MIN_POSITIVE;
+
+/// What rounding may add to the places of a mesh at a pose, relative to another body.
+pub(crate) fn slack(mesh: &Tree, pose: &Pose) -> f64 {
+    let bounds = mesh.mesh().aabb();
+    let magnitude: f64 = [bounds.min, bounds.max, pose.translation()].map(|v| largest(v.abs())).iter().sum();
+    ROUNDING * magnitude + UNDERFLOW
+}

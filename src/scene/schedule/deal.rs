@@ -1,0 +1,166 @@
+//! Which job goes into which batch.
+
+use super::job::Job;
+use super::pairs::Pairs;
+use crate::model::cost::WORK_PER_WITNESS;
+use crate::scene::ask::Asks;
+use crate::scene::pair::batch::Batch;
+use alloc::vec::Vec;
+
+/// Batches under a budget of work, on any number of threads; the first is that of the round robin.
+pub(crate) const BATCHES: usize = 16;
+
+/// Under a budget of work, a batch has at least this much: about 20 us.
+const BATCH_WORK: u64 = 1 << 16;
+
+/// The usual share of the round robin is this part of what is left.
+const ROUND_ROBIN: u64 = 4;
+
+/// The jobs of a round, and the batches that they are dealt to.
+pub(crate) struct Deal<'s> {
+    pub jobs: &'s mut [Job],
+    pub batches: &'s mut [Batch],
+    pub pairs: &'s mut Pairs,
+    pub frame: u64,
+    /// Buffer: sort keys and indices of jobs.
+    pub order: &'s mut Vec<(u64, u32)>,
+    /// The job whose turn it is.
+    pub first_turn: usize,
+    /// Work that a query could do in the time that each job takes besides; 0 without a budget of time.
+    pub overhead: u64,
+}
+
+impl Deal<'_> {
+    /// Median and 90 % quantile of the cost of all open jobs: the sum of the medians, and to it the deviations of the
+    /// quantiles from them added as those of independent variables.
+    pub fn expected(&self) -> [u64; 2] {
+        let (mut sum, mut squares) = (0, 0.0);
+        for job in self.jobs.iter().filter(|job| job.open) {
+            let deviation = f64::from(job.forecast.high - job.forecast.median);
+            sum += job.median() + self.overhead;
+            squares += deviation * deviation;
+        }
+        [sum, sum + libm::sqrt(squares) as u64]
+    }
+
+    /// All jobs in the order of their turns, in blocks of equal expected cost.
+    pub fn all(&mut self, [left, reserve, expected]: [u64; 3], timed: bool) {
+        let free = timed || left == u64::MAX;
+        let blocks = if free { BATCHES as u64 } else { (left / BATCH_WORK).clamp(1, BATCHES as u64) };
+        let block = expected / blocks + 1;
+        self.turns(u64::MAX, |before| (before / block) as usize);
+        for (batch, index) in self.batches.iter_mut().zip(0..) {
+            let own: u64 = batch.turns.iter().map(|state| u64::from(state.turn.median)).sum();
+            let share = u128::from(left - reserve) * u128::from(own) / u128::from(expected.max(1));
+            let share = share as u64 + if index == 0 { reserve } else { 0 };
+            batch.budget = if free { u64::MAX } else { share };
+            batch.looks_ahead = index > 0 || left == u64::MAX;
+        }
+    }
+
+    /// Jobs that a remembered witness may decide, as many as `work` allows. Whether there are any.
+    pub fn witnesses(&mut self, work: u64) -> bool {
+        // Its stopped run is resumed instead: for these poses the witnesses have been tested.
+        let is_due = |job: &Job| job.asks == Asks::Witness && job.home.is_none();
+        let due = self.jobs.iter().filter(|job| is_due(job)).count() as u64;
+        let most = due.min(work / (WORK_PER_WITNESS + self.overhead)) as usize;
+        let block = most.div_ceil(BATCHES).max(1);
+        let mut dealt = 0;
+        for at in self.in_turn() {
+            if dealt == most {
+                break;
+            }
+            if is_due(&self.jobs[at]) {
+                self.deal(at, dealt / block);
+                dealt += 1;
+            }
+        }
+        for batch in &mut *self.batches {
+            batch.budget = batch.turns.len() as u64 * WORK_PER_WITNESS;
+        }
+        dealt > 0
+    }
+
+    /// Fills the batch of the round robin, then deals the rest by importance and hit probability per cost. `timed`: the
+    /// threads that share a budget of time.
+    pub fn shares(&mut self, [left, reserve]: [u64; 2], timed: Option<usize>) {
+        let turns = reserve.max(left / ROUND_ROBIN);
+        self.turns(turns, |_| 0);
+        (self.batches[0].budget, self.batches[0].looks_ahead) = (turns, false);
+
+        let others = match timed {
+            Some(threads) => threads.clamp(1, BATCHES - 1),
+            None => (left / BATCH_WORK).clamp(1, BATCHES as u64 - 1) as usize,
+        };
+        // Expected costs may be too high: twice as many jobs as fit are dealt.
+        let ready = 2 * (left - turns);
+        self.order_by_rank(ready);
+        let mut before = 0;
+        for dealt in 0..self.order.len() {
+            before += self.deal(self.order[dealt].1 as usize, 1 + dealt % others);
+            if before >= ready {
+                break;
+            }
+        }
+        let others = &mut self.batches[1..];
+        let busy = others.iter().filter(|batch| !batch.turns.is_empty()).count().max(1) as u64;
+        for batch in others {
+            batch.budget = if timed.is_some() { u64::MAX } else { (left - turns) / busy };
+            batch.looks_ahead = true;
+        }
+    }
+
+    /// Orders the open jobs by rank, as far as `work` may go.
+    fn order_by_rank(&mut self, work: u64) {
+        self.order.clear();
+        let (mut expected, mut counted) = (0, 0);
+        for (job, index) in self.jobs.iter().zip(0..).filter(|(job, _)| job.open) {
+            // Those of contacts cost many times as much as others, and are seldom the first.
+            if job.asks != Asks::Contacts {
+                expected += job.median() + self.overhead;
+                counted += 1;
+            }
+            self.order.push((job.rank, index));
+        }
+        let mean = expected / counted.max(1);
+        let enough = usize::try_from(2 * work / mean.max(1)).unwrap_or(usize::MAX);
+        if enough < self.order.len() {
+            self.order.select_nth_unstable(enough);
+            self.order.truncate(enough);
+        }
+        self.order.sort_unstable();
+    }
+
+    /// Deals open jobs in the order of their turns until `work` is expected to be spent. `batch` says where to, by the work
+    /// before.
+    fn turns(&mut self, work: u64, batch: impl Fn(u64) -> usize) {
+        let mut before = 0;
+        for at in self.in_turn() {
+            if before >= work {
+                break;
+            }
+            if self.jobs[at].open {
+                before += self.deal(at, batch(before));
+            }
+        }
+    }
+
+    /// The jobs in the order of their turns: by key from the cursor on and around.
+    fn in_turn(&self) -> impl Iterator<Item = usize> + use<> {
+        (self.first_turn..self.jobs.len()).chain(0..self.first_turn)
+    }
+
+    /// Puts a job into the batch that holds its stopped run, or else into the one given. The work that is expected,
+    /// overhead included.
+    fn deal(&mut self, index: usize, batch: usize) -> u64 {
+        let job = &mut self.jobs[index];
+        let (mut state, is_blank) = self.pairs.take(job.place as usize, self.frame);
+        state.turn = job.dealt(index as u32, is_blank);
+        if job.asks == Asks::Contacts && state.touch.is_none() {
+            state.touch = Some(self.pairs.lend_touch());
+        }
+        let batch = job.home.take().map_or(batch, usize::from);
+        self.batches[batch].turns.push(state);
+        job.median() + self.overhead
+    }
+}

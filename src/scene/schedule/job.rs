@@ -1,0 +1,70 @@
+//! One pair in one frame: what is expected of it, and what became of it.
+
+use super::forecast::Forecast;
+use crate::scene::ask::Asks;
+use crate::scene::id::{PairKey, bodies_of};
+use crate::scene::pair::asked::Frame;
+use crate::scene::pair::state::{PairState, Turn};
+
+/// A pair that was not at its end when the frame began.
+#[derive(Debug)]
+pub(crate) struct Job {
+    pub key: PairKey,
+    /// Its place in the report, and that among the known pairs.
+    pub listed: u32,
+    pub place: u32,
+    pub forecast: Forecast,
+    /// Sorts by importance, then by the chance of finding an intersection per expected work, both descending.
+    pub rank: u64,
+    /// The batch that holds its stopped run.
+    pub home: Option<u8>,
+    pub asks: Asks,
+    /// Whether it is neither in a batch nor at its end.
+    pub open: bool,
+}
+
+impl Job {
+    /// Work that it is expected to take, median.
+    pub fn median(&self) -> u64 {
+        self.forecast.median.into()
+    }
+
+    /// Its turn in a batch, as the job `index` of the frame. `is_blank`: whether the state is new.
+    pub fn dealt(&mut self, index: u32, is_blank: bool) -> Turn {
+        self.open = false;
+        let Self { key, asks, forecast, .. } = *self;
+        Turn { key, index, median: forecast.median, asks, next: Some(asks), is_blank, ..Turn::NONE }
+    }
+
+    /// Asks another question from now on.
+    #[cold]
+    pub fn ask(&mut self, asks: Asks, frame: &Frame, state: &PairState) {
+        self.asks = asks;
+        (self.forecast, self.rank) = outlook(frame, self.key, state, asks, true);
+    }
+}
+
+/// What is expected of a question, unless nothing depends on it, and its rank.
+#[inline(always)]
+pub(crate) fn outlook(frame: &Frame, key: PairKey, state: &PairState, asks: Asks, expects: bool) -> (Forecast, u64) {
+    let [x, y] = bodies_of(key).map(|body| frame.bodies.facts(body));
+    let special = x.is_special | y.is_special;
+    // A distance takes about four times as long.
+    let scale = if special { 2.0 } else { 1.0 };
+    let sizes = [scale * x.size, scale * y.size];
+    let forecast = match asks {
+        _ if !expects => Forecast::default(),
+        Asks::Contacts => Forecast::of_contacts(state, sizes),
+        Asks::Witness | Asks::Meet => Forecast::new(state, sizes, frame.number - state.decided),
+    };
+    let urgency = if special && asks != Asks::Contacts { state.urgency() } else { None };
+    let importance = x.importance.max(y.importance) + frame.bodies.weight(key, asks);
+    (forecast, rank(importance, urgency.map_or(forecast.gain(), |urgency| 1.0 + urgency)))
+}
+
+/// Sorts by importance, then by gain, not negative, both descending.
+pub(crate) fn rank(importance: f32, gain: f32) -> u64 {
+    let bits = importance.to_bits();
+    let ascending = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
+    u64::from(!ascending) << 32 | u64::from(!gain.to_bits())
+}

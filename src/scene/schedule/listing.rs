@@ -1,0 +1,160 @@
+//! The list of a frame: the known pairs whose boxes overlap, as far as there is room for them.
+//!
+//! A list that is not whole begins with the pair whose turn it is, so that the guarantee of the round robin holds however few
+//! pairs a frame can look at.
+
+use super::job::{Job, outlook};
+use super::pairs::Pairs;
+use super::turns::RoundRobin;
+use crate::model::cost::{WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
+use crate::query::{Budget, Deadline, Mode, Verdict};
+use crate::scene::ask::Asks;
+use crate::scene::body::Bodies;
+use crate::scene::broad::Broad;
+use crate::scene::id::{PairKey, bodies_of};
+use crate::scene::pair::asked::Frame;
+use crate::scene::report::Report;
+use alloc::vec::Vec;
+use core::ops::Range;
+
+pub(crate) struct Listing<'l> {
+    pub frame: &'l Frame<'l>,
+    pub broad: &'l Broad,
+    pub pairs: &'l mut Pairs,
+    pub jobs: &'l mut Vec<Job>,
+    pub report: &'l mut Report,
+    pub turns: &'l mut RoundRobin,
+    /// Pairs whose contacts are asked for, as they met when it was last decided.
+    pub touching: usize,
+}
+
+impl Listing<'_> {
+    /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend. How many pairs touch, as
+    /// far as it is known, if that matters.
+    pub fn run(mut self, deadline: &mut Deadline) -> usize {
+        self.jobs.clear();
+        self.report.begin();
+        let known = self.pairs.len();
+        let start = if self.turns.cut { self.pairs.place(self.turns.cursor) } else { 0 };
+        let mut end = self.walk(start..known, deadline);
+        let mut seen = end - start;
+        if end == known && start > 0 {
+            let (jobs, pairs) = (self.jobs.len(), self.report.pairs.len());
+            end = self.walk(0..start, deadline);
+            seen += end;
+            self.turn(jobs, pairs);
+        }
+        let next = if end < known { self.pairs.key(end) } else { 0 };
+        self.turns.end_list(next, seen < known);
+        self.report.unlisted = known - seen;
+        self.touching
+    }
+
+    /// Brings what was listed first, so many jobs and pairs, behind the rest.
+    fn turn(&mut self, jobs: usize, pairs: usize) {
+        let all = self.report.pairs.len();
+        self.jobs.rotate_left(jobs);
+        self.report.pairs.rotate_left(pairs);
+        for job in &mut *self.jobs {
+            let place = job.listed as usize;
+            job.listed = if place < pairs { place + all - pairs } else { place - pairs } as u32;
+        }
+    }
+
+    /// Lists pairs in a range of places; the place before which it ended.
+    fn walk(&mut self, places: Range<usize>, deadline: &mut Deadline) -> usize {
+        // Without a budget, on one thread, nothing depends on what is expected.
+        let forecasts = self.frame.threads > 1 || self.frame.budget != Budget::unlimited();
+        let settled = self.broad.open() == 0 && self.frame.bodies.changed() == 0;
+        for place in places.clone() {
+            if !deadline.has_room(WORK_PER_LISTED_PAIR) {
+                return place;
+            }
+            let listed = self.list(place, settled, forecasts);
+            deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
+        }
+        places.end
+    }
+
+    /// Lists a pair if its boxes overlap; whether they do.
+    #[inline]
+    fn list(&mut self, place: usize, settled: bool, forecasts: bool) -> bool {
+        let Frame { number, mode, bodies, .. } = *self.frame;
+        let key = self.pairs.key(place);
+        let [a, b] = bodies_of(key);
+        let (x, y) = (bodies.facts(a), bodies.facts(b));
+        let special = x.is_special | y.is_special;
+        let measured = special && bodies.measured.tolerance(key).is_some();
+        if measured && !x.may_meet(y) {
+            return false;
+        }
+        let overlap = measured || self.broad.bounds(a).intersects(self.broad.bounds(b));
+        let Some(overlap) = (if settled { Some(overlap) } else { self.may_overlap(place, overlap) }) else {
+            return false;
+        };
+        let changed = self.frame.changed(key);
+        let Some(state) = self.pairs.overlapping(place, overlap, number) else { return false };
+        self.turns.list(key, changed == number);
+        if changed == number {
+            state.forget_told();
+        }
+        let complete = state.completed >= changed || state.stays_apart(bodies, key, number);
+        if complete && state.verdict != Verdict::Undecided {
+            state.decided = number;
+        }
+        let met = matches!(state.verdict, Verdict::Intersecting { .. });
+        let touches = met && bodies.located.has(key);
+        self.touching += usize::from(touches);
+        let located = !touches || self.frame.has_located(state, changed);
+        let mut probability = 0.0;
+        if !(complete && located) {
+            let hit = mode == Mode::Any && !special && met;
+            let asks = match () {
+                () if !located && (complete || asks_contacts_first(self.frame.bodies, self.turns, key)) => {
+                    Asks::Contacts
+                }
+                () if hit && !state.is_refuted(changed, number) => Asks::Witness,
+                () => Asks::Meet,
+            };
+            if complete {
+                state.completed = number;
+            }
+            let (forecast, rank) = outlook(self.frame, key, state, asks, forecasts);
+            probability = if hit && state.is_refuted(changed, number) { forecast.chance } else { forecast.still };
+            self.jobs.push(Job {
+                key,
+                listed: self.report.pairs.len() as u32,
+                place: place as u32,
+                forecast,
+                rank,
+                home: None,
+                asks,
+                open: true,
+            });
+        }
+        self.report.push([a, b].map(|body| bodies.id(body)), state, probability, complete);
+        true
+    }
+
+    /// Whether the boxes of a pair may overlap, of which `overlap` says whether they did when they were made. `None` if that
+    /// cannot be said: one of the bodies is not the one that it was, may not meet the other now, or is not where its box is.
+    fn may_overlap(&self, place: usize, overlap: bool) -> Option<bool> {
+        let pair = bodies_of(self.pairs.key(place));
+        let facts = pair.map(|body| self.frame.bodies.facts(body));
+        let another = |body| self.broad.is_another(body);
+        if facts.iter().any(|facts| facts.is_another()) || pair.into_iter().any(another) || !facts[0].may_meet(facts[1])
+        {
+            return None;
+        }
+        if facts.iter().all(|facts| !facts.is_changed()) {
+            return Some(overlap);
+        }
+        (overlap || self.pairs.overlapped(place)).then_some(true)
+    }
+}
+
+/// Whether contacts come before anything else of a pair that met: in their turn, or if they matter more.
+fn asks_contacts_first(bodies: &Bodies, turns: &RoundRobin, key: PairKey) -> bool {
+    let weight = |asks| bodies.weight(key, asks);
+    turns.is_at_contacts(key).unwrap_or_else(|| weight(Asks::Contacts) > weight(Asks::Meet))
+}

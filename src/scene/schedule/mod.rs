@@ -1,0 +1,312 @@
+//! How the budget of a frame is shared among its pairs.
+//!
+//! A pair that was decided and whose bodies have not moved since needs nothing. Of the others the cost is expected
+//! ([`forecast`]), and the frame goes in rounds:
+//!
+//! - A job asks one question. That of a pair which is found to meet goes on with its contacts, if they are asked for, and is
+//!   ranked anew: in the next round.
+//! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends.
+//! - Otherwise each pair that intersected when it was last decided first gets a test of its last witnesses. Of what is left, a
+//!   quarter goes round all pairs in turn (the *round robin*); the rest by importance, then by the chance of finding an
+//!   intersection per expected cost. (Information, the entropy of the chance, was measured worse: what is almost sure to
+//!   intersect would wait.)
+//! - What is left over goes into the next round.
+//!
+//! Why the guarantee of [`crate::Scene::detect`] holds, with `B`, `R`, `C` and `K` from there:
+//!
+//! - No budget of work is passed: each query ends one step of work before that of its batch is spent.
+//! - In each frame the round robin has at least `R`, and it comes before anything but tests of witnesses, which leave it that
+//!   much. Its first pair runs to its end if it takes no more than `R`. Otherwise it goes on in the next frame if neither body
+//!   has moved, or else has had its turn.
+//! - A turn cut short is the first of the next frame, and so is the turn of the contacts of a pair that was found to meet:
+//!   they come before the question whether it still does. So in any two frames the round robin spends more than `R` on turns that
+//!   end, and it is round in `K` frames.
+
+mod deal;
+mod forecast;
+mod job;
+mod listing;
+mod pace;
+pub(crate) mod pairs;
+pub(crate) mod share;
+mod turns;
+#[cfg(feature = "parallel")]
+pub(crate) mod workers;
+
+use super::ask::Asks;
+use super::broad::Broad;
+use super::certificate::PairCertificate;
+use super::events::Events;
+use super::id::{PairKey, bodies_of};
+use super::pair::asked::{Frame, GUARANTEED};
+use super::pair::batch::{Batch, Round};
+use super::pair::question::Question;
+use super::report::Report;
+use super::room::reserve;
+use crate::math::Pose;
+use crate::model::calibration::Calibration;
+use crate::model::cost::{LEAST_WORK, WORK_PER_PLANNED_PAIR};
+use crate::query::{Deadline, Mode, Query};
+use crate::tree::Tree;
+use alloc::vec::Vec;
+use core::cell::Cell;
+use core::time::Duration;
+pub(super) use deal::BATCHES;
+use deal::Deal;
+use job::Job;
+use listing::Listing;
+use pace::{Overhead, Reserved, Speed};
+use pairs::Pairs;
+use share::Share;
+use turns::RoundRobin;
+
+/// Most rounds of a frame. Leftovers are small after two or three.
+const ROUNDS: u64 = 8;
+
+/// What the broad phase has found, and who tells what becomes of contacts.
+pub(crate) struct Found<'f> {
+    pub broad: &'f mut Broad,
+    pub pairs: &'f mut Pairs,
+    pub events: &'f mut Events,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Schedule {
+    batches: Vec<Batch>,
+    /// Those of the frame, ascending by pair.
+    jobs: Vec<Job>,
+    /// How many of them are not at their ends.
+    open: usize,
+    /// Buffer for dealing them.
+    order: Vec<(u64, u32)>,
+    turns: RoundRobin,
+    speed: Speed,
+    overhead: Overhead,
+    /// Time from the last job that is collected to the end of the frame, without that of estimates before they are cut short.
+    rest: Reserved,
+    /// Of what estimates tell.
+    pub calibration: Calibration,
+}
+
+impl Schedule {
+    pub fn new() -> Self {
+        Self { batches: (0..BATCHES).map(|_| Batch::new()).collect(), ..Self::default() }
+    }
+
+    /// Makes room for this many pairs.
+    pub fn reserve(&mut self, pairs: usize, report: &mut Report) {
+        reserve(&mut self.jobs, pairs);
+        reserve(&mut report.pairs, pairs);
+        reserve(&mut self.order, pairs);
+        for batch in &mut self.batches {
+            reserve(&mut batch.turns, pairs);
+        }
+    }
+
+    /// Makes room for the patches of contacts.
+    pub fn make_patches(&mut self) {
+        self.batches.iter_mut().for_each(Batch::make_patches);
+    }
+
+    /// What the stopped run of a pair left open, if it is kept.
+    pub fn certificate(&self, key: PairKey, [a, b]: [&Tree; 2], b_in_a: Pose, mode: Mode) -> Option<PairCertificate> {
+        // A stopped run of another question is none of this query.
+        let query = Query::new(a, b, b_in_a).mode(mode);
+        let mut held = self.batches.iter().filter_map(Batch::stopped).filter(|&(held, _)| held == key);
+        let open = held.find_map(|(_, workspace)| query.certificate(workspace).ok())?;
+        Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
+    }
+
+    /// Runs the overlapping pairs as far as the budget goes and fills the report. `execute` runs batches. Returns when it ended,
+    /// under a budget of time.
+    pub fn run(
+        &mut self,
+        frame: &Frame,
+        found: &mut Found,
+        share: &mut Share,
+        report: &mut Report,
+        mut execute: impl FnMut(&mut [Batch], &Round),
+    ) -> Option<Duration> {
+        let mut overhead = self.overhead;
+        share.list(&mut overhead, |deadline| self.list(frame, found, report, deadline));
+        self.overhead = overhead;
+        let pairs = &mut *found.pairs;
+        let estimates = frame.for_estimates();
+        let rest = self.rest.times(1.0) + estimates.unwrap_or_default();
+        let end = frame.end(rest);
+        let mut round = Round { frame: frame.number, mode: frame.mode, to_the_end: true, witnesses_only: false, end };
+        let (mut shared, mut lap) = (false, None);
+        frame.lap(&mut lap);
+        let total = self.left(frame, end.zip(lap), 0);
+        let least = frame.bodies.least_work();
+        for number in 0..ROUNDS {
+            let left = self.left(frame, end.zip(lap), report.work);
+            let open = self.open;
+            // Nothing comes before the guaranteed share, not even what it costs to plan another round.
+            let planning = if shared { number * WORK_PER_PLANNED_PAIR * open as u64 } else { 0 };
+            if open == 0 || left < LEAST_WORK + planning {
+                break;
+            }
+            let reserve = if left == u64::MAX { 0 } else { left.min((total / GUARANTEED).max(least)) };
+            self.find_homes();
+            self.plan(frame, &mut round, left, reserve, number == 0, pairs);
+            shared |= !round.witnesses_only;
+            let dealt = self.batches.iter().map(|batch| batch.turns.len()).sum();
+            round.end = frame.end(rest + self.overhead.collecting(dealt));
+            let dealing = frame.lap(&mut lap);
+            execute(&mut self.batches, &round);
+            let running = frame.lap(&mut lap);
+            let spent = self.collect(frame, &round, [total, least], pairs, report);
+            if let (Some(dealing), Some(running), Some(collecting)) = (dealing, running, frame.lap(&mut lap)) {
+                self.overhead.learn_round([dealing, collecting], dealt);
+                self.speed.learn(spent as f64, running.as_nanos() as f64 * frame.threads as f64);
+            }
+            if spent == 0 {
+                break;
+            }
+        }
+        let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, pairs, report));
+        self.turns.end_frame(&self.jobs);
+        found.pairs.tell_bounds(frame, report);
+        report.finish();
+        found.events.tell(frame.bodies, found.broad, report);
+        if let Some(took) = frame.lap(&mut lap) {
+            let took = took.saturating_sub(estimating);
+            let told = report.pairs.len() + report.distances.len() + report.passages.len() + found.events.len();
+            let most = (2_000 + 10 * told) as f64 + estimates.unwrap_or_default().as_nanos() as f64;
+            self.rest.learn(took.as_nanos() as f64, most);
+        }
+        lap
+    }
+
+    /// Decides what the round is for and deals the jobs.
+    fn plan(&mut self, frame: &Frame, round: &mut Round, left: u64, reserve: u64, first: bool, pairs: &mut Pairs) {
+        let timed = round.end.map(|_| frame.threads);
+        let of_a_job = |threads| self.overhead.of_a_job() * threads as f64 * self.speed.work_per_nano();
+        let overhead = timed.map_or(0, |threads| of_a_job(threads) as u64);
+        let Self { jobs, batches, order, turns, .. } = self;
+        let first_turn = jobs.partition_point(|job| job.key < turns.cursor);
+        let mut deal = Deal { jobs, batches, pairs, frame: frame.number, order, first_turn, overhead };
+        let [expected, high] = deal.expected();
+        (round.to_the_end, round.witnesses_only) = (high <= left - reserve, false);
+        if round.to_the_end {
+            deal.all([left, reserve, expected], timed.is_some());
+            return;
+        }
+        round.witnesses_only = first && deal.witnesses(left.saturating_sub(2 * reserve));
+        if !round.witnesses_only {
+            deal.shares([left, reserve], timed);
+        }
+    }
+
+    /// Estimates the queries that were stopped, at most one a batch and as long as there is time. Returns the time that it took
+    /// before that was over.
+    fn estimate(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) -> Duration {
+        let end = frame.end(self.rest.times(1.0));
+        let began = end.map_or(Duration::ZERO, |_| frame.clock.now());
+        let last_look = Cell::new(began);
+        let goes_on = || {
+            end.is_none_or(|end| {
+                last_look.set(frame.clock.now());
+                last_look.get() < end
+            })
+        };
+        for batch in &self.batches {
+            let Some((key, workspace)) = batch.stopped() else { continue };
+            let Ok(at) = self.jobs.binary_search_by_key(&key, |job| job.key) else { continue };
+            let [Some(a), Some(b)] = bodies_of(key).map(|body| frame.bodies.at(body)) else { continue };
+            if !goes_on() {
+                break;
+            }
+            let Job { place, listed, .. } = self.jobs[at];
+            let Question::Meet(query) = Question::new(frame.bodies, key, [a, b], a.relative(b), frame.mode) else {
+                continue;
+            };
+            let state = pairs.state(place as usize, frame.number);
+            if let Ok(mut estimate) = query.estimate_while(workspace, Some(&state.memory), &goes_on) {
+                state.tell(estimate.probability);
+                estimate.probability = self.calibration.apply(estimate.probability);
+                report.estimate(listed as usize, &estimate);
+            }
+        }
+        let interrupted = end.map_or(began, |end| end.min(last_look.get()));
+        interrupted.saturating_sub(began)
+    }
+
+    /// Work that is left, `spent` being done; `u64::MAX` without a budget.
+    fn left(&self, frame: &Frame, until_from: Option<(Duration, Duration)>, spent: u64) -> u64 {
+        let time = until_from.map(|(end, now)| end.saturating_sub(now));
+        let work = |time: Duration| (time.as_nanos() as f64 * frame.threads as f64 * self.speed.work_per_nano()) as u64;
+        let in_time = time.map_or(u64::MAX, work);
+        in_time.min(frame.budget.work_limit().map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
+    }
+
+    /// Lists the pairs of the frame, and makes room for more of them.
+    fn list(&mut self, frame: &Frame, found: &mut Found, report: &mut Report, deadline: &mut Deadline) {
+        for batch in &mut self.batches {
+            // A stopped run of a body that changed is of an older pose or tree.
+            batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
+        }
+        let Found { broad, pairs, events } = found;
+        let Self { jobs, turns, .. } = self;
+        let touching = Listing { frame, broad, pairs, jobs, report, turns, touching: 0 }.run(deadline);
+        self.open = self.jobs.len();
+        pairs.grow(broad, [report.pairs.len(), touching], frame.bodies.is_young(frame.number), deadline);
+        self.reserve(pairs.room(), report);
+        events.reserve(pairs.room(), report);
+    }
+
+    /// Finds the jobs that have a stopped run somewhere. The one whose turn it is gets it into the batch of the round robin.
+    fn find_homes(&mut self) {
+        let first = self.jobs.partition_point(|job| job.key < self.turns.cursor);
+        if let Some(first) = self.jobs.get(first).or(self.jobs.first())
+            && let [round_robin, others @ ..] = &mut self.batches[..]
+            && let Some(home) = others.iter_mut().find(|batch| batch.held == Some(first.key))
+        {
+            round_robin.swap_held(home);
+        }
+        for (batch, home) in self.batches.iter().zip(0..) {
+            let at = batch.held.map(|key| self.jobs.binary_search_by_key(&key, |job| job.key));
+            if let Some(Ok(at)) = at {
+                self.jobs[at].home = Some(home);
+            }
+        }
+    }
+
+    /// Takes the jobs back from the batches; `total` is the work of this frame, `least` that of a turn. Returns the work that
+    /// was done.
+    fn collect(
+        &mut self,
+        frame: &Frame,
+        round: &Round,
+        [total, least]: [u64; 2],
+        pairs: &mut Pairs,
+        report: &mut Report,
+    ) -> u64 {
+        // Without a budget all have had their turn, however they were dealt.
+        if !round.witnesses_only && total < u64::MAX {
+            self.turns.advance(&self.batches[0], (total / GUARANTEED).saturating_sub(2 * least));
+        }
+        let before = report.work;
+        for mut state in self.batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
+            let turn = state.turn;
+            if turn.teaches {
+                state.teach(&mut self.calibration);
+            }
+            let job = &mut self.jobs[turn.index as usize];
+            job.open = turn.next.is_some();
+            self.open -= usize::from(!job.open);
+            if job.asks == Asks::Witness && turn.asks == Asks::Meet {
+                job.asks = Asks::Meet;
+                job.forecast.median = job.forecast.search;
+                report.pairs[job.listed as usize].probability = job.forecast.chance.into();
+            }
+            if let Some(next) = turn.next.filter(|&next| next != job.asks) {
+                job.ask(next, frame, &state);
+            }
+            report.note(job.listed as usize, turn.standing, turn.spent);
+            pairs.put_back(job.place as usize, state, turn.is_blank);
+        }
+        report.work - before
+    }
+}

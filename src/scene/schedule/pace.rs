@@ -1,0 +1,101 @@
+//! How fast the frames of a scene go on this machine, as measured, so that what is left of a frame can be shared.
+
+use crate::model::cost::{TYPICAL_UNIT, WORK_PER_LISTED_PAIR};
+use core::time::Duration;
+
+/// Nanoseconds of a unit of work of the list, of dealing a job to a batch, and of collecting it, before they are measured.
+const LISTING: f64 = 1.0;
+const DEALING: f64 = 50.0;
+const COLLECTING: f64 = 25.0;
+
+/// What is beyond so many times the usual was taken by other programs.
+const MOST: f64 = 4.0;
+
+/// So many more than there are share a time, since a step takes some even without any.
+const NEVER_NONE: f64 = 16.0;
+
+/// How fast the queries of a thread are: sums that fade.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Speed {
+    work: f64,
+    nanos: f64,
+}
+
+impl Default for Speed {
+    /// A guess that soon fades.
+    fn default() -> Self {
+        Self { work: 1e5, nanos: 1e5 * TYPICAL_UNIT }
+    }
+}
+
+impl Speed {
+    pub fn learn(&mut self, work: f64, nanos: f64) {
+        self.work = 0.9 * self.work + work;
+        self.nanos = 0.9 * self.nanos + nanos.min(MOST * TYPICAL_UNIT * work);
+    }
+
+    pub fn work_per_nano(&self) -> f64 {
+        self.work / self.nanos
+    }
+}
+
+/// Nanoseconds that are reserved for what varies: they rise at once and fall slowly.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Reserved(f64);
+
+impl Reserved {
+    /// `most`: what is beyond that was taken by other programs.
+    pub fn learn(&mut self, nanos: f64, most: f64) {
+        let took = nanos.min(most);
+        self.0 = took.max((15.0 * self.0 + took) / 16.0);
+    }
+
+    pub fn times(&self, count: f64) -> Duration {
+        Duration::from_nanos((self.0 * count) as u64)
+    }
+}
+
+/// Nanoseconds that pairs take in a frame besides their queries.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Overhead {
+    /// Means that fade.
+    listing: f64,
+    dealing: f64,
+    collecting: Reserved,
+}
+
+impl Default for Overhead {
+    fn default() -> Self {
+        Self { listing: LISTING, dealing: DEALING, collecting: Reserved(COLLECTING) }
+    }
+}
+
+impl Overhead {
+    pub fn learn_list(&mut self, took: Duration, work: u64) {
+        let each = took.as_nanos() as f64 / (work as f64 + NEVER_NONE);
+        self.listing += (each.min(MOST * LISTING) - self.listing) / 16.0;
+    }
+
+    /// Of a round: the time in which so many jobs were dealt, and that in which they were collected.
+    pub fn learn_round(&mut self, [dealing, collecting]: [Duration; 2], jobs: usize) {
+        let each = |took: Duration| took.as_nanos() as f64 / (jobs as f64 + NEVER_NONE);
+        self.dealing += (each(dealing).min(MOST * DEALING) - self.dealing) / 16.0;
+        self.collecting.learn(each(collecting), MOST * COLLECTING);
+    }
+
+    /// Of a job, from the list to the report.
+    pub fn of_a_job(&self) -> f64 {
+        self.dealing + self.collecting.0
+    }
+
+    /// The time in which so many jobs are collected.
+    pub fn collecting(&self, jobs: usize) -> Duration {
+        self.collecting.times(jobs as f64 + NEVER_NONE)
+    }
+
+    /// Work of a list of as many pairs as can be listed, dealt and collected in `time`.
+    pub fn list_work(&self, time: Duration) -> u64 {
+        let after = self.of_a_job() / WORK_PER_LISTED_PAIR as f64;
+        (time.as_nanos() as f64 / (self.listing + after)) as u64
+    }
+}

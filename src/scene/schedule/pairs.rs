@@ -1,0 +1,384 @@
+//! The pairs of bodies whose fat AABBs overlap, and where the states of those are that had a turn.
+
+use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
+use crate::query::{Deadline, ManualClock};
+use crate::scene::body::{Bodies, Change};
+use crate::scene::broad::Broad;
+use crate::scene::id::{PairKey, bodies_of, pair_key};
+use crate::scene::pair::asked::Frame;
+use crate::scene::pair::question::Bounds;
+use crate::scene::pair::state::PairState;
+use crate::scene::pair::touch::{Touch, Touches};
+use crate::scene::report::{PairDistance, PairPassage, PairReport, Report};
+use crate::scene::room::{Room, reserve};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::mem;
+
+/// The slot of a pair whose boxes are apart, and of one whose boxes overlap but that had no turn yet.
+const APART: u32 = u32::MAX;
+const BLANK: u32 = u32::MAX - 1;
+
+/// Pairs of a step.
+const STEP: usize = 32;
+
+/// From so many pairs on there is room for all that may be kept, so that no frame moves many of them.
+const MANY: usize = 8192;
+
+/// The most pairs that are kept if no other limit is set, and the most that there may be: places and slots are 32-bit numbers.
+pub(crate) const MOST_PAIRS: usize = 1 << 20;
+pub(crate) const LIMIT: usize = BLANK as usize - 1;
+
+/// Two bodies whose fat AABBs overlap, and where their state is.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    key: PairKey,
+    slot: u32,
+    /// The frame since which their boxes overlap, its low bits.
+    since: u32,
+}
+
+const _: () = assert!(size_of::<Known>() == 16);
+
+/// How far a portion of new pairs is merged: places of the next of those known, and of those found.
+#[derive(Clone, Copy, Debug, Default)]
+struct Merge {
+    known: usize,
+    found: usize,
+    /// Whether some did not fit.
+    left_out: bool,
+}
+
+#[derive(Debug)]
+pub(crate) struct Pairs {
+    /// Ascending.
+    known: Vec<Known>,
+    /// The list that comes after it, as far as it is merged.
+    merged: Vec<Known>,
+    merge: Merge,
+    /// A state is away while its pair is run.
+    states: Vec<Option<Box<PairState>>>,
+    free: Vec<u32>,
+    touches: Touches,
+    /// What stands for the state of a pair that has none.
+    blank: PairState,
+    /// Pairs that there is room for: known ones, and states.
+    room: [Room; 2],
+    /// The most that are kept.
+    pub most: usize,
+}
+
+impl Default for Pairs {
+    fn default() -> Self {
+        Self {
+            known: Vec::new(),
+            merged: Vec::new(),
+            merge: Merge::default(),
+            states: Vec::new(),
+            free: Vec::new(),
+            touches: Touches::default(),
+            blank: PairState::new(1),
+            room: [Room::default(); 2],
+            most: MOST_PAIRS,
+        }
+    }
+}
+
+impl Pairs {
+    /// How many pairs of overlapping fat AABBs are known.
+    pub fn len(&self) -> usize {
+        self.merged.len() + self.known.len() - self.merge.known
+    }
+
+    /// One of them, ascending. While a portion is merged, they are those merged and those that are still to be.
+    fn at(&self, place: usize) -> &Known {
+        let merged = self.merged.len();
+        if place < merged { &self.merged[place] } else { &self.known[place - merged + self.merge.known] }
+    }
+
+    fn at_mut(&mut self, place: usize) -> &mut Known {
+        let merged = self.merged.len();
+        if place < merged { &mut self.merged[place] } else { &mut self.known[place - merged + self.merge.known] }
+    }
+
+    pub fn key(&self, place: usize) -> PairKey {
+        self.at(place).key
+    }
+
+    /// The place of the first one that is not below a key.
+    pub fn place(&self, key: PairKey) -> usize {
+        let merged = self.merged.partition_point(|known| known.key < key);
+        if merged < self.merged.len() {
+            return merged;
+        }
+        merged + self.known[self.merge.known..].partition_point(|known| known.key < key)
+    }
+
+    /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what is known about it if they do.
+    #[inline]
+    pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut PairState> {
+        let known = self.at_mut(place);
+        let slot = known.slot;
+        if overlap {
+            if slot == APART {
+                (known.slot, known.since) = (BLANK, frame as u32);
+            }
+            return Some(self.state(place, frame));
+        }
+        if slot != APART {
+            known.slot = APART;
+            self.release(slot);
+        }
+        None
+    }
+
+    /// Whether the boxes of a pair overlapped when they were last compared.
+    pub fn overlapped(&self, place: usize) -> bool {
+        self.at(place).slot != APART
+    }
+
+    /// What is known about a pair whose boxes overlap.
+    #[inline]
+    pub fn state(&mut self, place: usize, frame: u64) -> &mut PairState {
+        let &Known { slot, since, .. } = self.at(place);
+        if let Some(Some(state)) = self.states.get_mut(slot as usize) {
+            return state;
+        }
+        self.blank.decided = began(since, frame) - 1;
+        &mut self.blank
+    }
+
+    /// Takes a state out; a pair that had no turn gets one. Whether it is such.
+    pub fn take(&mut self, place: usize, frame: u64) -> (Box<PairState>, bool) {
+        let &Known { slot, since, .. } = self.at(place);
+        if let Some(state) = self.states.get_mut(slot as usize).and_then(Option::take) {
+            return (state, false);
+        }
+        let new = PairState::new(began(since, frame));
+        let slot = self.free.pop().unwrap_or_else(|| {
+            self.states.push(None);
+            self.states.len() as u32 - 1
+        });
+        self.at_mut(place).slot = slot;
+        let state = match self.states[slot as usize].take() {
+            Some(mut state) => {
+                *state = new;
+                state
+            }
+            None => Box::new(new),
+        };
+        (state, true)
+    }
+
+    /// Lets others have the state in a slot, if there is one.
+    #[inline]
+    fn release(&mut self, slot: u32) {
+        if slot < BLANK {
+            self.free.push(slot);
+            let state = if self.touches.any() { self.states[slot as usize].as_mut() } else { None };
+            if let Some(touch) = state.and_then(|state| state.touch.take()) {
+                self.touches.take_back(touch);
+            }
+        }
+    }
+
+    /// Room for what is known of the contacts of a pair.
+    pub fn lend_touch(&mut self) -> Box<Touch> {
+        self.touches.lend()
+    }
+
+    /// What is known of the contacts of a pair.
+    pub fn touch(&self, key: PairKey) -> Option<&Touch> {
+        let place = self.place(key);
+        let known = (place < self.len()).then(|| self.at(place)).filter(|known| known.key == key)?;
+        self.states.get(known.slot as usize)?.as_ref()?.touch.as_deref()
+    }
+
+    /// Makes room for the contacts of the pairs that there is room for.
+    pub fn reserve_touches(&mut self) {
+        self.touches.ask(self.room[1].asked());
+    }
+
+    /// Puts a state back, or lets others have it if the turn of its pair did not come.
+    pub fn put_back(&mut self, place: usize, state: Box<PairState>, is_blank: bool) {
+        let known = self.at_mut(place);
+        let slot = known.slot;
+        if is_blank {
+            known.slot = BLANK;
+            self.free.push(slot);
+        }
+        self.states[slot as usize] = Some(state);
+    }
+
+    /// Pairs whose boxes overlap that there is room for.
+    pub fn room(&self) -> usize {
+        self.room[1].pairs
+    }
+
+    /// Makes room for this many pairs whose fat AABBs overlap, and for their states.
+    pub fn reserve(&mut self, broad: &mut Broad, most: usize) {
+        self.room.iter_mut().for_each(|room| room.ask(most));
+        if self.touches.any() {
+            self.touches.ask(most);
+        }
+        self.reserve_known(broad);
+        self.reserve_states(&mut Deadline::at(None, u64::MAX, &ManualClock::new()));
+    }
+
+    /// Makes a pair known whose distance is asked for, wherever its bodies are; beside those that there is room for.
+    pub fn insert(&mut self, key: PairKey) {
+        let (place, merged) = (self.place(key), self.merged.len());
+        if place == self.len() || self.key(place) != key {
+            let known = Known { key, slot: APART, since: 0 };
+            if place < merged {
+                self.merged.insert(place, known);
+            } else {
+                self.known.insert(place - merged + self.merge.known, known);
+            }
+        }
+    }
+
+    /// Tells the distances and motions that are asked for.
+    pub fn tell_bounds(&mut self, frame: &Frame, report: &mut Report) {
+        for key in frame.bodies.measured.keys() {
+            let (Bounds { low, high, triangles, .. }, age) = self.bounds(key, false, frame);
+            let [a, b] = bodies_of(key).map(|body| frame.bodies.id(body));
+            report.distances.push(PairDistance { a, b, low, high, triangles, age });
+        }
+        let pairs = if frame.bodies.has_special() { &report.pairs[..] } else { &[] };
+        for &PairReport { a, b, .. } in pairs {
+            let key = pair_key(a.index, b.index);
+            if frame.bodies.is_moving(key) {
+                let known = self.bounds(key, true, frame);
+                let Bounds { low, high, triangles, .. } = if known.1 == 0 { known.0 } else { Bounds::NOTHING };
+                let touching_at = (high < f64::INFINITY).then_some(high);
+                report.passages.push(PairPassage { a, b, free_until: low, touching_at, triangles });
+            }
+        }
+    }
+
+    /// What was proven of a pair, times or lengths, and how many frames ago.
+    fn bounds(&mut self, key: PairKey, are_times: bool, frame: &Frame) -> (Bounds, u64) {
+        let place = self.place(key);
+        let is_known = place < self.len() && self.key(place) == key && self.overlapped(place);
+        let proven = if is_known { self.state(place, frame.number).bounds(are_times) } else { None };
+        match proven {
+            Some((bounds, since)) if since >= frame.changed(key) => (bounds, 0),
+            Some((bounds, since)) => (bounds, frame.number - since),
+            None => (Bounds::NOTHING, frame.number),
+        }
+    }
+
+    /// Makes room for as many pairs as are known, for the states of so many whose boxes overlap, and for the contacts of so many
+    /// that touch; or more if the scene is `young`.
+    pub fn grow(
+        &mut self,
+        broad: &mut Broad,
+        [overlapping, touching]: [usize; 2],
+        young: bool,
+        deadline: &mut Deadline,
+    ) {
+        self.room[0].grow(self.len(), young);
+        if self.room[0].pairs > MANY {
+            // Later they would have to be copied; memory that is not touched costs next to nothing.
+            self.room[0].ask(self.most.min(self.room[0].pairs.max(MOST_PAIRS)));
+        }
+        self.room[1].grow(overlapping, young);
+        self.reserve_known(broad);
+        self.reserve_states(deadline);
+        self.touches.grow(touching, young, deadline);
+    }
+
+    fn reserve_known(&mut self, broad: &mut Broad) {
+        let most = self.room[0].pairs;
+        broad.reserve_found(most);
+        reserve(&mut self.known, most);
+        reserve(&mut self.merged, most);
+    }
+
+    fn reserve_states(&mut self, deadline: &mut Deadline) {
+        let most = self.room[1].pairs;
+        reserve(&mut self.states, most);
+        reserve(&mut self.free, most);
+        while self.states.len() < most && deadline.has_room(WORK_PER_STATE) {
+            deadline.spend(WORK_PER_STATE);
+            self.free.push(self.states.len() as u32);
+            self.states.push(Some(Box::new(PairState::new(1))));
+        }
+    }
+
+    /// Brings the list of known pairs up to date, as far as the deadline allows.
+    pub fn update(&mut self, broad: &mut Broad, bodies: &Bodies, deadline: &mut Deadline) {
+        if broad.has_cropped() && self.len() < self.most - self.most / 8 {
+            broad.retry(bodies, deadline);
+        }
+        while broad.find(bodies, [self.len(), self.most], deadline) && self.merge(broad, bodies, deadline) {
+            mem::swap(&mut self.known, &mut self.merged);
+            self.merged.clear();
+            broad.end_portion(mem::take(&mut self.merge).left_out);
+        }
+    }
+
+    /// Merges a portion of new pairs with those known; whether it is done. Before the first portion of a generation, pairs of
+    /// its newcomers are dropped whose fat AABBs do not overlap any more.
+    fn merge(&mut self, broad: &Broad, bodies: &Bodies, deadline: &mut Deadline) -> bool {
+        let found = broad.found();
+        const WORK: u64 = STEP as u64 * WORK_PER_MERGED_PAIR;
+        while self.merge.known < self.known.len() || self.merge.found < found.len() {
+            if !deadline.has_room(WORK) {
+                return false;
+            }
+            deadline.spend(WORK);
+            for _ in 0..STEP {
+                let (known, new) = (self.known.get(self.merge.known).copied(), found.get(self.merge.found).copied());
+                match (known, new) {
+                    (Some(mut known), new) if new.is_none_or(|new| known.key <= new) => {
+                        self.merge.known += 1;
+                        let again = new == Some(known.key);
+                        if self.stays(&mut known, again, broad, bodies) {
+                            self.merge.found += usize::from(again);
+                            self.merged.push(known);
+                        }
+                    }
+                    (_, Some(key)) => {
+                        self.merge.found += 1;
+                        if self.merged.len() + self.known.len() - self.merge.known < self.most {
+                            self.merged.push(Known { key, slot: APART, since: 0 });
+                        } else {
+                            self.merge.left_out = true;
+                        }
+                    }
+                    _ => break,
+                }
+            }
+        }
+        true
+    }
+
+    /// Whether a pair stays, which was found `again` or not; its state is given up if it does not.
+    #[inline]
+    fn stays(&mut self, known: &mut Known, again: bool, broad: &Broad, bodies: &Bodies) -> bool {
+        let pair = bodies_of(known.key);
+        let news = pair.map(|body| broad.news(body)).into_iter().max();
+        let stays = broad.is_purged()
+            || match news {
+                None | Some(Change::Settle | Change::None) => true,
+                Some(Change::Place) => again || !broad.has_found_all() && broad.overlap(bodies, pair),
+                Some(Change::Body) => false,
+            };
+        if stays {
+            return true;
+        }
+        let is_measured = bodies.measured.tolerance(known.key).is_some();
+        if !is_measured || news == Some(Change::Body) {
+            self.release(known.slot);
+            known.slot = APART;
+        }
+        is_measured
+    }
+}
+
+/// A frame by its low bits, not later than `frame` and not 2^32 frames before.
+fn began(low: u32, frame: u64) -> u64 {
+    frame - u64::from((frame as u32).wrapping_sub(low))
+}

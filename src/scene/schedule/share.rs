@@ -1,0 +1,80 @@
+//! What the broad phase may spend of a frame.
+
+use super::pace::Overhead;
+use crate::model::cost::BROAD_PHASE_WORK;
+use crate::query::{Budget, Clock, Deadline};
+use core::hint::black_box;
+use core::time::Duration;
+
+/// The steps of the broad phase, by the parts of its share that are spent at their ends: in eighths of the time of a frame, and
+/// in sixths of the work.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Step {
+    Place = 3,
+    Pair = 5,
+    List = 6,
+}
+
+/// Parts of the share, and of a frame of time.
+const PARTS: u64 = Step::List as u64;
+const PARTS_OF_TIME: u32 = 8;
+
+/// The share of a frame.
+pub(crate) struct Share<'c> {
+    is_timed: bool,
+    started: Duration,
+    limit: Duration,
+    work: Option<u64>,
+    clock: &'c dyn Clock,
+    /// Work done so far.
+    pub spent: u64,
+}
+
+impl<'c> Share<'c> {
+    /// Of a frame that began at `started`, if its time is limited.
+    pub fn new(budget: Budget, started: Option<Duration>, clock: &'c dyn Clock) -> Self {
+        let work = budget.work_limit().map(|work| work.saturating_add(BROAD_PHASE_WORK));
+        // Otherwise the compiler computes with what is missing before it is asked for, which valgrind reports.
+        let known = |time: Option<Duration>| black_box(time.unwrap_or_default());
+        let (is_timed, started, limit) = (started.is_some(), known(started), known(budget.time_limit()));
+        Self { is_timed, started, limit, work, clock, spent: 0 }
+    }
+
+    /// Runs a step with its deadline.
+    pub fn run<R>(&mut self, step: Step, run: impl FnOnce(&mut Deadline) -> R) -> R {
+        let (end, work) = self.limits(step);
+        self.run_until(end, work, run)
+    }
+
+    /// Runs the list, and learns how fast it goes. Of the time that is left it has half, and it is no longer than leaves a
+    /// quarter to the queries.
+    pub fn list<R>(&mut self, overhead: &mut Overhead, run: impl FnOnce(&mut Deadline) -> R) -> R {
+        let (end, work) = self.limits(Step::List);
+        let Some((last, frame)) = end.zip(self.end_of(PARTS_OF_TIME)) else { return self.run_until(end, work, run) };
+        let (began, before) = (self.clock.now(), self.spent);
+        let left = frame.saturating_sub(began);
+        let end = last.min(began.saturating_add(left / 2));
+        let result = self.run_until(Some(end), work.min(overhead.list_work(left - left / 4)), run);
+        overhead.learn_list(self.clock.now().saturating_sub(began), self.spent - before);
+        result
+    }
+
+    /// When a step ends, by the clock and by work.
+    fn limits(&self, step: Step) -> (Option<Duration>, u64) {
+        let parts = step as u32;
+        let work = self.work.map_or(u64::MAX, |work| (work / PARTS * u64::from(parts)).saturating_sub(self.spent));
+        (self.end_of(parts), work)
+    }
+
+    /// When so many parts of the time of the frame are over.
+    fn end_of(&self, parts: u32) -> Option<Duration> {
+        self.is_timed.then(|| self.started.saturating_add(self.limit / PARTS_OF_TIME * parts))
+    }
+
+    fn run_until<R>(&mut self, end: Option<Duration>, work: u64, run: impl FnOnce(&mut Deadline) -> R) -> R {
+        let mut deadline = Deadline::of_a_part(end, work, self.clock);
+        let result = run(&mut deadline);
+        self.spent += work - deadline.work_left();
+        result
+    }
+}

@@ -1,0 +1,67 @@
+//! Whose turn it is: the round robin.
+
+use super::job::Job;
+use crate::scene::ask::Asks;
+use crate::scene::id::PairKey;
+use crate::scene::pair::batch::Batch;
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct RoundRobin {
+    /// The pair that it begins with.
+    pub cursor: PairKey,
+    /// Whether it is the turn of its contacts.
+    at_contacts: bool,
+    /// Whether that has used up a guaranteed share.
+    overspent: bool,
+    /// Whether the list of the last frame was cut short, and where the next one goes on.
+    pub cut: bool,
+    end: PairKey,
+    /// Whether the list begins with the cursor, or is whole.
+    holds_cursor: bool,
+}
+
+impl RoundRobin {
+    /// Takes note of a pair that is listed. If its turn ended without an answer and a body moved, its run would begin anew, so
+    /// the next pair has its turn.
+    #[inline]
+    pub fn list(&mut self, key: PairKey, changed: bool) {
+        if self.overspent && key == self.cursor {
+            self.cursor += u64::from(changed);
+            self.at_contacts &= !changed;
+            self.overspent = false;
+        }
+    }
+
+    /// If it is the turn of a pair, whether it is that of its contacts: they then come before anything else of it, since its
+    /// bodies may move in each frame.
+    pub fn is_at_contacts(&self, key: PairKey) -> Option<bool> {
+        (key == self.cursor).then_some(self.at_contacts)
+    }
+
+    /// Takes note of a list that ends before the pair `end`; `cut`: and before all pairs are in it.
+    pub fn end_list(&mut self, end: PairKey, cut: bool) {
+        self.holds_cursor = self.cut || !cut;
+        (self.cut, self.end) = (cut, end);
+    }
+
+    /// Moves on past the turns that have ended. `enough`: work that is all but the guaranteed share.
+    pub fn advance(&mut self, batch: &Batch, enough: u64) {
+        let Some(last) = batch.turns.last().filter(|_| self.holds_cursor) else { return };
+        let waiting = batch.turns.iter().position(|state| state.turn.is_due());
+        let turn = waiting.map(|at| &batch.turns[at].turn);
+        self.cursor = turn.map_or(last.turn.key + 1, |turn| turn.key);
+        self.at_contacts = turn.is_some_and(|turn| turn.next == Some(Asks::Contacts));
+        let is_cut = turn.is_some_and(|turn| turn.next == Some(turn.asks) && turn.spent.work >= enough);
+        self.overspent = waiting == Some(0) && is_cut;
+    }
+
+    /// Passes by the jobs of a list cut short that are at their ends, so that the next list has others.
+    pub fn end_frame(&mut self, jobs: &[Job]) {
+        if self.cut && self.holds_cursor {
+            let (before, after) = jobs.split_at(jobs.partition_point(|job| job.key < self.cursor));
+            let next = after.iter().chain(before).find(|job| job.open).map_or(self.end, |job| job.key);
+            self.at_contacts &= next == self.cursor;
+            self.cursor = next;
+        }
+    }
+}
