@@ -1,5 +1,6 @@
 //! `punctual scene`: many moving bodies, a budget for each frame.
 
+mod answers;
 mod files;
 mod play;
 mod summary;
@@ -18,6 +19,7 @@ use punctual_view::{Frame, View};
 use crate::Completion;
 use crate::input::parse_microseconds;
 use crate::pair::ModeName;
+use answers::Questions;
 use files::Recording;
 use play::{ClockName, FrameRow, Settings, play};
 
@@ -50,9 +52,8 @@ pub struct Args {
     /// Stop at the first intersecting triangle pair of two bodies, or find all.
     #[arg(long, value_enum, default_value = "any")]
     mode: ModeName,
-    /// Also find where bodies touch: a line tells of how many pairs contacts were found, and of how many all were.
-    #[arg(long)]
-    contacts: bool,
+    #[command(flatten)]
+    questions: Questions,
     /// Plays of the whole recording; times are the least of them, all else is of the first.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     reps: u32,
@@ -60,7 +61,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     pairs_out: Option<PathBuf>,
     /// Instead of the frames, a table over time budgets that are parts of the median frame without a budget.
-    #[arg(long, conflicts_with_all = ["budget", "pairs_out", "view"])]
+    #[arg(long, conflicts_with_all = ["budget", "pairs_out", "view", "answers"])]
     sweep: bool,
     /// Draw the table of --sweep too: scene.svg and scene.png in this folder, which is made if it does not exist.
     #[arg(long, value_name = "DIR", requires = "sweep")]
@@ -90,11 +91,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     }
     let shown = recording.frames.len().min(args.frames);
     let mut reported = vec![Vec::new(); if args.view.is_some() { shown } else { 0 }];
-    let rows = play(&recording, &settings, |frame, pair| {
+    let rows = play(&recording, &settings, |frame, report| {
         if let Some(reported) = reported.get_mut(frame) {
-            reported.push(*pair);
+            reported.clone_from(&report.pairs);
         }
-        pairs_out.as_mut().map_or(Ok(()), |file| write_pair(file, frame, pair))
+        pairs_out.as_mut().map_or(Ok(()), |file| report.pairs.iter().try_for_each(|pair| write_pair(file, frame, pair)))
     })?;
     if let Some(mut file) = pairs_out {
         file.flush()?;
@@ -128,7 +129,7 @@ impl Args {
         punctual_view::scene(format!("Which bodies meet: {name}"), &recording.bodies, &frames)
     }
 
-    fn settings(&self) -> Settings {
+    fn settings(&self) -> Settings<'_> {
         let budget = match (self.budget_us, self.budget_work) {
             (Some(limit), _) => Budget::time(limit),
             (None, Some(limit)) => Budget::work(limit),
@@ -140,7 +141,7 @@ impl Args {
         };
         let clock = self.clock;
         let (threads, plays) = (usize::from(self.threads), self.reps);
-        Settings { mode, budget, clock, threads, frames: self.frames, plays, contacts: self.contacts }
+        Settings { mode, budget, clock, threads, frames: self.frames, plays, questions: &self.questions }
     }
 }
 

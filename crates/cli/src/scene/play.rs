@@ -3,9 +3,10 @@
 use std::time::{Duration, Instant};
 
 use cpu_time::{ProcessTime, ThreadTime};
-use punctual::{BodyId, Budget, Clock, Mode, PairReport, Scene, SceneError, Verdict};
+use punctual::{BodyId, Budget, Clock, Mode, Motion, PairReport, Report, Scene, SceneError, Verdict};
 use punctual_lab::report::Failure;
 
+use super::answers::{Counts, Questions};
 use super::files::Recording;
 
 /// What is measured and counted of one frame.
@@ -27,8 +28,7 @@ pub struct FrameRow {
     pub true_hits: usize,
     pub true_found: usize,
     pub wrong: usize,
-    /// Pairs whose contacts were found in the frame, and those of them that were all found.
-    pub touching: [usize; 2],
+    pub answers: Counts,
 }
 
 /// By what a time budget is measured.
@@ -50,32 +50,36 @@ impl Clock for CpuClock {
 }
 
 /// How a recording is played.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings {
+#[derive(Clone, Copy)]
+pub struct Settings<'q> {
     pub mode: Mode,
     pub budget: Budget,
     pub clock: ClockName,
     pub threads: usize,
     pub frames: usize,
     pub plays: u32,
-    /// Whether contacts are asked for too.
-    pub contacts: bool,
+    pub questions: &'q Questions,
 }
 
-/// Plays the recording, several times over for the least times. `pair` gets the pairs of the first play.
+/// Plays the recording, several times over for the least times. `seen` gets the reports of the first play.
 pub fn play(
     recording: &Recording,
     settings: &Settings,
-    mut pair: impl FnMut(usize, &PairReport) -> std::io::Result<()>,
+    mut seen: impl FnMut(usize, &Report) -> std::io::Result<()>,
 ) -> Result<Vec<FrameRow>, Failure> {
     let mut rows: Vec<FrameRow> = Vec::new();
+    let mut answers = settings.questions.open()?;
     let cpu_clock = CpuClock(ThreadTime::now());
     for _ in 0..settings.plays {
         let (mut scene, ids) = set_up(recording, settings)?;
         for (number, poses) in recording.frames.iter().take(settings.frames).enumerate() {
             let (wall, cpu) = (Instant::now(), ProcessTime::now());
-            for (&id, &pose) in ids.iter().zip(poses) {
-                scene.set_pose(id, pose)?;
+            let next = recording.frames.get(number + 1).filter(|_| settings.questions.moves());
+            for (body, (&id, &pose)) in ids.iter().zip(poses).enumerate() {
+                match next {
+                    Some(next) => scene.set_motion(id, Motion::screw(pose, next[body])?)?,
+                    None => scene.set_pose(id, pose)?,
+                }
             }
             let posed = cpu.elapsed();
             match settings.clock {
@@ -106,17 +110,8 @@ pub fn play(
                 let known = |body: u32| report.unlisted == 0 && scene.partners_known(ids[body as usize]) == Ok(true);
                 compare(&report.pairs, &truth[number], known, &mut row);
             }
-            for reported in &report.pairs {
-                pair(number, reported)?;
-                if !settings.contacts {
-                    continue;
-                }
-                let found = scene.contact_points(reported.a, reported.b)?;
-                if found.age == 0 && !found.points.is_empty() {
-                    row.touching[0] += 1;
-                    row.touching[1] += usize::from(found.is_complete());
-                }
-            }
+            seen(number, report)?;
+            row.answers = answers.frame(number, &mut scene)?;
             rows.push(row);
         }
     }
@@ -126,11 +121,9 @@ pub fn play(
 fn set_up(recording: &Recording, settings: &Settings) -> Result<(Scene, Vec<BodyId>), Failure> {
     let mut scene = Scene::new().mode(settings.mode);
     scene.use_threads(settings.threads)?;
-    if settings.contacts {
-        scene.find_contacts();
-    }
     let ids = recording.bodies.iter().map(|body| scene.insert(body.clone()));
     let ids = ids.collect::<Result<Vec<_>, SceneError>>()?;
+    settings.questions.ask(&mut scene, &ids)?;
     Ok((scene, ids))
 }
 

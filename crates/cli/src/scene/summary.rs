@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
+use super::answers::Counts;
 use super::play::FrameRow;
 
 impl FrameRow {
@@ -23,7 +24,7 @@ pub struct Summary {
     pub true_found: usize,
     pub wrong: usize,
     pub hits: usize,
-    pub touching: [usize; 2],
+    pub answers: Counts,
 }
 
 impl Summary {
@@ -39,7 +40,7 @@ impl Summary {
             true_found: sum(|row| row.true_found),
             wrong: sum(|row| row.wrong),
             hits: sum(|row| row.hits),
-            touching: [sum(|row| row.touching[0]), sum(|row| row.touching[1])],
+            answers: rows.iter().fold(Counts::default(), |sum, row| sum + row.answers),
         }
     }
 
@@ -65,9 +66,26 @@ pub fn print(out: &mut impl Write, rows: &[FrameRow], budget: Option<Duration>, 
         writeln!(out, "# {name} median_ms={median} p99_ms={p99} max_ms={max}")?;
     }
     writeln!(out, "# frames={} decided={:.5} worst_age={}", rows.len(), summary.decided, summary.worst_age)?;
-    let Summary { hits, touching: [told, all], .. } = summary;
+    let Summary { hits, answers, .. } = summary;
+    let Counts { touching: [told, all], distances, passages, events, rays } = answers;
     if told > 0 {
         writeln!(out, "# contacts pairs={told} complete={all} hits={hits}")?;
+    }
+    let [asked, proven] = distances;
+    if asked > 0 {
+        writeln!(out, "# distances asked={asked} proven={proven}")?;
+    }
+    let [asked, free, touching] = passages;
+    if asked > 0 {
+        writeln!(out, "# passages asked={asked} free={free} touching={touching}")?;
+    }
+    let [began, ended] = events;
+    if began > 0 {
+        writeln!(out, "# events began={began} ended={ended}")?;
+    }
+    let [cast, hit] = rays;
+    if cast > 0 {
+        writeln!(out, "# rays cast={cast} hit={hit}")?;
     }
     if truth {
         let Summary { true_hits, true_found, wrong, .. } = summary;

@@ -91,6 +91,80 @@ fn every_frame_has_a_line_and_the_truth_is_compared() {
     }
 }
 
+/// The lines of a CSV file, by columns.
+fn table(folder: &Folder, file: &str) -> Vec<Vec<String>> {
+    let text = folder.read(file);
+    let lines: Vec<Vec<String>> = text.lines().map(|line| line.split(',').map(String::from).collect()).collect();
+    assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{file}: {text}");
+    lines[1..].to_vec()
+}
+
+#[test]
+fn a_scene_answers_all_its_questions() {
+    let folder = recording();
+    folder.write("rays.txt", "0 0 -5 0 0 1\n0 9 0 0 1 0\n");
+    let asked = "--contacts --measure 0,1 --motions --events --rays rays.txt --answers told";
+    let answer = folder.run(&format!("scene . {asked} --reps 2"));
+    assert_eq!((answer.status, &*answer.err), (0, ""));
+    let number = |field: &String| field.parse::<f64>().unwrap();
+    // Where the middle of the ball is that goes through the fixed one.
+    let x = |frame: f64| 3.0 - 0.5 * frame;
+
+    let distances = table(&folder, "told/distances.csv");
+    assert_eq!(distances.len(), FRAMES);
+    for line in &distances {
+        let [low, high] = [&line[3], &line[4]].map(number);
+        let between = x(number(&line[0])).abs();
+        // Balls of radius 1, of flat triangles; one inside the other is apart as well.
+        assert!(low <= high && high - low < 1e-9 && line[7] == "0", "{line:?}");
+        assert!(between < 2.0 || (high - (between - 2.0)).abs() < 0.1, "{line:?}");
+    }
+
+    let passages = table(&folder, "told/passages.csv");
+    let touching = passages.iter().filter(|line| !line[4].is_empty()).count();
+    assert_eq!(
+        [passages.len(), touching].map(|n| n as f64),
+        ["asked", "touching"].map(|n| last(&answer.out, "passages", n))
+    );
+    // The ball behind comes within reach of the fixed one on the way to the frame in which it meets it first.
+    let begins = passages.iter().find(|line| (&*line[1], &*line[2]) == ("0", "2") && !line[4].is_empty()).unwrap();
+    assert!((x(number(&begins[0]) + number(&begins[4])) + 2.5 - 2.0).abs() < 0.1, "{begins:?}");
+
+    let events = table(&folder, "told/events.csv");
+    let phases = |name: &str| events.iter().filter(|line| line[3] == name).count() as f64;
+    assert!(phases("began") > 0.0 && phases("persists") > 0.0);
+    assert_eq!(["began", "ended"].map(phases), ["began", "ended"].map(|name| last(&answer.out, "events", name)));
+
+    let contacts = table(&folder, "told/contacts.csv");
+    assert!(contacts.iter().any(|line| number(&line[0]) > 2.0));
+    for line in &contacts {
+        // On both balls, in the coordinates of the scene.
+        let [px, py, pz] = [6, 7, 8].map(|at| number(&line[at]));
+        for body in [1, 2].map(|column| number(&line[column])) {
+            let middle = if body == 0.0 { 0.0 } else { x(number(&line[0])) + 2.5 * (body - 1.0) };
+            let radius = (px - middle).hypot(py - 0.1).hypot(pz);
+            assert!((0.95..1.01).contains(&radius), "{line:?}");
+        }
+    }
+
+    let hits = table(&folder, "told/hits.csv");
+    assert_eq!(hits.len(), 2 * FRAMES);
+    assert!(hits.iter().all(|line| (line[1] == "1") == line[2].is_empty()), "{hits:?}");
+    assert!(hits.iter().filter(|line| line[2] == "0").all(|line| (number(&line[4]) - 4.0).abs() < 0.05));
+    assert_eq!([last(&answer.out, "rays", "cast"), last(&answer.out, "rays", "hit")], [24.0, 12.0]);
+
+    folder.run("scene . --measure 0,7").assert_refused(&["no body 7"]);
+    folder.run("scene . --measure 0").assert_refused(&["numbers of two bodies"]);
+    folder.write("rays.txt", "0 0 -5 0 0 1\n0 0 0 0 0 0\n");
+    folder.run("scene . --rays rays.txt").assert_refused(&["rays.txt:2: "]);
+}
+
+/// The figure `name=...` of the summary line that begins with a word.
+fn last(output: &str, line: &str, name: &str) -> f64 {
+    let line = output.lines().find(|told| told.starts_with(&format!("# {line} "))).unwrap();
+    figure(line, name)
+}
+
 #[test]
 fn a_small_budget_leaves_pairs_undecided_and_says_so() {
     let folder = recording();

@@ -1,0 +1,223 @@
+//! What a scene is asked beside verdicts, and the files that its answers go to.
+
+use std::fmt::Arguments;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::ops::Add;
+use std::path::{Path, PathBuf};
+
+use punctual::glam::DVec3;
+use punctual::{
+    BodyContact, BodyHit, BodyId, Budget, ContactPhase, PairDistance, PairPassage, RayHit, Scene, SceneRay,
+};
+use punctual_io::FileError;
+use punctual_lab::files::{self, ListedRay};
+use punctual_lab::report::{self, Failure};
+
+use crate::input::parse_size;
+
+#[derive(clap::Args)]
+pub struct Questions {
+    /// Also find where bodies touch: a line tells of how many pairs contacts were found, and of how many all were; contacts.csv.
+    #[arg(long)]
+    contacts: bool,
+    /// Also measure how far apart two bodies are, by their numbers in the file, as often as given; distances.csv.
+    #[arg(long, value_name = "A,B", value_parser = parse_bodies)]
+    measure: Vec<[usize; 2]>,
+    /// Stop measuring as soon as high - low <= D.
+    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = parse_size, requires = "measure")]
+    tolerance: f64,
+    /// Also tell until when each pair is free on its way to the next frame, on a screw motion; passages.csv.
+    #[arg(long)]
+    motions: bool,
+    /// Also tell which contacts of bodies begin, persist and end; events.csv.
+    #[arg(long)]
+    events: bool,
+    /// After each frame, without a budget, find what these rays hit first, one a line: 6 numbers, the origin and the
+    /// direction; hits.csv.
+    #[arg(long, value_name = "FILE")]
+    rays: Option<PathBuf>,
+    /// Write the answers, a line each, to the files named above in this folder, which is made if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    answers: Option<PathBuf>,
+}
+
+fn parse_bodies(text: &str) -> Result<[usize; 2], String> {
+    let bodies = text.split_once(',').and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
+    bodies.ok_or_else(|| "must be the numbers of two bodies, as in 0,5".into())
+}
+
+impl Questions {
+    /// Whether bodies are told where they go.
+    pub fn moves(&self) -> bool {
+        self.motions
+    }
+
+    /// Asks a scene, whose bodies are these.
+    pub fn ask(&self, scene: &mut Scene, ids: &[BodyId]) -> Result<(), Failure> {
+        if self.contacts {
+            scene.find_contacts();
+        }
+        if self.events {
+            scene.track_contacts();
+        }
+        for bodies in &self.measure {
+            let id = |body: usize| ids.get(body).copied().ok_or_else(|| format!("--measure: no body {body}"));
+            scene.measure(id(bodies[0])?, id(bodies[1])?, self.tolerance)?;
+        }
+        Ok(())
+    }
+
+    /// Opens the files of what is asked, and reads the rays.
+    pub fn open(&self) -> Result<Answers, Failure> {
+        let rays = self.rays.as_deref().map_or(Ok(Vec::new()), read_rays)?;
+        if let Some(folder) = &self.answers {
+            report::create_folder(folder)?;
+        }
+        let table = |asked: bool, name: &str, columns: &str| {
+            let folder = self.answers.as_ref().filter(|_| asked);
+            let mut table =
+                Table(folder.map(|folder| File::create(folder.join(name)).map(BufWriter::new)).transpose()?);
+            table.line(format_args!("{columns}"))?;
+            io::Result::Ok(table)
+        };
+        let contacts = "frame,a,b,patch,triangle_a,triangle_b,ax,ay,az,bx,by,bz,nx,ny,nz,distance,age";
+        Ok(Answers {
+            contacts: table(self.contacts, "contacts.csv", contacts)?,
+            distances: table(
+                !self.measure.is_empty(),
+                "distances.csv",
+                "frame,a,b,low,high,triangle_a,triangle_b,age",
+            )?,
+            passages: table(self.motions, "passages.csv", "frame,a,b,free_until,touching_at,triangle_a,triangle_b")?,
+            events: table(self.events, "events.csv", "frame,a,b,phase,age")?,
+            hits: table(!rays.is_empty(), "hits.csv", "frame,ray,body,triangle,t,side")?,
+            rays,
+        })
+    }
+}
+
+fn read_rays(file: &Path) -> Result<Vec<SceneRay>, FileError> {
+    let ray =
+        |listed: ListedRay| listed.ray.map_err(|what| FileError::at_line(file, listed.line, what)).map(SceneRay::new);
+    files::rays(file, false)?.into_iter().map(ray).collect()
+}
+
+/// A CSV file, if it is wanted.
+struct Table(Option<BufWriter<File>>);
+
+impl Table {
+    fn line(&mut self, line: Arguments) -> io::Result<()> {
+        self.0.as_mut().map_or(Ok(()), |file| writeln!(file, "{line}"))
+    }
+}
+
+/// How often what was answered.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Counts {
+    /// Pairs whose contacts were found in this frame, and those of them that were all found.
+    pub touching: [usize; 2],
+    /// Distances asked for, and those proven in this frame.
+    pub distances: [usize; 2],
+    /// Pairs with a motion, those proven to be free to its end, and those proven to meet.
+    pub passages: [usize; 3],
+    /// Contacts of bodies that began, and that ended.
+    pub events: [usize; 2],
+    /// Rays cast, and those that hit.
+    pub rays: [usize; 2],
+}
+
+impl Add for Counts {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        fn sum<const N: usize>(mut a: [usize; N], b: [usize; N]) -> [usize; N] {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+            a
+        }
+        Self {
+            touching: sum(self.touching, other.touching),
+            distances: sum(self.distances, other.distances),
+            passages: sum(self.passages, other.passages),
+            events: sum(self.events, other.events),
+            rays: sum(self.rays, other.rays),
+        }
+    }
+}
+
+/// The files, and the rays that are cast.
+pub struct Answers {
+    contacts: Table,
+    distances: Table,
+    passages: Table,
+    events: Table,
+    hits: Table,
+    rays: Vec<SceneRay>,
+}
+
+impl Answers {
+    /// Writes and counts what the scene says after a frame.
+    pub fn frame(&mut self, frame: usize, scene: &mut Scene) -> Result<Counts, Failure> {
+        let mut counts = Counts::default();
+        let report = scene.report();
+        for pair in &report.pairs {
+            let found = scene.contact_points(pair.a, pair.b)?;
+            let bodies = numbers([pair.a, pair.b]);
+            for point in found.points {
+                let [a, b] = point.points.map(vector);
+                let (triangles, normal) = (list(point.triangles), vector(point.normal));
+                let line = format_args!(
+                    "{frame},{bodies},{},{triangles},{a},{b},{normal},{},{}",
+                    point.patch, point.distance, found.age
+                );
+                self.contacts.line(line)?;
+            }
+            if found.age == 0 && !found.points.is_empty() {
+                counts.touching[0] += 1;
+                counts.touching[1] += usize::from(found.is_complete());
+            }
+        }
+        for PairDistance { a, b, low, high, triangles, age, .. } in report.distances.iter().copied() {
+            let (bodies, triangles) = (numbers([a, b]), triangles.map_or(",".into(), list));
+            self.distances.line(format_args!("{frame},{bodies},{low},{high},{triangles},{age}"))?;
+            counts.distances[0] += 1;
+            counts.distances[1] += usize::from(age == 0);
+        }
+        for PairPassage { a, b, free_until, touching_at, triangles, .. } in report.passages.iter().copied() {
+            let (bodies, triangles) = (numbers([a, b]), triangles.map_or(",".into(), list));
+            let touching = touching_at.map_or(String::new(), |time| time.to_string());
+            self.passages.line(format_args!("{frame},{bodies},{free_until},{touching},{triangles}"))?;
+            counts.passages[0] += 1;
+            counts.passages[1] += usize::from(free_until == 1.0 && touching_at.is_none());
+            counts.passages[2] += usize::from(touching_at.is_some());
+        }
+        for BodyContact { a, b, phase, age, .. } in report.contacts.iter().copied() {
+            self.events.line(format_args!("{frame},{},{phase},{age}", numbers([a, b])))?;
+            counts.events[0] += usize::from(phase == ContactPhase::Began);
+            counts.events[1] += usize::from(phase == ContactPhase::Ended);
+        }
+        for (number, ray) in self.rays.iter().enumerate() {
+            let hit = scene.cast(ray, Budget::unlimited())?.hit;
+            let told =
+                hit.map_or(",,,".into(), |BodyHit { body, on_body: RayHit { triangle, t, side, .. }, .. }| {
+                    format!("{},{triangle},{t},{side}", body.index())
+                });
+            self.hits.line(format_args!("{frame},{number},{told}"))?;
+            counts.rays[0] += 1;
+            counts.rays[1] += usize::from(hit.is_some());
+        }
+        Ok(counts)
+    }
+}
+
+fn list<T: ToString>([a, b]: [T; 2]) -> String {
+    format!("{},{}", a.to_string(), b.to_string())
+}
+
+fn numbers(bodies: [BodyId; 2]) -> String {
+    list(bodies.map(BodyId::index))
+}
+
+fn vector(v: DVec3) -> String {
+    format!("{},{},{}", v.x, v.y, v.z)
+}
