@@ -1,8 +1,7 @@
-//! From the vertices of a mesh to unit coordinates, eight triangles at a time.
+//! From the vertices of a mesh to unit coordinates, two triangles at a time.
 
 use super::unit::{Triangle, Unit};
-use super::wide::WIDTH;
-use crate::math::lanes::{D8, F8, Instructions, Kernel, Lanes, per_axis, per_lane};
+use crate::math::lanes::{D8, F8, Instructions, Kernel, Lanes, per_axis, unrolled};
 use crate::mesh::{Mesh, Vertices};
 use alloc::boxed::Box;
 
@@ -38,75 +37,59 @@ impl<V: Vertex> Kernel for Place<'_, V> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
         let Self { unit, vertices, corners, ids, triangles } = self;
-        let (eights, rest) = triangles.as_chunks_mut::<WIDTH>();
-        let (ids, ids_rest) = ids.as_chunks::<WIDTH>();
-        for (triangles, ids) in eights.iter_mut().zip(ids) {
-            *triangles = rows(unit_corners(lanes, &unit, vertices, corners, ids));
+        let (twos, rest) = triangles.as_chunks_mut();
+        let (ids, ids_rest) = ids.as_chunks();
+        for (two, &ids) in twos.iter_mut().zip(ids) {
+            *two = place_two(lanes, &unit, vertices, corners, ids);
         }
-        if let Some(last) = ids_rest.len().checked_sub(1) {
-            let ids = per_lane!(i => ids_rest[i.min(last)]);
-            let triangles: [Triangle; WIDTH] = rows(unit_corners(lanes, &unit, vertices, corners, &ids));
-            rest.copy_from_slice(&triangles[..=last]);
+        if let ([triangle], &[id]) = (rest, ids_rest) {
+            [*triangle, _] = place_two(lanes, &unit, vertices, corners, [id; 2]);
         }
     }
 }
 
+/// The triangles with the numbers `ids`. A vertex is three lanes of four.
+#[inline(always)]
+fn place_two<L: Lanes, V: Vertex>(
+    lanes: L,
+    unit: &Unit,
+    vertices: &[V],
+    corners: &[[u32; 3]],
+    [id, other]: [u32; 2],
+) -> [Triangle; 2] {
+    let [x, y, z] = unit.origin.to_array();
+    let origin = D8::load(lanes, &[x, y, z, 0.0, x, y, z, 0.0]);
+    let scale = D8::splat(lanes, unit.scale());
+    let (one, other) = (&corners[id as usize], &corners[other as usize]);
+    let [a, b, c] = per_axis!(j => (V::two(lanes, vertices, [one[j] as usize, other[j] as usize]) - origin) * scale);
+    let p = a.narrow();
+    let (e, f) = ((b - a).narrow().store(), (c - a).narrow().store());
+    let (p, rest) = (p.store(), (a - p.widen()).narrow().store());
+    unrolled!(i in [0, 4] => Triangle([
+        [p[i], p[i + 1], p[i + 2], e[i]],
+        [e[i + 1], e[i + 2], f[i], f[i + 1]],
+        [f[i + 2], rest[i], rest[i + 1], rest[i + 2]],
+    ]))
+}
+
 /// A vertex as the mesh stores it.
-pub(super) trait Vertex: Copy {
-    /// Eight of `vertices`, component by component.
-    fn columns<L: Lanes>(lanes: L, vertices: &[Self], numbers: [u32; WIDTH]) -> [D8<L>; 3];
+trait Vertex: Copy {
+    /// Two of `vertices`, each with a zero behind it.
+    fn two<L: Lanes>(lanes: L, vertices: &[Self], numbers: [usize; 2]) -> D8<L>;
 }
 
 impl Vertex for [f32; 3] {
     #[inline(always)]
-    fn columns<L: Lanes>(lanes: L, vertices: &[Self], numbers: [u32; WIDTH]) -> [D8<L>; 3] {
-        // One load takes a vertex and a number behind it, which the last one lacks.
-        let [x, y, z] = vertices[vertices.len() - 1];
-        let last = [x, y, z, 0.0];
-        let numbers = per_lane!(i => 3 * numbers[i] as usize);
-        let all = vertices.as_flattened();
-        let columns = F8::transpose(
-            lanes,
-            per_lane!(i => all.get(numbers[i]..numbers[i] + 4).and_then(<[f32]>::first_chunk).unwrap_or(&last)),
-        );
-        per_axis!(k => columns[k].widen())
+    fn two<L: Lanes>(lanes: L, vertices: &[Self], [one, other]: [usize; 2]) -> D8<L> {
+        let ([a, b, c], [d, e, f]) = (vertices[one], vertices[other]);
+        F8::load(lanes, &[a, b, c, 0.0, d, e, f, 0.0]).widen()
     }
 }
 
 impl Vertex for [f64; 3] {
     #[inline(always)]
-    fn columns<L: Lanes>(lanes: L, vertices: &[Self], numbers: [u32; WIDTH]) -> [D8<L>; 3] {
-        let rows = per_lane!(i => &vertices[numbers[i] as usize]);
-        per_axis!(k => D8::load(lanes, &per_lane!(i => rows[i][k])))
+    fn two<L: Lanes>(lanes: L, vertices: &[Self], [one, other]: [usize; 2]) -> D8<L> {
+        let ([a, b, c], [d, e, f]) = (vertices[one], vertices[other]);
+        D8::load(lanes, &[a, b, c, 0.0, d, e, f, 0.0])
     }
-}
-
-/// The corners of the triangles with the numbers `ids`, unit coordinates: `[corner][axis]`.
-#[inline(always)]
-pub(super) fn unit_corners<L: Lanes, V: Vertex>(
-    lanes: L,
-    unit: &Unit,
-    vertices: &[V],
-    corners: &[[u32; 3]],
-    ids: &[u32; WIDTH],
-) -> [[D8<L>; 3]; 3] {
-    let origin = per_axis!(k => D8::splat(lanes, unit.origin[k]));
-    let scale = D8::splat(lanes, unit.scale());
-    let corners = per_lane!(i => &corners[ids[i] as usize]);
-    per_axis!(j => {
-        let x = V::columns(lanes, vertices, per_lane!(i => corners[i][j]));
-        per_axis!(k => (x[k] - origin[k]) * scale)
-    })
-}
-
-/// The triangles with these corners, as the fast filter reads them.
-#[inline(always)]
-fn rows<L: Lanes>([a, b, c]: [[D8<L>; 3]; 3]) -> [Triangle; WIDTH] {
-    let p = per_axis!(k => a[k].narrow());
-    let (e, f) = (per_axis!(k => (b[k] - a[k]).narrow()), per_axis!(k => (c[k] - a[k]).narrow()));
-    let rest = per_axis!(k => (a[k] - p[k].widen()).narrow());
-    let first = F8::rows([p[0], p[1], p[2], e[0]]);
-    let second = F8::rows([e[1], e[2], f[0], f[1]]);
-    let third = F8::rows([f[2], rest[0], rest[1], rest[2]]);
-    per_lane!(i => Triangle([first[i], second[i], third[i]]))
 }
