@@ -9,7 +9,6 @@ use super::unit::Triangle;
 use super::wide::{Node, WIDTH, xyz};
 use crate::math::lanes::{Column, F8, Lanes, V8, dot, greatest, least, per_axis};
 use arrayvec::ArrayVec;
-use core::ops::Range;
 use glam::Vec3A;
 use wide::f32x4;
 
@@ -76,34 +75,42 @@ impl Extent {
         let [e, f, g, h] = [&all[4 * step], &all[5 * step], &all[6 * step], &all[7 * step]];
         let mut extent = span(lanes, &Eight::of(lanes, [a, b, c, d, e, f, g, h]), node).extent();
 
-        // What is still to be looked at, a range of siblings for each level.
-        let mut ranges = ArrayVec::<Range<usize>, 128>::new();
-        ranges.push(subtree.child_range());
-        while let Some(range) = ranges.last_mut() {
-            let Some(next) = range.next() else {
-                ranges.pop();
-                continue;
-            };
-            let next = &later[next - first];
-            if extent.holds(next, node) {
-                continue;
-            }
-            if next.triangles <= SMALL || ranges.is_full() {
-                extent = extent.union(Span::of_all(lanes, &triangles[next.triangle_range()], node).extent());
-            } else {
-                ranges.push(next.child_range());
+        // The nodes whose children are still to be looked at.
+        let mut open = ArrayVec::<&Node, 128>::new();
+        open.push(subtree);
+        while let Some(inner) = open.pop() {
+            let mut children = inner.valid();
+            loop {
+                children &= extent.reached_out_of(lanes, inner, node);
+                if children == 0 {
+                    break;
+                }
+                let child = &later[inner.first_child as usize + children.trailing_zeros() as usize - first];
+                children &= children - 1;
+                if child.triangles <= SMALL || open.is_full() {
+                    extent = extent.union(Span::of_all(lanes, &triangles[child.triangle_range()], node).extent());
+                } else {
+                    open.push(child);
+                }
             }
         }
         extent
     }
 
-    /// Whether the box of `inner` lies inside this one, which has the axes of `node`.
+    /// The children of `inner` whose boxes reach out of this one, which has the axes of `node`: a bit each.
     #[inline(always)]
-    fn holds(&self, inner: &Node, node: &Node) -> bool {
+    fn reached_out_of<L: Lanes>(&self, lanes: L, inner: &Node, node: &Node) -> u32 {
         let turn = node.axes().transpose() * inner.axes();
-        let center = turn * Vec3A::from(xyz(inner.own_center));
-        let half = turn.abs() * Vec3A::from(xyz(inner.own_half)) + Vec3A::splat(MARGIN);
-        (self.min.cmple(center - half) & self.max.cmpge(center + half)).all()
+        let center = per_axis!(k => F8::load(lanes, &inner.center[k]));
+        let half = per_axis!(k => F8::load(lanes, &inner.half[k]));
+        let [x, y, z] = per_axis!(k => {
+            let row = per_axis!(j => F8::splat(lanes, turn.col(j)[k]));
+            let center = dot(row, center);
+            let half = dot(per_axis!(j => row[j].abs()), half) + F8::splat(lanes, MARGIN);
+            let (min, max) = (F8::splat(lanes, self.min[k]), F8::splat(lanes, self.max[k]));
+            (center - half).less(min).or(max.less(center + half))
+        });
+        x.or(y).or(z).mask()
     }
 }
 
