@@ -18,7 +18,7 @@ fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> 
 
 #[inline(always)]
 fn transpose4(rows: [&[f32; 4]; 4]) -> [f32x4; 4] {
-    core::array::from_fn(|i| f32x4::new([rows[0][i], rows[1][i], rows[2][i], rows[3][i]]))
+    f32x4::transpose(rows.map(|row| f32x4::new(*row)))
 }
 
 /// Operations on two vectors.
