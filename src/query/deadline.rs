@@ -2,11 +2,14 @@
 //!
 //! Looking at the clock costs as much as a hundred units of work. So from the time that is left follows how much work
 //! cannot pass the deadline, and the clock is asked again only when that is done. A unit is assumed to take no more than
-//! [`SLOWEST_UNIT`], or [`SLOWEST_TO_MEAN`] times the mean so far if that is more, as on a slow or a busy machine.
+//! [`SLOWEST_UNIT`], or [`SLOWEST_TO_MEAN`] times the mean so far if that is more, as on a slow or a busy machine; the first
+//! ones [`FIRST_TO_SLOWEST`] times that, since what they need may have to be fetched from far.
 
 use super::budget::{Budget, Clock};
 use super::outcome::StopReason;
-use crate::model::cost::{MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART, SLOWEST_TO_MEAN, SLOWEST_UNIT};
+use crate::model::cost::{
+    FIRST_TO_SLOWEST, MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART, SLOWEST_TO_MEAN, SLOWEST_UNIT,
+};
 use core::time::Duration;
 
 /// Watches the end of a call, or of all queries of a frame. The stop rule is [`Deadline::stop`].
@@ -101,6 +104,8 @@ impl<'c> Deadline<'c> {
         if self.is_timed() {
             let safe = self.safe_work().and_then(|safe| safe.checked_sub(self.after));
             let Some(safe) = safe else { return Some(StopReason::Deadline) };
+            // How fast units are is not known before the first of them.
+            let safe = if self.done == 0 { safe / FIRST_TO_SLOWEST } else { safe };
             self.safe = safe.max(self.poll_interval);
         }
         self.begin(work);
@@ -180,12 +185,16 @@ mod tests {
         deadline.begin(0);
         assert_eq!(deadline.stop(0), None);
         let second = deadline.next_look;
-        assert_eq!(second, 33_333, "100 us at 3 ns a unit");
-        clock.advance(Duration::from_micros(50));
+        assert_eq!(second, 4_166, "100 us at 24 ns a unit, as long as nothing is known");
+        clock.advance(Duration::from_micros(1));
         assert_eq!(deadline.stop(second), None);
         let third = deadline.next_look;
-        assert_eq!(third - second, 4_166, "50 us at eight times 1.5 ns a unit");
+        assert_eq!(third - second, 33_000, "99 us at 3 ns a unit");
         clock.advance(Duration::from_micros(50));
-        assert_eq!(deadline.stop(third), Some(StopReason::Deadline));
+        assert_eq!(deadline.stop(third), None);
+        let fourth = deadline.next_look;
+        assert_eq!(fourth - third, 4_463, "49 us at eight times 1.37 ns a unit");
+        clock.advance(Duration::from_micros(49));
+        assert_eq!(deadline.stop(fourth), Some(StopReason::Deadline));
     }
 }

@@ -12,8 +12,9 @@ pub(super) struct Followed {
     /// It does not meet before, nor, in this piece, after.
     pub from: f64,
     pub until: f64,
-    /// Over how much time it is looked at next.
+    /// Over how much time it is looked at next, and how long after `from` a contact is looked for.
     pub span: f64,
+    pub longest: f64,
     pub phase: Phase,
     /// Steps since the last time at which it could not be told whether it meets, and how many such times there were.
     pub steps: u32,
@@ -23,20 +24,24 @@ pub(super) struct Followed {
 impl Followed {
     /// A pair that may meet between two times, to be looked at over a span of time.
     pub fn new(pair: [u32; 2], [from, until]: [f64; 2], span: f64) -> Self {
-        Self { pair, from, until, span, phase: Phase::Window, steps: 0, doubts: 0 }
+        Self { pair, from, until, span, longest: 0.0, phase: Phase::Window, steps: 0, doubts: 0 }
     }
 }
 
 /// What is asked of a pair next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
-    /// When it may meet, by the normals and edges of its triangles; and whether it does then.
+    /// When it may meet, by the normals and edges of its triangles.
     Window,
     /// The same by the direction in which the triangles are closest: where they are coplanar or degenerate, or turn.
     Direction,
-    /// Whether it meets at some more moments, before this time is given up.
-    Doubt,
+    /// Whether it meets at one of the [`MOMENTS`], by number.
+    Contact(usize),
 }
+
+/// At which parts of the time in which a contact is looked for: the first if that is the start of the motion, the second, and
+/// where neither shows a contact nor any direction that there is none, the others, before this time is given up.
+pub(super) const MOMENTS: [f64; 4] = [0.0, 1.0, 1.0 / 2.0, 1.0 / 16.0];
 
 /// A proven contact: the surfaces meet at this time, where these triangles (tree order) do.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@
 use super::boxes::Keys;
 use super::course::{Course, Piece};
 use super::expand::{Sink, expand};
-use super::journey::{Contact, Followed, Journey, Phase, bucket, least_key};
+use super::journey::{Contact, Followed, Journey, MOMENTS, Phase, bucket, least_key};
 use super::leaf::rows;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
@@ -164,20 +164,27 @@ impl Traversal<'_, '_, Sweep<'_>> {
 
     /// Goes on with a pair by one step.
     #[inline(never)]
-    fn follow(&mut self, mut followed: Followed) {
+    fn follow(&mut self, followed: Followed) {
+        let journey = &mut self.workspace.journey;
+        if !journey.matters(followed.from) {
+            self.workspace.run.stats.work += WORK_PER_LOOKUP;
+            return journey.pass(followed.from);
+        }
+        self.deadline.look_next();
+        self.workspace.journey.followed = match followed.phase {
+            Phase::Contact(moment) => self.look_for_contact(followed, moment),
+            Phase::Window | Phase::Direction => self.narrow(followed),
+        };
+    }
+
+    /// When a pair may meet in the span at hand, by its edges or the direction in which it is closest; the next step.
+    fn narrow(&mut self, mut followed: Followed) -> Option<Followed> {
         let Followed { pair, from, until, span, phase, .. } = followed;
         let Sweep { course, margin, tolerance, .. } = &self.question;
         let (stats, journey) = (&mut self.workspace.run.stats, &mut self.workspace.journey);
-        if !journey.matters(from) {
-            stats.work += WORK_PER_LOOKUP;
-            return journey.pass(from);
-        }
         let [of_a, of_b] = &mut self.workspace.corners;
         let (a, of_b) = (of_a.of(self.a, pair[0], |v| v), of_b.of(self.b, pair[1], |v| v));
-        let at = |time| {
-            let pose = course.pose(time);
-            of_b.map(|corner| pose.transform_point(corner))
-        };
+        let at = |time| placed(course, of_b, time);
         let span = span.min(until - from);
         let (half, middle) = (span / 2.0, from + span / 2.0);
         let (b, twist) = (at(middle), course.twist(middle));
@@ -189,71 +196,70 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let swept = Swept::new(a, &b, velocities, bends, rest + 2.0 * course.rounding + margin, half);
         let bend = rest + bends.map(DVec3::length).into_iter().fold(0.0, f64::max);
         followed.steps += 1;
-        let by_direction = phase == Phase::Direction;
-        let window = if by_direction {
+        let window = if phase == Phase::Direction {
             stats.work += WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST;
             swept.on(closest(a, &at(from)).direction, [-half, half])
         } else {
             stats.work += WORK_PER_WINDOW;
             swept.window(if journey.cut() > 0.0 { journey.cut() - middle } else { f64::INFINITY })
         };
-        self.deadline.look_next();
         let Some([enter, leave]) = window else {
             // Free for this span.
-            if from + span < until {
-                (followed.from, followed.span, followed.phase) = (from + span, 4.0 * span, Phase::Window);
-                journey.followed = Some(followed);
-            }
-            return;
+            (followed.from, followed.span, followed.phase) = (from + span, 4.0 * span, Phase::Window);
+            return (followed.from < until).then_some(followed);
         };
         let (enter, leave) = ((middle + enter).max(from), (middle + leave).min(from + span));
         followed.from = enter;
         if !journey.matters(enter) {
-            return journey.pass(enter);
+            journey.pass(enter);
+            return None;
         }
-        let longest = tolerance.min(leave - enter);
-        let mut meets = |after: f64| {
-            let time = enter + after;
-            stats.exact_tests += 1;
-            stats.work += WORK_PER_EXACT_TEST;
-            let does = meet(a, &at(time), *margin);
-            if does {
-                journey.pass(enter);
-                journey.touch(Contact { time, pair });
-            }
-            does
-        };
+        followed.longest = tolerance.min(leave - enter);
+        let (is_bent, is_tilted) = (bend > enough, tilt > enough || enter > from);
         followed.phase = match phase {
-            Phase::Window if bend > enough => {
-                followed.span = span / 8.0;
-                Phase::Window
-            }
-            Phase::Window if enter <= 0.0 && meets(0.0) || meets(longest) => {
-                return self.question.update(&self.workspace.journey);
-            }
-            Phase::Window => Phase::Direction,
+            Phase::Window if !is_bent => Phase::Contact(usize::from(enter > 0.0)),
             Phase::Direction if enter - from >= span / 8.0 => Phase::Window,
-            Phase::Direction if followed.steps < PATIENCE && (tilt > enough || enter > from) => {
+            Phase::Direction if followed.steps >= PATIENCE || !is_tilted => Phase::Contact(2),
+            _ => {
                 followed.span = span / 8.0;
                 Phase::Window
             }
-            Phase::Direction => Phase::Doubt,
-            Phase::Doubt if meets(longest / 2.0) || meets(longest / 16.0) => {
-                return self.question.update(&self.workspace.journey);
-            }
-            Phase::Doubt => {
+        };
+        Some(followed)
+    }
+
+    /// Whether a pair meets at a moment; if not, the next step.
+    fn look_for_contact(&mut self, mut followed: Followed, moment: usize) -> Option<Followed> {
+        let Followed { pair, from, until, longest, .. } = followed;
+        let Sweep { course, margin, tolerance, .. } = &self.question;
+        let (stats, journey) = (&mut self.workspace.run.stats, &mut self.workspace.journey);
+        let [of_a, of_b] = &mut self.workspace.corners;
+        let (a, of_b) = (of_a.of(self.a, pair[0], |v| v), of_b.of(self.b, pair[1], |v| v));
+        stats.exact_tests += 1;
+        stats.work += WORK_PER_EXACT_TEST;
+        let time = from + longest * MOMENTS[moment];
+        if meet(a, &placed(course, of_b, time), *margin) {
+            journey.pass(from);
+            journey.touch(Contact { time, pair });
+            self.question.update(&self.workspace.journey);
+            return None;
+        }
+        followed.phase = match moment {
+            1 => Phase::Direction,
+            _ if moment + 1 < MOMENTS.len() => Phase::Contact(moment + 1),
+            _ => {
                 // Whether they meet could not be told; on to where it can.
                 journey.pass(from);
                 let further = (tolerance * libm::ldexp(1.0, followed.doubts)).max(f64::EPSILON);
                 if from + further >= until {
-                    return;
+                    return None;
                 }
                 (followed.from, followed.span) = (from + further, 1.0);
                 (followed.steps, followed.doubts) = (0, followed.doubts + 1);
                 Phase::Window
             }
         };
-        journey.followed = Some(followed);
+        Some(followed)
     }
 }
 
@@ -264,6 +270,12 @@ fn larger_known(bound: f32, known: f32) -> f32 {
 
 /// So many steps are done with a pair before it is given up where it cannot be told whether it meets.
 const PATIENCE: u32 = 400;
+
+/// Where the motion brings a triangle of B.
+fn placed(course: &Course, corners: &[DVec3; 3], time: f64) -> [DVec3; 3] {
+    let pose = course.pose(time);
+    corners.map(|corner| pose.transform_point(corner))
+}
 
 /// Whether two triangles, thickened by a margin together, meet.
 fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> bool {

@@ -13,6 +13,7 @@ use super::distance::Pair;
 use crate::math::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::math::{larger, largest, smaller};
+use core::array;
 use glam::DVec3;
 
 /// How B goes through a piece of time, from -1/2 to 1/2 with the place that it is given in the middle: lengths in A's units. A
@@ -273,14 +274,20 @@ impl Swept {
             return window(larger(enter, first), smaller(leave, last));
         }
         // As long as a corner of B is below the highest of A, and one above the lowest.
-        let (mut below, mut above) = (NEVER, NEVER);
-        for i in 0..3 {
-            let (at, speed, bend) = (self.b[i].dot(n), self.velocities[i].dot(n), self.bends[i].dot(n));
-            below = hull(below, self.until(high - at - smaller(bend, 0.0), speed));
-            above = hull(above, self.until(at - low + larger(bend, 0.0), -speed));
-        }
+        let [at, speeds, bends] = [&self.b, &self.velocities, &self.bends].map(|of| of.map(|v| v.dot(n)));
+        let below = self.while_any(array::from_fn(|i| high - at[i] - smaller(bends[i], 0.0)), speeds);
+        let above = self.while_any(array::from_fn(|i| at[i] - low + larger(bends[i], 0.0)), speeds.map(|speed| -speed));
         let (enter, leave) = (enter.max(below[0]).max(above[0]), leave.min(below[1]).min(above[1]));
         window(enter, leave)
+    }
+
+    /// When one of three things that move with these speeds has not gone farther than its room: mostly all the time.
+    fn while_any(&self, rooms: [f64; 3], speeds: [f64; 3]) -> Window {
+        let half = self.half;
+        if (0..3).any(|i| rooms[i] >= speeds[i].abs() * half) {
+            return [-half, half];
+        }
+        (0..3).fold(NEVER, |window, i| hull(window, self.until(rooms[i], speeds[i])))
     }
 
     /// When something that moves with this speed has not gone farther than `room`.
