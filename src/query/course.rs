@@ -33,7 +33,8 @@ pub(super) struct Course {
     pub speed: f64,
     pub acceleration: f64,
     /// By how much a point may be off where the motion brings it: by rounding, per axis; and, for each unit of time from the
-    /// moment of the twist, because A's matrix is no rotation.
+    /// moment of the twist, because A's matrix is no rotation. The former is infinite where squares of lengths overflow: nothing
+    /// is claimed then.
     pub rounding: f64,
     pub drift: f64,
     /// The radii of both meshes about the middles of their boxes, the latter of B as it lies in A.
@@ -100,6 +101,10 @@ impl Course {
         course.rounding = 16.0 * f64::EPSILON * (course.rounding + largest(box_a.0) + box_a.1) + f64::MIN_POSITIVE;
         for bound in [&mut course.spin, &mut course.speed, &mut course.acceleration] {
             *bound *= STRETCH;
+        }
+        let Self { spin, wobble, speed, acceleration, drift, .. } = course;
+        if ![spin, wobble, speed, acceleration, drift, size].iter().all(|bound| bound.is_finite()) {
+            course.rounding = f64::INFINITY;
         }
         // `max` and `min` of `f64` pass over what is no number, as where sizes overflow.
         let far = (course.speed / (size + f64::MIN_POSITIVE)).min(1.0);

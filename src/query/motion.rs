@@ -29,8 +29,8 @@ use crate::tree::Tree;
 /// `touching_at` only ever falls. A query that is finished has found a contact no later than the tolerance after `free_until`,
 /// or none, and then the motion is free to its end, time 1. There is one exception: surfaces that pass each other within a small
 /// part of the tolerance, or of the rounding of their coordinates, without meeting may leave `free_until` where they do, while
-/// the search goes on for a contact that can be proven. And it holds for coordinates below 1e150: beyond that the squares of
-/// lengths overflow, and a contact may be missed.
+/// the search goes on for a contact that can be proven. So may all surfaces where squares of lengths overflow, from 1e154 on:
+/// nothing is claimed there but contacts that were found.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};

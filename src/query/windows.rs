@@ -41,7 +41,7 @@ pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin:
     };
     let bulge = (bend + course.rounding + margin) / unit;
     let vector = |v: DVec3| v.as_vec3().extend(0.0).to_array();
-    if shift.abs().max(around.abs()).max_element().max(bulge) < 1e6 {
+    if bulge < 1e6 && shift.abs().max(around.abs()).max_element() < 1e6 {
         Glide {
             shift: vector(shift),
             turn: vector(turn),
@@ -52,7 +52,7 @@ pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin:
             bulge: bulge as f32 * 1.001 + 1e-20,
         }
     } else {
-        // Beyond `f32`: everything may meet at any time.
+        // Beyond `f32`, or of unknown size: everything may meet at any time.
         Glide { shift: [0.0; 4], turn: [0.0; 4], around: [0.0; 4], wobble: 0.0, spin: 0.0, curl: 0.0, bulge: 1e15 }
     }
 }

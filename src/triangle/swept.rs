@@ -257,6 +257,9 @@ impl Swept {
         let n = n / largest;
         let [x, y, z] = self.a.map(|corner| corner.dot(n));
         let error = n.abs().dot(self.reach) + self.error * n.length() * (1.0 + 1e-14) + f64::MIN_POSITIVE;
+        if !error.is_finite() {
+            return Some([enter, leave]);
+        }
         let (low, high) = (smaller(smaller(x, y), z) - error, larger(larger(x, y), z) + error);
         if self.is_straight {
             let [u, v, w] = self.b.map(|corner| corner.dot(n));

@@ -176,6 +176,26 @@ fn a_motion_has_a_piece_even_if_meshes_are_too_large_for_lengths() {
     }
 }
 
+/// Squares of lengths overflow, lengths do not.
+#[test]
+fn nothing_is_free_where_a_mesh_of_1e301_meets_one_of_size_1() {
+    let small = || Mesh::from_f64([[-3.0, -4.0, -4.0], [-4.0; 3], [1.0; 3]], [[0, 1, 2], [0, 1, 1]]).unwrap();
+    for size in [1e150, 1e155, 1e200, 1e300, f64::from_bits((1023 + 1000) << 52)] {
+        let corners = [[-size; 3], [1.0; 3], [-size, -size, 1.0]];
+        let large = || Mesh::from_f64(corners, [[0, 1, 0], [2, 2, 1]]).unwrap();
+        for meshes in [[small(), large()], [large(), small()]] {
+            let [a, b] = meshes.map(Tree::new);
+            for (way, turn) in [(0.0, 0.0), (1.0, 0.0), (size.min(1e200), 0.0), (0.0, 0.2), (1.0, 3.0)] {
+                let motion = Motion::turning(Pose::IDENTITY, [0.0, way, 0.0], [0.0, 0.0, turn], [way; 3]).unwrap();
+                for query in [MotionQuery::new(&a, &b, motion), MotionQuery::of_both([&a, &b], [motion; 2])] {
+                    let said = run(&query, &mut Workspace::new(), ENOUGH);
+                    assert!(said.free_until == 0.0, "{size:e} {way:e} {turn}: {said:?}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn standing_still_is_a_motion() {
     let (a, b) = (Tree::new(shapes::icosphere(2)), Tree::new(shapes::torus(1.0, 0.3, 12)));
