@@ -416,6 +416,16 @@ struct MotionQuery : punctual_motion_query {
                                           passage);
     });
   }
+  Result<punctual_quantiles> predict(const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_quantiles>([&](punctual_quantiles *work) {
+      return punctual_motion_query_predict(this, memory ? memory->get() : nullptr, work);
+    });
+  }
+  Result<punctual_quantiles> estimate(const Workspace &workspace, const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_quantiles>([&](punctual_quantiles *work) {
+      return punctual_motion_query_estimate(this, workspace.get(), memory ? memory->get() : nullptr, work);
+    });
+  }
 };
 
 /** Where do they meet or come close? The fields of punctual_contact_query are public; the trees must outlive it. */

@@ -7,5 +7,6 @@ pub use crate::model::closing::{Closing, between, between_features, closing_feat
 pub use crate::model::confidence::{history_features, hit_features, probability, recall, recall_features};
 pub use crate::model::front::{FrontSummary, pair_cost};
 pub use crate::model::least_squares::least_squares;
+pub use crate::model::passing::{Passing, passing_features, work_left as motion_work_left};
 pub use crate::model::prediction::{all_left, any_left, features_of_all, features_of_any};
 pub use crate::query::opened::{OpenedPair, opened_pairs};

@@ -16,6 +16,9 @@
 //!
 //! Those of distance queries on 2026-11-22, from 1908 poses of the same cases without the approaches, coincident
 //! copies and delta_armadillo256k, and of clear_env_rob clear_spot_spot clear_gear_ring_pinion.
+//!
+//! Those of motion queries on 2026-11-23, from the motions from pose to pose of the same cases without those of a
+//! propeller, coincident copies and delta_armadillo256k, and of the sweeps env_rob and spot_spot.
 
 /// Quantiles of the BV tests left, for each the weights of `features_of_all`.
 pub(super) const ALL_LEFT: [[f64; 3]; 3] = [
@@ -87,3 +90,13 @@ pub(super) const DISTANCE_BETWEEN: [[f64; 4]; 3] = [
     [-0.16459, 0.015051, 0.50353, 0.46545],
     [0.97398, 0.0019116, -0.0012752, 0.0092845],
 ];
+
+/// Quantiles of the work left in a motion query, for each the weights of `passing_features`.
+pub(super) const MOTION_LEFT: [[f64; 9]; 3] = [
+    [5.3179, 0.12719, 0.10194, 0.82308, 0.29305, -2.3285, 0.37442, 1.0658, -0.029714],
+    [9.6852, 0.12962, 0.13778, 1.0666, -0.76250, -0.22955, 0.10888, 1.6587, -0.088122],
+    [11.348, 0.15721, 0.39135, 0.84391, -0.96966, -0.47490, 0.059743, 3.5382, -0.18787],
+];
+
+/// Quantiles of log2 (work of a motion query / that of the motion before).
+pub(super) const MOTION_AFTER: [f64; 3] = [-0.42837, -0.26026, 2.0847];

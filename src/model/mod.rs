@@ -9,6 +9,7 @@
 //! | its front after a probe ([`front`]) | BV tests left ([`prediction`]), probability of a hit and recall ([`confidence`]) |
 //! | what the last frame cost | the same, blended with it |
 //! | how far a distance query has come | work left, and where the distance lies ([`closing`]) |
+//! | how far a motion query has come | work left ([`passing`]) |
 //! | counts | time ([`cost`]) |
 //! | what it told before, and what came of it | a corrected probability ([`calibration`]) |
 //!
@@ -22,4 +23,5 @@ mod constants;
 pub mod cost;
 pub mod front;
 pub mod least_squares;
+pub mod passing;
 pub mod prediction;

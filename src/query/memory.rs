@@ -23,6 +23,14 @@ const FRAMES_OF_RATE: f64 = 20.0;
 /// How many of them [`PairMemory::recheck`] tests.
 const RECHECKED: usize = 2;
 
+/// What a query looked for whose work is remembered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) enum Sought {
+    Distance,
+    Motion,
+}
+
 /// What was known of a frame before a call.
 #[derive(Clone, Copy)]
 pub(super) struct Before {
@@ -59,8 +67,8 @@ pub struct PairMemory {
     clearance: Option<Box<Clearance>>,
     last_verdict: Option<bool>,
     last_bv_tests: Option<(Mode, u64)>,
-    /// Work of the last finished query of the distance.
-    last_distance_work: Option<u64>,
+    /// Work of the last finished query of the distance or of a motion.
+    last_work: Option<(Sought, u64)>,
     frames_undecided: u32,
     #[cfg_attr(feature = "serde", serde(deserialize_with = "rate"))]
     change_rate: Option<f64>,
@@ -99,7 +107,7 @@ impl PairMemory {
             clearance: None,
             last_verdict: None,
             last_bv_tests: None,
-            last_distance_work: None,
+            last_work: None,
             frames_undecided: 0,
             change_rate: None,
         }
@@ -120,9 +128,10 @@ impl PairMemory {
         self.last_bv_tests.filter(|(of, _)| *of == mode).map(|(_, bv_tests)| bv_tests)
     }
 
-    /// Work of the last finished query of the distance of this pair; `None` if there was none.
-    pub(super) fn last_distance_work(&self, a: &Tree, b: &Tree) -> Option<u64> {
-        self.last_distance_work.filter(|_| self.is_of(a, b))
+    /// Work of the last finished query of the distance or of a motion of this pair; `None` if it was not of that kind.
+    pub(super) fn last_work_of(&self, sought: Sought, a: &Tree, b: &Tree) -> Option<u64> {
+        let of_pair = self.last_work.filter(|_| self.is_of(a, b));
+        of_pair.filter(|(of, _)| *of == sought).map(|(_, work)| work)
     }
 
     /// Frames since it was last decided.
@@ -209,13 +218,14 @@ impl PairMemory {
             **known = Clearance::new(a, b, b_in_a, interval.low());
         }
         self.nearest = interval.nearest().map(|(pair, _)| pair).or(self.nearest);
-        self.last_distance_work = work.or(self.last_distance_work);
+        self.last_work = work.map(|work| (Sought::Distance, work)).or(self.last_work);
     }
 
-    /// After a call of a motion query.
-    pub(super) fn remember_pair(&mut self, a: &Tree, b: &Tree, pair: Option<[u32; 2]>) {
+    /// After a call of a motion query; with the work of it all, if it is finished.
+    pub(super) fn remember_motion(&mut self, a: &Tree, b: &Tree, pair: Option<[u32; 2]>, work: Option<u64>) {
         self.bind(a, b);
         self.nearest = pair.or(self.nearest);
+        self.last_work = work.map(|work| (Sought::Motion, work)).or(self.last_work);
     }
 
     /// After a call that ended for this reason. One that resumed a stopped run belongs to the same frame.

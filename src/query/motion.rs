@@ -44,8 +44,8 @@ use crate::tree::Tree;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct MotionQuery<'t> {
-    a: &'t Tree,
-    b: &'t Tree,
+    pub(super) a: &'t Tree,
+    pub(super) b: &'t Tree,
     options: MotionOptions,
 }
 
@@ -231,12 +231,12 @@ impl<'t> MotionQuery<'t> {
     }
 
     /// Whether the workspace has the last run of this query.
-    fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
+    pub(super) fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
         workspace.run.holds(&self.key())?;
         if workspace.journey.options == Some(self.options) { Ok(()) } else { Err(ResumeError) }
     }
 
-    fn course(&self) -> Course {
+    pub(super) fn course(&self) -> Course {
         Course::new(self.a, self.b, self.options.of_a, self.options.of_b)
     }
 
@@ -247,7 +247,7 @@ impl<'t> MotionQuery<'t> {
 
     /// Half of it: a contact is looked for so much after the time at which it may be. Others that may be as much earlier do
     /// not matter then, so that neighbours which meet at the same time are not looked at one by one.
-    fn tolerance_in_time(&self, course: &Course) -> f64 {
+    pub(super) fn tolerance_in_time(&self, course: &Course) -> f64 {
         let [of_a, of_b] = [self.a, self.b].map(|tree| if tree.unit().is_point { 0.0 } else { tree.unit().length() });
         let length = self.options.length.unwrap_or(DEFAULT_TOLERANCE * (of_a + of_b));
         // Nothing is known better than places are.
@@ -279,7 +279,8 @@ impl<'t> MotionQuery<'t> {
         }
         if let Some(memory) = memory {
             let contact = workspace.journey.contact();
-            memory.remember_pair(self.a, self.b, contact.map(|contact| contact.pair));
+            let work = stop.is_final().then_some(workspace.work());
+            memory.remember_motion(self.a, self.b, contact.map(|contact| contact.pair), work);
         }
         workspace.run.took(deadline.elapsed());
         self.outcome(workspace, stop)

@@ -5,6 +5,7 @@
 mod common;
 use common::random;
 
+mod estimates;
 mod finished;
 mod judge;
 mod stops;

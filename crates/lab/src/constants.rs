@@ -1,11 +1,12 @@
 //! The constants of the engine's model from queries of known truth, and how well they do.
 //!
 //! Each query is run to its end, and stopped at 2, 5, 10, 20 and 50 % of the work of the complete query; what the model sees
-//! at each moment is set against what came of it. Distance queries are stopped at these shares of their own work.
+//! at each moment is set against what came of it. Queries of distances and motions are stopped at these shares of their own work.
 
 mod cases;
 mod distances;
 mod evaluate;
+mod motions;
 mod plots;
 mod sample;
 mod source;
@@ -24,6 +25,7 @@ pub struct Data {
     poses: usize,
     samples: Vec<Sample>,
     moments: Vec<Moment>,
+    motions: Vec<motions::Moment>,
 }
 
 impl Data {
@@ -34,10 +36,11 @@ impl Data {
         self.poses += case.poses.len();
         self.samples.extend(sample::samples(number, case));
         self.moments.extend(distances::moments(number, case));
+        self.motions.extend(motions::moments(number, case));
     }
 
     /// The numbers of cases, of poses, and of moments of queries.
     pub fn counts(&self) -> [usize; 3] {
-        [self.names.len(), self.poses, self.samples.len() + self.moments.len()]
+        [self.names.len(), self.poses, self.samples.len() + self.moments.len() + self.motions.len()]
     }
 }

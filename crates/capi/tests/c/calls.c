@@ -290,12 +290,17 @@ static void motions(void) {
   OK(punctual_motion_pose(&straight, 0.5, &end));
   CHECK(end.m[3] == 2 && end.m[0] == 1);
 
+  punctual_quantiles work;
+  OK(punctual_motion_query_predict(&query, memory, &work));
+  CHECK(0 < work.p10 && work.p10 <= work.p50 && work.p50 <= work.p90);
   OK(punctual_motion_query_run(&query, workspace, NULL, punctual_budget_work(0), NULL, &last));
   CHECK(last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && last.free_until == 0 && !last.touches);
   while (last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT) {
     double before = last.free_until;
     OK(punctual_motion_query_resume(&query, workspace, NULL, punctual_budget_work(500), NULL, &last));
     CHECK(last.free_until >= before && last.free_until <= 0.5);
+    OK(punctual_motion_query_estimate(&query, workspace, NULL, &work));
+    CHECK((work.p90 > 0) == (last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT));
   }
   CHECK(last.free_until == passage.free_until && last.touching_at == passage.touching_at);
   CHECK(punctual_motion_query_resume(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &last) ==

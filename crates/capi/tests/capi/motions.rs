@@ -60,6 +60,8 @@ fn motions_are_those_of_rust() {
             };
             let native = native.time_tolerance(time_tolerance).margins(margins).poll_interval(1000);
             let native = if tolerance < 0.0 { native } else { native.tolerance(tolerance) };
+            let told = made(|work| punctual_motion_query_predict(Some(&query), Some(&memory), work));
+            assert_eq!(told, native.predict(Some(&remembered)).into());
             let budget = punctual_budget_work(8_000);
             let mut passage = made(|out| {
                 let (workspace, memory) = (Some(&mut *workspace), Some(&mut *memory));
@@ -70,6 +72,8 @@ fn motions_are_those_of_rust() {
             while expected.stop != StopReason::Finished {
                 stops += 1;
                 same(&passage, &expected);
+                let told = made(|work| punctual_motion_query_estimate(Some(&query), Some(&workspace), None, work));
+                assert_eq!(told, native.estimate(&other, None).unwrap().into());
                 passage = made(|out| {
                     let workspace = Some(&mut *workspace);
                     // SAFETY: no clock of the caller's.
@@ -115,6 +119,10 @@ fn bad_motions_are_refused() {
     let mut bad = query;
     bad.of_b.start.m[0] = 2.0;
     assert_eq!(refused(bad, "rotation"), Status::BadPose);
+    null_is_seen(punctual_motion_query_predict(None, None, None), "query");
+    null_is_seen(punctual_motion_query_predict(Some(&query), None, None), "work");
+    null_is_seen(punctual_motion_query_estimate(None, None, None, None), "query");
+    null_is_seen(punctual_motion_query_estimate(Some(&query), None, None, None), "work");
     null_is_seen(punctual_motion_screw(motion.start, motion.start, None), "motion");
     null_is_seen(punctual_motion_pose(None, 0.0, None), "motion");
     null_is_seen(punctual_motion_pose(Some(&motion), 0.0, None), "pose");

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use punctual::glam::{DQuat, DVec3};
 use punctual::internals::Random;
-use punctual::{Budget, Mesh, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual::{Budget, Mesh, Motion, Pose, Query, Tree, Verdict, Workspace, shapes};
 use punctual_io::load;
 
+use super::motions;
 use crate::files;
 use crate::report::Failure;
 
@@ -16,21 +17,35 @@ pub struct Case {
     pub(super) a: Tree,
     pub(super) b: Tree,
     pub(super) poses: Vec<Pose>,
+    /// Listed ones, or those from pose to pose.
+    pub(super) motions: Vec<Motion>,
     /// Whether the poses are frames of one motion.
     pub(super) is_motion: bool,
 }
 
 impl Case {
-    /// A folder with `a.*`, `b.*` and `poses.txt`; lines that hold no pose are left out.
+    /// A folder with `a.*`, `b.*` and `poses.txt`, or with motions, `sweeps.txt`; lines that hold none are left out.
     ///
     /// # Errors
     /// If one of the files cannot be read.
     pub fn folder(folder: &Path) -> Result<Self, Failure> {
+        Self::of(folder, false)
+    }
+
+    fn of(folder: &Path, is_motion: bool) -> Result<Self, Failure> {
         let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
-        let listed = files::poses(&folder.join("poses.txt"))?;
-        let poses = listed.into_iter().filter_map(|listed| listed.pose.ok()).collect();
+        let sweeps = folder.join("sweeps.txt");
+        let (poses, motions) = if sweeps.exists() {
+            let listed = files::motions(&sweeps)?;
+            (Vec::new(), listed.into_iter().filter_map(|listed| listed.motion.ok()).collect())
+        } else {
+            let listed = files::poses(&folder.join("poses.txt"))?;
+            let poses: Vec<Pose> = listed.into_iter().filter_map(|listed| listed.pose.ok()).collect();
+            let motions = motions::between(&poses, is_motion);
+            (poses, motions)
+        };
         let [a, b] = [files::mesh(folder, "a")?, files::mesh(folder, "b")?].map(Tree::new);
-        Ok(Self { name, a, b, poses, is_motion: false })
+        Ok(Self { name, a, b, poses, motions, is_motion })
     }
 
     /// The same, where the poses are consecutive frames of a motion.
@@ -38,7 +53,7 @@ impl Case {
     /// # Errors
     /// If one of the files cannot be read.
     pub fn motion(folder: &Path) -> Result<Self, Failure> {
-        Ok(Self { is_motion: true, ..Self::folder(folder)? })
+        Self::of(folder, true)
     }
 
     /// Two mesh files `A,B`: B approaches A from twelve sides and is put before and behind the first touch.
@@ -74,7 +89,8 @@ impl Case {
     fn generated(name: &str, a: Mesh, b: Mesh) -> Self {
         let (a, b) = (Tree::new(a), Tree::new(b));
         let poses = Approaches::new(&a, &b).poses();
-        Self { name: format!("approach_{name}"), a, b, poses, is_motion: false }
+        let motions = motions::between(&poses, false);
+        Self { name: format!("approach_{name}"), a, b, poses, motions, is_motion: false }
     }
 }
 

@@ -4,11 +4,12 @@ use std::io::Write;
 use std::path::Path;
 
 use punctual::Mode;
-use punctual::internals::{all_left, any_left, between, probability, recall, work_left};
+use punctual::internals::{all_left, any_left, between, motion_work_left, probability, recall, work_left};
 use punctual::{DEFAULT_PRIOR, Quantiles};
 
 use super::Data;
 use super::distances::Moment;
+use super::motions;
 use super::plots;
 use super::sample::Sample;
 use crate::report::{self, Chances, Failure};
@@ -35,6 +36,10 @@ pub struct Scores {
     distance_after_history: Costs,
     distance_at_10: Costs,
     distance_at_50: Costs,
+    motion: Costs,
+    motion_after_history: Costs,
+    motion_at_10: Costs,
+    motion_at_50: Costs,
     /// How many distances were told from stopped queries, and how many are not above each quantile.
     between: [usize; 4],
     pub chances: Chances,
@@ -121,6 +126,17 @@ impl Scores {
         }
     }
 
+    fn add_motion(&mut self, moment: &motions::Moment) {
+        let costs = match (moment.stop, moment.last) {
+            (None, None) => &mut self.motion,
+            (None, Some(_)) => &mut self.motion_after_history,
+            (Some(0.1), None) => &mut self.motion_at_10,
+            (Some(0.5), None) => &mut self.motion_at_50,
+            _ => return,
+        };
+        costs.add(moment.passing.work, moment.total, motion_work_left(&moment.passing, moment.last));
+    }
+
     fn add_chance(&mut self, sample: &Sample, chance: f64) {
         let (undecided, budgeted) = match sample.last {
             None => (&mut self.chances.0, &mut self.budgeted.0),
@@ -160,6 +176,10 @@ impl Scores {
             &self.distance_after_history,
             &self.distance_at_10,
             &self.distance_at_50,
+            &self.motion,
+            &self.motion_after_history,
+            &self.motion_at_10,
+            &self.motion_at_50,
         ];
         let mean = |errors: &[f64]| text(errors.iter().sum::<f64>() / errors.len() as f64);
         let mut fields: Vec<String> = costs.into_iter().flat_map(Costs::fields).collect();
@@ -175,7 +195,7 @@ impl Scores {
 
 /// Columns of a cost: median and 90 % quantile of `|log2(predicted / actual)|`, shares of actual costs not above the predicted
 /// 90 % quantile and the 10 % quantile.
-const COSTS: [&str; 11] = [
+const COSTS: [&str; 15] = [
     "all",
     "any",
     "all_after_history",
@@ -187,6 +207,10 @@ const COSTS: [&str; 11] = [
     "distance_after_history",
     "distance_at_10",
     "distance_at_50",
+    "motion",
+    "motion_after_history",
+    "motion_at_10",
+    "motion_at_50",
 ];
 
 /// Columns of probabilities: how many were told, their Brier score and calibration error; for queries that their budget left
@@ -218,6 +242,10 @@ pub fn report(data: &Data, folder: &Path, out: &mut impl Write) -> Result<(), Fa
     for moment in &data.moments {
         total.add_distance(moment);
         cases[moment.case].add_distance(moment);
+    }
+    for moment in &data.motions {
+        total.add_motion(moment);
+        cases[moment.case].add_motion(moment);
     }
     let named = data.names.iter().map(String::as_str).zip(&cases).chain([("total", &total)]);
     let row = |(name, scores): (&str, &Scores)| [vec![name.to_owned()], scores.fields()].concat();

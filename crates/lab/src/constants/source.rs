@@ -4,10 +4,11 @@ use std::collections::HashSet;
 
 use punctual::Mode;
 use punctual::internals::{between_features, closing_features, features_of_all, features_of_any};
-use punctual::internals::{history_features, hit_features, recall_features};
+use punctual::internals::{history_features, hit_features, passing_features, recall_features};
 
 use super::Data;
 use super::distances::Moment;
+use super::motions;
 use super::sample::Sample;
 use crate::machine;
 use crate::regression::{least_squares, logistic, quantile};
@@ -38,6 +39,7 @@ pub fn fit(data: &Data) -> String {
         chances(&alone, &remembering, &hit),
         recall(&alone, &remembering),
         distances(&data.moments),
+        motions(&data.motions),
     ]
     .concat()
 }
@@ -140,6 +142,26 @@ fn distances(moments: &[Moment]) -> String {
         table("LIMIT_LEFT", &limited, "The same with a limit."),
         list("DISTANCE_AFTER", &after, "Quantiles of log2 (work of a distance query / that of the frame before)."),
         table("DISTANCE_BETWEEN", &between, "Where the distance lies, 0 at the lower bound and 1 at the upper one: for each quantile the weights of `between_features`."),
+    ]
+    .concat()
+}
+
+fn motions(moments: &[motions::Moment]) -> String {
+    let alone = moments.iter().filter(|moment| moment.last.is_none());
+    let left = |moment: &motions::Moment| (moment.total - moment.passing.work).max(1.0).log2();
+    let row = |moment: &motions::Moment| (moment.case, passing_features(&moment.passing), left(moment));
+    let frames = moments.iter().filter(|moment| moment.stop.is_none());
+    let change = |moment: &motions::Moment| {
+        moment.last.map(|last| (moment.case, [1.0], (moment.total.max(1.0) / last.max(1.0)).log2()))
+    };
+    let after = quantiles_of(Rows::new(frames.filter_map(change))).map(|[w]| w);
+    [
+        table(
+            "MOTION_LEFT",
+            &quantiles_of(Rows::new(alone.map(row))),
+            "Quantiles of the work left in a motion query, for each the weights of `passing_features`.",
+        ),
+        list("MOTION_AFTER", &after, "Quantiles of log2 (work of a motion query / that of the motion before)."),
     ]
     .concat()
 }
