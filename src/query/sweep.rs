@@ -236,7 +236,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let [of_a, of_b] = &mut self.workspace.corners;
         let (a, of_b) = (of_a.of(self.a, pair[0], |v| v), of_b.of(self.b, pair[1], |v| v));
         stats.exact_tests += 1;
-        stats.work += WORK_PER_EXACT_TEST;
+        stats.work += WORK_PER_EXACT_TEST + if *margin > 0.0 { WORK_PER_CLOSEST_POINTS } else { 0 };
         let time = from + longest * MOMENTS[moment];
         if meet(a, &placed(course, of_b, time), *margin) {
             journey.pass(from);
