@@ -45,7 +45,7 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
     }
     let nearest = hits.iter().copied().min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
     let query = query.mode(RayMode::Nearest);
-    let piece = Budget::work(bytes.int_in_range(0..=600)?);
+    let piece = Budget::work(bytes.int_in_range(1..=600)?);
     let mut said = query.run_with(&mut workspace, piece, &clock);
     while said.stop == StopReason::WorkLimit {
         let told = said.hit.map_or(f64::INFINITY, |hit| hit.t);
