@@ -112,38 +112,42 @@ fn are_parted(a: &Node, b: &Node, views: &Views, relation: &Relation, sink: &mut
     edge_axes::part(a, b, &views.of_b, relation)
 }
 
-/// The child that a lone triangle is deepest in: where a hit is likeliest.
+/// The child, a column, that a lone triangle is deepest in: where a hit is likeliest.
 #[inline(always)]
-fn deepest<T: BoxTest>(hits: u64, alive: u32, keys: &Keys) -> Option<usize> {
-    if !T::IS_OVERLAP || !alive.is_power_of_two() || hits == 0 {
-        return None;
+fn deepest(mut columns: u32, depths: &[f32; WIDTH]) -> usize {
+    let mut deepest = columns.trailing_zeros() as usize % WIDTH;
+    while columns != 0 {
+        let column = columns.trailing_zeros() as usize % WIDTH;
+        columns &= columns - 1;
+        // Chosen, not branched: which is deeper cannot be guessed.
+        deepest = if depths[column] > depths[deepest] { column } else { deepest };
     }
-    let row = alive.trailing_zeros() as usize % WIDTH;
-    let mut hits = hits >> (WIDTH * row);
-    let mut deepest = hits.trailing_zeros() as usize % WIDTH;
-    while hits != 0 {
-        let column = hits.trailing_zeros() as usize % WIDTH;
-        hits &= hits - 1;
-        if keys[row][column] > keys[row][deepest] {
-            deepest = column;
-        }
-    }
-    Some(deepest)
+    deepest
 }
 
 /// Hands on the triangles of a cluster, the `alive` rows of `hits`, that are of interest with each child of the other side,
 /// a column. What is handed on last is visited next.
 #[inline(always)]
 fn clusters<T: BoxTest>(hits: u64, alive: u32, sink: &mut impl Sink, pair: impl Fn(u32, u8) -> Pair) {
-    let last = deepest::<T>(hits, alive, sink.keys());
-    let columns = transposed(hits).to_le_bytes();
-    for (column, alive) in columns.into_iter().enumerate() {
-        if alive != 0 && Some(column) != last {
+    if T::IS_OVERLAP && alive.is_power_of_two() {
+        if hits == 0 {
+            return;
+        }
+        let row = alive.trailing_zeros() as usize % WIDTH;
+        let mut columns = (hits >> (WIDTH * row)) as u32;
+        let last = deepest(columns, &sink.keys()[row]);
+        columns &= !(1 << last);
+        while columns != 0 {
+            let column = columns.trailing_zeros();
+            columns &= columns - 1;
+            sink.cluster(pair(column, alive as u8), column as usize);
+        }
+        return sink.cluster(pair(last as u32, alive as u8), last);
+    }
+    for (column, alive) in transposed(hits).to_le_bytes().into_iter().enumerate() {
+        if alive != 0 {
             sink.cluster(pair(column as u32, alive), column);
         }
-    }
-    if let Some(column) = last {
-        sink.cluster(pair(column as u32, columns[column]), column);
     }
 }
 
