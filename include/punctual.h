@@ -2259,6 +2259,20 @@ punctual_status punctual_query_open_boxes(const struct punctual_query *query,
                                           size_t *count);
 
 /**
+ * `punctual_query_certificate` and `punctual_query_open_boxes` after `work` units of work that open the largest of the boxes: the more, the less room is left and the lower is the upper bound. The run in `workspace` stays as it is and can be resumed; the work is done in `aside`, another workspace, whatever that held before. Intersections that it comes across have boxes too, since the query has not found them. Takes time linear in the open pairs, then that of the work; allocates nothing.
+ *
+ * Fails as `punctual_query_certificate`.
+ */
+punctual_status punctual_query_narrowed_certificate(const struct punctual_query *query,
+                                                    const struct punctual_workspace *workspace,
+                                                    struct punctual_workspace *aside,
+                                                    uint64_t work,
+                                                    struct punctual_certificate *certificate,
+                                                    struct punctual_aabb *boxes,
+                                                    size_t capacity,
+                                                    size_t *count);
+
+/**
  * The question how far apart `a` and `b` are, with the default options. Checked when it is run.
  */
 struct punctual_distance_query punctual_distance_query_new(const struct punctual_tree *a,

@@ -346,6 +346,15 @@ struct Query : punctual_query {
       return punctual_query_open_boxes(this, workspace.get(), boxes, capacity, count);
     });
   }
+  /** After so much work in another workspace. Writes up to `capacity` boxes, and how many there are to `count`. */
+  Result<punctual_certificate> narrowed_certificate(const Workspace &workspace, Workspace &aside, std::uint64_t work,
+                                                    punctual_aabb *boxes, std::size_t capacity,
+                                                    std::size_t &count) const noexcept {
+    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
+      return punctual_query_narrowed_certificate(this, workspace.get(), aside.get(), work, certificate, boxes,
+                                                 capacity, &count);
+    });
+  }
 };
 
 /** How far apart? The fields of punctual_distance_query are public; the trees must outlive it. */

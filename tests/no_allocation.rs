@@ -25,7 +25,7 @@ fn the_counter_counts() {
 }
 
 /// Everything a caller can do with a query inside a frame.
-fn use_query(query: &Query, workspace: &mut Workspace, mut memory: Option<&mut PairMemory>) {
+fn use_query(query: &Query, [workspace, aside]: [&mut Workspace; 2], mut memory: Option<&mut PairMemory>) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
     let budgets = [
         Budget::work(0),
@@ -40,12 +40,14 @@ fn use_query(query: &Query, workspace: &mut Workspace, mut memory: Option<&mut P
             let certificate = query.certificate(workspace).unwrap();
             black_box((certificate.upper_bound(), certificate.largest_extent()));
             black_box(certificate.boxes().count());
+            let narrowed = query.narrowed_certificate(workspace, aside, 500 * resumption).unwrap();
+            black_box((narrowed.upper_bound(), narrowed.boxes().count()));
             match outcome.stop {
                 StopReason::Finished | StopReason::FirstHit => break,
                 StopReason::PairsFull => drop(black_box(workspace.drain_pairs())),
                 _ => {}
             }
-            let more = budgets[1 + resumption % 4];
+            let more = budgets[1 + resumption as usize % 4];
             let again = query.resume_with(workspace, memory.as_deref_mut(), more, &clock);
             outcome = again.unwrap();
         }
@@ -101,6 +103,7 @@ fn use_contacts(query: &ContactQuery, workspace: &mut Workspace) {
 #[track_caller]
 fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
     let workspaces = [Workspace::new(), Workspace::with_capacity(0, 1), Workspace::with_capacity(3, 5)];
+    let mut aside = Workspace::with_capacity(30, 50);
     for mut workspace in workspaces {
         for mode in MODES {
             for order in ORDERS {
@@ -108,9 +111,9 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
                 for query in [query, query.queue_threshold(0.0), query.queue_threshold(0.0).pair_limit(3)] {
                     let mut memory = PairMemory::new();
                     let calls = allocator_calls(|| {
-                        use_query(&query, &mut workspace, None);
-                        use_query(&query, &mut workspace, Some(&mut memory));
-                        use_query(&query, &mut workspace, Some(&mut memory));
+                        use_query(&query, [&mut workspace, &mut aside], None);
+                        use_query(&query, [&mut workspace, &mut aside], Some(&mut memory));
+                        use_query(&query, [&mut workspace, &mut aside], Some(&mut memory));
                     });
                     assert_eq!(calls, 0, "{mode:?} {order:?}");
                 }

@@ -19,6 +19,8 @@ pub struct Certificate<'w> {
     b: &'w Tree,
     place: Place<'w>,
     workspace: &'w Workspace,
+    /// Of one that was narrowed: the run that it is of, and how many of its open node pairs `workspace` took over.
+    whole: Option<(&'w Workspace, usize)>,
 }
 
 /// Where B is.
@@ -31,12 +33,24 @@ enum Place<'w> {
 
 impl<'w> Certificate<'w> {
     pub(super) fn new([a, b]: [&'w Tree; 2], b_in_a: &'w Pose, workspace: &'w Workspace, reach: f64) -> Self {
-        Self { a, b, place: Place::Still(b_in_a, reach), workspace }
+        Self { a, b, place: Place::Still(b_in_a, reach), workspace, whole: None }
     }
 
     /// Of a motion.
     pub(super) fn of_motion([a, b]: [&'w Tree; 2], options: &'w MotionOptions, workspace: &'w Workspace) -> Self {
-        Self { a, b, place: Place::Moving(options), workspace }
+        Self { a, b, place: Place::Moving(options), workspace, whole: None }
+    }
+
+    /// The same of what `whole` left open: the first `taken` of its node pairs, and all else, as `self.workspace` went on
+    /// with them.
+    pub(super) fn narrowed(self, whole: &'w Workspace, taken: usize) -> Self {
+        Self { whole: Some((whole, taken)), ..self }
+    }
+
+    /// Units of work that it took: 0 unless it was narrowed.
+    #[must_use]
+    pub fn work(&self) -> u64 {
+        self.whole.map_or(0, |_| self.workspace.run.stats.work)
     }
 
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. Of a turning motion, which a query cuts into
@@ -61,6 +75,7 @@ impl<'w> Certificate<'w> {
         let open = self.open().map(|open| match open {
             Open::Nodes(Pair { nodes: [a, b], alive }) => count(self.a, a, alive[0]) * count(self.b, b, alive[1]),
             Open::Triangles(_) => 1,
+            Open::Found(_) => 0,
             Open::Piece(_) => self.a.mesh().len() as u64 * self.b.mesh().len() as u64,
         });
         let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
@@ -93,7 +108,7 @@ impl<'w> Certificate<'w> {
             Open::Nodes(Pair { nodes, .. }) => {
                 Block::new(a, nodes[0], &Pose::IDENTITY).overlap(&Block::new(b, nodes[1], b_in_a), margin)
             }
-            Open::Triangles(pair) => {
+            Open::Triangles(pair) | Open::Found(pair) => {
                 let (of_a, of_b) = (triangle_bounds(a, pair[0], &Pose::IDENTITY), triangle_bounds(b, pair[1], b_in_a));
                 Some(widened(&of_a.intersection(&of_b), margin))
             }
@@ -112,7 +127,7 @@ impl<'w> Certificate<'w> {
             Open::Nodes(Pair { nodes, .. }) => {
                 (node(a, nodes[0], &Pose::IDENTITY), ahead.swept(None, |pose| node(b, nodes[1], pose)))
             }
-            Open::Triangles(pair) => {
+            Open::Triangles(pair) | Open::Found(pair) => {
                 let of_b = ahead.swept(None, |pose| triangle_bounds(b, pair[1], pose));
                 (triangle_bounds(a, pair[0], &Pose::IDENTITY), of_b)
             }
@@ -132,13 +147,18 @@ impl<'w> Certificate<'w> {
         let workspace = self.workspace;
         let triangles = workspace.waiting.as_slice().iter().chain(&workspace.doubtful).copied();
         let followed = workspace.journey.followed.iter().map(|followed| followed.pair);
-        let triangles = triangles.chain(workspace.search.pairs()).chain(followed).map(Open::Triangles);
+        let in_meshes = |[i, j]: [u32; 2]| [self.a.ids()[i as usize], self.b.ids()[j as usize]];
+        let triangles = triangles.chain(workspace.search.pairs()).chain(followed);
+        let triangles = triangles.map(move |pair| Open::Triangles(in_meshes(pair)));
         let later = match self.place {
             Place::Still(..) => None,
             Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),
         };
         let later = later.into_iter().flatten().map(Open::Piece);
-        workspace.open_nodes().map(Open::Nodes).chain(triangles).chain(later).take(self.most())
+        let rest = self.whole.into_iter().flat_map(|(whole, taken)| whole.open_nodes().skip(taken));
+        let nodes = workspace.open_nodes().chain(rest).map(Open::Nodes);
+        let found = self.whole.map_or(&[][..], |_| workspace.pairs()).iter().copied().map(Open::Found);
+        nodes.chain(triangles).chain(found).chain(later).take(self.most())
     }
 
     /// What is left of a motion.
@@ -170,16 +190,17 @@ impl serde::Serialize for Certificate<'_> {
 /// A pair that was not finished.
 enum Open {
     Nodes(Pair),
-    /// In tree order.
+    /// Ids of the input meshes.
     Triangles([u32; 2]),
+    /// The same of a pair that was found while the certificate was narrowed.
+    Found([u32; 2]),
     /// Everything, in a piece of a motion that was not come to.
     Piece(u32),
 }
 
-/// The box, in A's frame, of a triangle whose mesh lies at `pose`.
+/// The box, in A's frame, of a triangle (an id of the input mesh) whose mesh lies at `pose`.
 fn triangle_bounds(tree: &Tree, triangle: u32, pose: &Pose) -> Aabb {
-    let id = tree.ids()[triangle as usize];
-    Aabb::from_points(tree.mesh().triangle(id as usize).map(|v| pose.transform_point(v)))
+    Aabb::from_points(tree.mesh().triangle(triangle as usize).map(|v| pose.transform_point(v)))
 }
 
 /// The box of a node, as it lies in A's frame: `center + axes * x` for all `x` within `half`.

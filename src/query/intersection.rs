@@ -7,7 +7,7 @@
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
 use super::options::{Mode, Options};
-use super::order::overlap_volume;
+use super::order::{bucket_by_room, overlap_volume};
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::traversal::{Question, Traversal, bits};
@@ -24,6 +24,7 @@ impl Question for Traversal<'_, '_, Intersection<'_>> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         if self.strategy.march
+            && !self.strategy.largest_first
             && let Some(pair) = self.workspace.march.pop()
         {
             return Some((pair, Origin::Stack));
@@ -93,9 +94,12 @@ impl Traversal<'_, '_, Intersection<'_>> {
     }
 
     /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost is below the threshold.
-    fn queue(&mut self, pair: Pair, depth: f32) {
+    pub(super) fn queue(&mut self, pair: Pair, depth: f32) {
         let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
-        if libm::sqrtf(a.self_cost * b.self_cost) >= self.strategy.queue_threshold {
+        if self.strategy.largest_first {
+            let bucket = bucket_by_room(a, b, self.relation);
+            self.workspace.front.queue(pair, 0.0, bucket, true);
+        } else if libm::sqrtf(a.self_cost * b.self_cost) >= self.strategy.queue_threshold {
             let volume = || overlap_volume(a, b, self.relation);
             let alpha = || a.alpha().element_product() * b.alpha().element_product();
             let random = &mut self.workspace.run.random;
@@ -155,7 +159,11 @@ impl Sink for Traversal<'_, '_, Intersection<'_>> {
 
     #[inline(always)]
     fn cluster(&mut self, pair: Pair, _column: usize) {
-        self.workspace.front.push(pair);
+        if self.strategy.largest_first {
+            self.queue(pair, 0.0);
+        } else {
+            self.workspace.front.push(pair);
+        }
     }
 
     #[inline(always)]

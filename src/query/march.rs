@@ -37,6 +37,12 @@ impl March {
         self.waiting = 0;
     }
 
+    /// Takes over which pairs have been visited, and no leads.
+    pub fn copy_visits(&mut self, other: &Self) {
+        self.visited.copy_from(&other.visited);
+        self.waiting = 0;
+    }
+
     /// The latest lead.
     #[inline(always)]
     pub fn pop(&mut self) -> Option<Pair> {

@@ -30,6 +30,7 @@ mod march;
 mod measure;
 mod memory;
 mod motion;
+mod narrow;
 mod nearest;
 #[cfg(feature = "internals")]
 pub(crate) mod opened;

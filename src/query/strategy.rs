@@ -18,6 +18,8 @@ pub(crate) struct Strategy {
     pub queue_threshold: f32,
     /// Whether the deepest of siblings goes on top of the stack.
     pub deepest_first: bool,
+    /// Whether pairs are queued by the room in which their boxes overlap, whatever the order.
+    pub largest_first: bool,
     /// Triangle pairs that wait before they are tested.
     pub batch: usize,
     /// Whether hits lead to their neighbors.
@@ -40,10 +42,16 @@ impl Strategy {
     pub const NONE: Self = Self {
         queue_threshold: f32::INFINITY,
         deepest_first: false,
+        largest_first: false,
         batch: WIDTH,
         march: false,
         warm_start: WarmStart::None,
     };
+
+    /// For what a run that marched, or not, has left open: so that the room for what is not known shrinks as fast as may be.
+    pub fn narrowing(march: bool) -> Self {
+        Self { queue_threshold: 0.0, largest_first: true, march, ..Self::NONE }
+    }
 
     /// For a run that nothing will stop: depth-first, which costs least.
     pub fn complete(options: &Options) -> Self {
@@ -53,7 +61,7 @@ impl Strategy {
             Mode::Any => (default_order, WarmStart::Witnesses),
             Mode::All => (false, WarmStart::None),
         };
-        Self { queue_threshold: f32::INFINITY, deepest_first, batch: WIDTH, march: false, warm_start }
+        Self { deepest_first, warm_start, ..Self::NONE }
     }
 
     /// For a budget. `fits` tells whether a time is expected to last to the end.

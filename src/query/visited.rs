@@ -46,6 +46,16 @@ impl Visited {
         true
     }
 
+    /// Becomes a copy of another set with as much room.
+    pub fn copy_from(&mut self, other: &Self) {
+        debug_assert_eq!(self.room, other.room);
+        self.clear();
+        for &slot in &other.used {
+            self.slots[slot as usize] = other.slots[slot as usize];
+            self.used.push(slot);
+        }
+    }
+
     pub fn is_full(&self) -> bool {
         self.used.len() == self.room
     }

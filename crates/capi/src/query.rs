@@ -317,6 +317,34 @@ pub unsafe extern "C" fn punctual_query_open_boxes(
     })
 }
 
+/// `punctual_query_certificate` and `punctual_query_open_boxes` after `work` units of work that open the largest of the boxes: the more, the less room is left and the lower is the upper bound. The run in `workspace` stays as it is and can be resumed; the work is done in `aside`, another workspace, whatever that held before. Intersections that it comes across have boxes too, since the query has not found them. Takes time linear in the open pairs, then that of the work; allocates nothing.
+///
+/// Fails as `punctual_query_certificate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_query_narrowed_certificate(
+    query: Option<&punctual_query>,
+    workspace: Option<&punctual_workspace>,
+    aside: Option<&mut punctual_workspace>,
+    work: u64,
+    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+    boxes: *mut punctual_aabb,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_query_narrowed_certificate", || {
+        let query = given(query, "query")?.check()?;
+        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
+        let workspace = given(workspace, "workspace")?.0.get("workspace")?;
+        given(aside, "aside")?.0.change("aside", |aside| {
+            let open = query.narrowed_certificate(workspace, aside, work)?;
+            certificate.write(open.into());
+            // SAFETY: the contract of the header for arrays.
+            count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
+            Ok(())
+        })
+    })
+}
+
 /// Hands what a caller passed to `run`, which runs or resumes a query, and the answer back.
 ///
 /// # Safety

@@ -285,6 +285,8 @@ pub struct Query {
     asked: Asked,
     options: QueryOptions,
     workspace: Box<Workspace>,
+    /// For certificates.
+    aside: Option<Box<Workspace>>,
     /// All that the last run found, and its outcome.
     pairs: Vec<[u32; 2]>,
     outcome: Option<Outcome>,
@@ -303,7 +305,7 @@ impl Query {
         mut memory: Option<PyRefMut<'_, Memory>>,
         stopped: Option<Outcome>,
     ) -> PyResult<Bound<'py, Collision>> {
-        let Self { trees: [a, b], asked, options, workspace, pairs, outcome } = self;
+        let Self { trees: [a, b], asked, options, workspace, pairs, outcome, .. } = self;
         let (query, mut memory) = (options.query(a, b, asked.pose), lent(&mut memory));
         let run = || {
             let now = spend(&query, workspace, memory.as_deref_mut(), limit, pairs, stopped)?;
@@ -332,7 +334,7 @@ impl Query {
         let trees = [Arc::clone(&a.arc), Arc::clone(&b.arc)];
         let asked = Asked::new(a, b, T.unwrap_or_default().0);
         let workspace = Box::new(Workspace::new());
-        Ok(Self { trees, asked, options, workspace, pairs: Vec::new(), outcome: None })
+        Ok(Self { trees, asked, options, workspace, aside: None, pairs: Vec::new(), outcome: None })
     }
 
     /// Runs from the start, within a budget of seconds or of units of work.
@@ -379,8 +381,16 @@ impl Query {
         Ok(Estimate::new(&estimate, &self.workspace.cost_model()))
     }
 
-    /// What the last run left open, as far as it is proven. Raises ResumeError before the first run.
-    fn certificate(&self) -> PyResult<Certificate> {
-        Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into())
+    /// What the last run left open, as far as it is proven, after so many units of work that open the largest boxes: the
+    /// more, the less room is left. The run stays as it is. Raises ResumeError before the first run.
+    #[pyo3(signature = (*, work=0))]
+    fn certificate(&mut self, work: u64) -> PyResult<Certificate> {
+        if work == 0 {
+            return Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into());
+        }
+        let mut aside = self.aside.take().unwrap_or_default();
+        let told = self.query().narrowed_certificate(&self.workspace, &mut aside, work).map(Into::into);
+        self.aside = Some(aside);
+        told.map_err(resume_error)
     }
 }

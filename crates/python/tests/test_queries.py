@@ -79,12 +79,14 @@ def test_unseen_intersections_lie_in_the_boxes(ball, ring, touching):
     query = punctual.Query(ball, ring, touching, mode="all")
     query.run(work=2000)
     found = {tuple(pair) for pair in query.run(work=2000).pairs.tolist()}
-    boxes = query.certificate().boxes
+    plain, narrowed = query.certificate(), query.certificate(work=500)
+    assert plain.upper_bound > narrowed.upper_bound > len(found)
+    boxes = narrowed.boxes
     corners = ball.vertices[ball.faces]
     missed = [
         pair for pair in punctual.collide(ball, ring, touching, mode="all").pairs.tolist() if tuple(pair) not in found
     ]
-    assert missed
+    assert missed and len(missed) + len(found) <= narrowed.upper_bound
     for triangle, _ in missed:
         low, high = corners[triangle].min(axis=0), corners[triangle].max(axis=0)
         assert ((boxes[:, 0] <= high) & (low <= boxes[:, 1])).all(axis=1).any()
