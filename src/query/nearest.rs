@@ -2,7 +2,7 @@
 //!
 //! Pairs whose boxes overlap are finished depth-first, the deepest first: as long as there are any, nothing is proven. Pairs
 //! that are apart wait in the queue by their lower bounds, and are dropped when they can't matter any more. To begin with,
-//! a *dive* opens nothing but the child that seems to be closest, down to a few triangles, so that there is an upper bound to
+//! a *dive* opens nothing but the child that seems to be closest, down to two triangles, so that there is an upper bound to
 //! compare with; it leaves no trace.
 //!
 //! Triangles go through two tests: eight pairs at a time in `f32` for lower bounds, and one pair at a time in `f64`, for
@@ -101,7 +101,7 @@ impl Question for Traversal<'_, '_, Distance> {
         if self.origin != Origin::Path {
             // Whatever was not kept of its children is at least as far apart.
             search.interval.pass_rest();
-        } else if search.dive.is_none() && search.waiting.is_empty() {
+        } else if search.dive.is_none() {
             search.is_diving = false;
         }
     }
@@ -109,10 +109,7 @@ impl Question for Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
         let search = &self.workspace.search;
-        if search.is_diving {
-            return !search.waiting.is_empty();
-        }
-        search.waiting.len() >= WIDTH || any && !search.is_done()
+        !search.proposed.is_empty() || search.waiting.len() >= WIDTH || any && !search.is_done()
     }
 
     #[inline(always)]
@@ -129,7 +126,7 @@ impl Question for Traversal<'_, '_, Distance> {
             self.consider(left);
         }
         let search = &self.workspace.search;
-        let last = self.workspace.front.is_empty() && !search.is_diving;
+        let last = self.workspace.front.is_empty();
         self.workspace.testing =
             !search.proposed.is_empty() || search.waiting.len() >= WIDTH || last && !search.is_done();
         search.interval.is_decided().then_some(StopReason::Finished)
@@ -167,7 +164,7 @@ impl Traversal<'_, '_, Distance> {
             let bound = f64::from(low) * self.relation.unit;
             if search.interval.matters(bound) {
                 order.push(i);
-            } else if !search.is_diving {
+            } else {
                 search.interval.pass(bound);
             }
         }
@@ -176,19 +173,11 @@ impl Traversal<'_, '_, Distance> {
         order.sort_unstable_by(|&i, &j| about[j].total_cmp(&about[i]).then(j.cmp(&i)));
         for i in order {
             let proposed = Bounded { pair: pairs[i], low: low[i] };
-            if low[i] > 0.0 && about[i] > closer && !search.put_off.is_full() && !search.is_diving {
+            if low[i] > 0.0 && about[i] > closer && !search.put_off.is_full() {
                 search.put_off.push(proposed);
             } else {
                 search.proposed.push(proposed);
             }
-        }
-        if search.is_diving {
-            // The most likely one is enough for a guess; the others are met again.
-            let best = search.proposed.pop();
-            search.proposed.clear();
-            search.proposed.extend(best);
-            search.waiting.clear();
-            search.is_diving = false;
         }
     }
 
@@ -297,10 +286,10 @@ impl Sink for Traversal<'_, '_, Distance> {
         let search = &mut self.workspace.search;
         search.wait(hits, first, &self.keys);
         if search.is_diving {
-            // A guess is no bound.
-            search.waiting.sort_unstable_by(|x, y| x.low.total_cmp(&y.low));
-            search.waiting.truncate(WIDTH);
-            search.waiting.iter_mut().for_each(|left| left.low = f32::NEG_INFINITY);
+            // One is enough for a guess, which is no bound; all are met again.
+            let likely = search.waiting.iter().min_by(|x, y| x.low.total_cmp(&y.low));
+            search.proposed.extend(likely.map(|likely| Bounded { low: 0.0, ..*likely }));
+            search.waiting.clear();
         }
     }
 }
