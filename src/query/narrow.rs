@@ -66,7 +66,7 @@ impl Traversal<'_, '_, Intersection<'_>> {
     /// Queues as many of these pairs as there is room for; how many.
     fn queue_first(&mut self, pairs: impl Iterator<Item = Pair>) -> usize {
         let room = self.workspace.front.room();
-        pairs.take(room).map(|pair| self.queue(pair, 0.0)).count()
+        pairs.take(room).map(|pair| self.queue_by_room(pair)).count()
     }
 }
 
