@@ -99,8 +99,9 @@ pub use query::{
     RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Stats, StopReason, Verdict, Workspace,
 };
 pub use scene::{
-    Body, BodyContact, BodyHit, BodyId, BodyKind, ContactPhase, ContactPoint, ContactPoints, Filter, PairCertificate,
-    PairDistance, PairPassage, PairQuestion, PairReport, Reach, Report, Scene, SceneCast, SceneError, SceneRay,
+    Body, BodyContact, BodyHit, BodyId, BodyKind, CompoundId, ContactPhase, ContactPoint, ContactPoints, Filter,
+    PairCertificate, PairDistance, PairPassage, PairQuestion, PairReport, Reach, Report, Scene, SceneCast, SceneError,
+    SceneRay,
 };
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};
 pub use triangle::ray::Side;

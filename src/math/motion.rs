@@ -110,6 +110,16 @@ impl Motion {
         Self::checked(start, along, turn, arm)
     }
 
+    /// The motion of a part that is fixed to the body, at a place in the body's frame: with the same velocity, about the same
+    /// axis.
+    ///
+    /// # Errors
+    /// [`MotionError`].
+    pub fn of_part(&self, part_in_body: &Pose) -> Result<Self, MotionError> {
+        let arm = self.arm + self.start.rotate(part_in_body.translation());
+        Self::checked(self.start.compose_unchecked(part_in_body), self.velocity, self.turn, arm)
+    }
+
     fn checked(start: Pose, velocity: DVec3, turn: DVec3, arm: DVec3) -> Result<Self, MotionError> {
         if !(velocity.is_finite() && turn.is_finite() && arm.is_finite()) {
             return Err(MotionError::NotFinite);
@@ -245,6 +255,20 @@ mod tests {
             let time = f64::from(i) / 100.0;
             let at = motion.pose(time).transform_point(of_body);
             assert!((at - point - velocity * time).length() < 1e-13, "{time}");
+        }
+    }
+
+    #[test]
+    fn parts_stay_where_they_are_in_their_body() {
+        let mut random = Random::new(8);
+        for _ in 0..100 {
+            let (start, end, place) = (pose(&mut random), pose(&mut random), pose(&mut random));
+            let motion = Motion::screw(start, end).unwrap();
+            let part = motion.of_part(&place).unwrap();
+            for time in [0.0, 0.3, 1.0] {
+                let there = motion.pose(time).compose(&place).unwrap();
+                assert!(difference(&part.pose(time), &there) < 1e-13, "{motion:?} {place:?} {time}");
+            }
         }
     }
 

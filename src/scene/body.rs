@@ -1,10 +1,12 @@
-//! Bodies: a shared tree at a pose, and who may meet whom.
+//! Bodies: a shared tree at a pose.
 
 use super::ask::Weights;
 use super::ask::located::Located;
 use super::ask::measured::Measured;
 use super::error::SceneError;
-use super::id::{BodyId, PairKey, bodies_of, pair_key};
+use super::facts::{Change, Facts};
+use super::filter::Filter;
+use super::id::{BodyId, CompoundId, PairKey, bodies_of, pair_key};
 use super::pair::ways::Way;
 use super::room::reserve;
 use super::waiting::Waiting;
@@ -24,37 +26,6 @@ pub enum BodyKind {
     Moving,
     /// Part of the surroundings: two fixed bodies are never compared. It may be given new poses all the same.
     Fixed,
-}
-
-/// Which bodies may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both have a bit set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
-#[non_exhaustive]
-pub struct Filter {
-    /// The groups it belongs to.
-    pub groups: u32,
-    /// The groups it meets.
-    pub mask: u32,
-}
-
-impl Filter {
-    /// In these groups, meets those.
-    pub const fn new(groups: u32, mask: u32) -> Self {
-        Self { groups, mask }
-    }
-
-    /// Whether bodies of these filters may meet.
-    pub const fn meets(self, other: Self) -> bool {
-        self.groups & other.mask != 0 && other.groups & self.mask != 0
-    }
-}
-
-impl Default for Filter {
-    /// In all groups, meets all groups.
-    fn default() -> Self {
-        Self::new(u32::MAX, u32::MAX)
-    }
 }
 
 /// A body: a tree, shared with any number of other bodies, at a pose.
@@ -117,6 +88,8 @@ pub(super) struct Placed {
     pub last: Pose,
     /// Where it goes until the next frame.
     pub motion: Option<Box<Motion>>,
+    /// The compound that it is a part of.
+    pub compound: Option<CompoundId>,
 }
 
 impl Placed {
@@ -128,56 +101,6 @@ impl Placed {
     /// Where it is until the next frame.
     pub fn motion(&self) -> Motion {
         self.motion.as_deref().copied().unwrap_or(Motion::still(self.body.pose))
-    }
-}
-
-/// What is new about a body, as far as pairs are concerned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub(super) enum Change {
-    /// Its box may be smaller than it is: that of its way, after it came to rest.
-    Settle,
-    /// Its box, at most.
-    #[default]
-    None,
-    /// Its fat AABB, or whom it may meet.
-    Place,
-    /// It is another body than before.
-    Body,
-}
-
-/// What is asked of a body for each of its pairs: few bytes, so that those of a large scene stay in the caches.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Facts {
-    /// The frame in which pose or tree were last new.
-    pub changed: u64,
-    /// The change that is not taken account of yet.
-    pending: Option<Change>,
-    pub generation: u32,
-    pub importance: f32,
-    /// Fourth root of the number of triangles.
-    pub size: f32,
-    pub filter: Filter,
-    /// Whether one of its distances is asked for.
-    is_measured: bool,
-    /// Whether more may be asked of its pairs than if they meet.
-    pub is_special: bool,
-}
-
-const _: () = assert!(size_of::<Facts>() == 32);
-
-impl Facts {
-    /// Whether its box may be of another pose or tree than it has.
-    pub fn is_changed(&self) -> bool {
-        self.pending > Some(Change::Settle)
-    }
-
-    /// Whether its slot had another body when its box was made.
-    pub fn is_another(&self) -> bool {
-        self.pending == Some(Change::Body)
-    }
-
-    pub fn may_meet(&self, other: &Self) -> bool {
-        self.filter.meets(other.filter)
     }
 }
 
@@ -233,16 +156,13 @@ impl Bodies {
         frame < self.grown + YOUTH
     }
 
-    /// The id that the next body gets.
-    pub fn next_id(&self) -> Option<BodyId> {
-        let index = match self.free.last() {
-            Some(&index) => index,
-            None => u32::try_from(self.slots.len()).ok().filter(|&index| index < u32::MAX)?,
-        };
-        Some(self.id(index))
+    /// The ids that the next bodies get, one after the other.
+    pub fn next_ids(&self) -> impl Iterator<Item = BodyId> {
+        let new = u32::try_from(self.slots.len()).unwrap_or(u32::MAX)..u32::MAX;
+        self.free.iter().rev().copied().chain(new).map(|index| self.id(index))
     }
 
-    /// Puts a body where [`Bodies::next_id`] said.
+    /// Puts a body where [`Bodies::next_ids`] said.
     pub fn insert(&mut self, placed: Placed, frame: u64) {
         let index = self.free.pop().map_or(self.slots.len(), |index| index as usize);
         if index == self.slots.len() {
@@ -259,7 +179,7 @@ impl Bodies {
         self.set_pending(index as u32, Change::Body);
     }
 
-    pub fn remove(&mut self, id: BodyId) -> Result<Body, SceneError> {
+    pub fn remove(&mut self, id: BodyId) -> Result<Placed, SceneError> {
         self.get(id)?;
         let placed = self.slots[id.index()].take().ok_or(SceneError::NoSuchBody { body: id })?;
         self.len -= 1;
@@ -273,7 +193,7 @@ impl Bodies {
             self.free.push(id.index);
         }
         self.set_pending(id.index, Change::Body);
-        Ok(placed.body)
+        Ok(placed)
     }
 
     /// Changes a body in a way that may change its box or its verdicts from `frame` on.
@@ -324,8 +244,8 @@ impl Bodies {
     /// Copies the facts of a body that was last new in `frame`.
     fn note(&mut self, index: usize, frame: u64) {
         let facts = &mut self.facts[index];
-        if let Some(Placed { body, motion, .. }) = &self.slots[index] {
-            (facts.importance, facts.filter) = (body.importance, body.filter);
+        if let Some(Placed { body, motion, compound, .. }) = &self.slots[index] {
+            (facts.importance, facts.filter, facts.is_part) = (body.importance, body.filter, compound.is_some());
             facts.is_special = facts.is_measured || body.margin > 0.0 || motion.is_some();
             self.has_special |= facts.is_special;
             facts.size = libm::sqrtf(libm::sqrtf(body.tree.mesh().len() as f32));
@@ -349,6 +269,19 @@ impl Bodies {
         }
         // What was found is the answer to another question.
         pair.into_iter().try_for_each(|id| self.change(id, frame, |_| ()))
+    }
+
+    /// Whether two bodies may meet: by their filters, and unless they are parts of one compound.
+    #[inline]
+    pub fn may_meet(&self, [a, b]: [u32; 2]) -> bool {
+        let (x, y) = (self.facts(a), self.facts(b));
+        x.filter.meets(y.filter) && !(x.is_part && y.is_part && self.are_of_one([a, b]))
+    }
+
+    #[cold]
+    fn are_of_one(&self, pair: [u32; 2]) -> bool {
+        let [x, y] = pair.map(|body| self.at(body).and_then(|placed| placed.compound));
+        x == y
     }
 
     /// Whether more may be asked of a pair than if it meets.

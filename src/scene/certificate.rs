@@ -23,7 +23,7 @@ impl Scene {
     pub(super) fn is_looked_at(&self, a: BodyId, b: BodyId) -> Result<bool, SceneError> {
         let [placed_a, placed_b] = [self.bodies.get(a)?, self.bodies.get(b)?];
         let moving = [placed_a, placed_b].iter().any(|placed| placed.body.kind == BodyKind::Moving);
-        let may_meet = self.bodies.facts(a.index).may_meet(self.bodies.facts(b.index));
+        let may_meet = self.bodies.may_meet([a.index, b.index]);
         let known = self.partners_known(a)? && self.partners_known(b)? && self.report.unlisted == 0;
         Ok(moving && may_meet && (known || self.report.pair(a, b).is_some()))
     }

@@ -1,7 +1,7 @@
 //! Why a scene refuses something.
 
 use super::ask::PairQuestion;
-use super::id::BodyId;
+use super::id::{BodyId, CompoundId};
 use crate::math::RayError;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use core::fmt;
@@ -15,6 +15,11 @@ pub enum SceneError {
         /// The id that is not valid.
         body: BodyId,
     },
+    /// The compound was removed, or is of another scene.
+    NoSuchCompound {
+        /// The id that is not valid.
+        compound: CompoundId,
+    },
     /// The matrix of the pose is too far from a rotation for a relative pose of two bodies.
     NotARotation {
         /// The body; for an insertion, the id that it would have had.
@@ -22,7 +27,8 @@ pub enum SceneError {
         /// The largest entry of `|RᵀR − I|`.
         deviation: f64,
     },
-    /// The translation of the pose is longer than 2^990 along an axis.
+    /// The translation of the pose is longer than 2^990 along an axis, or so far is a part from the axis that its compound
+    /// turns about.
     TooFar {
         /// The body; for an insertion, the id that it would have had.
         body: BodyId,
@@ -66,6 +72,7 @@ impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoSuchBody { body } => write!(f, "{body} is not in the scene"),
+            Self::NoSuchCompound { compound } => write!(f, "{compound} is not in the scene"),
             Self::NotARotation { body, deviation } => write!(
                 f,
                 "{body}: the matrix is off a rotation by {deviation:e}, allowed is {SCENE_ROTATION_TOLERANCE:e}"

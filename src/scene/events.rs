@@ -121,5 +121,9 @@ fn unlisted(contact: &BodyContact, bodies: &Bodies, broad: &Broad) -> ContactPha
     // Boxes prove something where they are up to date.
     let are_placed = !a.is_changed() && !b.is_changed();
     let are_apart = are_placed && !broad.bounds(contact.a.index).intersects(broad.bounds(contact.b.index));
-    if are_apart || !a.may_meet(b) { ContactPhase::Ended } else { ContactPhase::Undecided }
+    if are_apart || !bodies.may_meet([contact.a.index, contact.b.index]) {
+        ContactPhase::Ended
+    } else {
+        ContactPhase::Undecided
+    }
 }

@@ -1,7 +1,8 @@
 //! One frame, step by step.
 
-use super::body::{Bodies, Facts, Placed};
+use super::body::{Bodies, Placed};
 use super::broad::bounds;
+use super::facts::Facts;
 use super::pair::asked::Frame;
 use super::pair::batch::{Batch, Round};
 use super::schedule::Found;

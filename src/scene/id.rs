@@ -33,6 +33,29 @@ impl fmt::Display for BodyId {
     }
 }
 
+/// Names a compound of one scene ([`crate::Scene::insert_compound`]); that of a removed one is never valid again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CompoundId(pub(super) u64);
+
+impl CompoundId {
+    /// The id as a number, for other languages.
+    pub fn to_bits(self) -> u64 {
+        self.0
+    }
+
+    /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are ids of its compounds.
+    pub fn from_bits(bits: u64) -> Self {
+        Self(bits)
+    }
+}
+
+impl fmt::Display for CompoundId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "compound {}", self.0)
+    }
+}
+
 /// Two bodies by index, the lower one in the upper half: pairs are ordered by it.
 pub(super) type PairKey = u64;
 

@@ -1,6 +1,6 @@
 //! Many bodies, one budget a frame.
 //!
-//! A [`Scene`] holds bodies ([`body`]). A frame ([`frame`]) places those that changed, finds pairs of them that are near each
+//! A [`Scene`] holds bodies ([`body`]), some of which move as one ([`compound`]). A frame ([`frame`]) places those that changed, finds pairs of them that are near each
 //! other ([`broad`]), lists those whose boxes overlap, shares the budget among them ([`schedule`]), and runs each through the
 //! query that answers what is asked of it ([`pair`]), on one thread or on several. Of two bodies there is a state that is kept
 //! from their first turn on, a job of the frame, and a report. Those that are apart by more than they have gone since need no
@@ -17,8 +17,11 @@ mod broad;
 mod cast;
 mod certificate;
 mod checks;
+mod compound;
 mod error;
 mod events;
+mod facts;
+mod filter;
 mod frame;
 mod id;
 mod pair;
@@ -28,11 +31,12 @@ mod schedule;
 mod waiting;
 
 pub use ask::PairQuestion;
-pub use body::{Body, BodyKind, Filter};
+pub use body::{Body, BodyKind};
 pub use cast::ray::{BodyHit, SceneCast, SceneRay};
 pub use certificate::PairCertificate;
 pub use error::SceneError;
-pub use id::BodyId;
+pub use filter::Filter;
+pub use id::{BodyId, CompoundId};
 pub use pair::contact_points::{ContactPoint, ContactPoints};
 pub use report::{BodyContact, ContactPhase, PairDistance, PairPassage, PairReport, Report};
 
@@ -45,10 +49,12 @@ use crate::query::{Budget, Clock, Mode, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
-use body::{Bodies, Change, Placed};
+use body::{Bodies, Placed};
 use broad::Broad;
 use cast::Rays;
+use compound::Compounds;
 use events::Events;
+use facts::Change;
 use schedule::Schedule;
 use schedule::pairs::Pairs;
 #[cfg(feature = "parallel")]
@@ -105,6 +111,7 @@ pub struct Scene {
     report: Report,
     events: Events,
     rays: Rays,
+    compounds: Compounds,
     #[cfg(feature = "parallel")]
     workers: Option<Workers>,
 }
@@ -125,6 +132,7 @@ impl Scene {
             report: Report::default(),
             events: Events::default(),
             rays: Rays::default(),
+            compounds: Compounds::default(),
             #[cfg(feature = "parallel")]
             workers: None,
         }
@@ -199,13 +207,16 @@ impl Scene {
     /// # Errors
     /// If its pose or importance is refused; the error has the id that it would have had.
     pub fn insert(&mut self, body: Body) -> Result<BodyId, SceneError> {
-        let id = self.bodies.next_id().ok_or(SceneError::Full)?;
-        let inverse = checks::inverse(id, &body.pose)?;
-        let importance = checks::importance(id, body.importance)?;
-        checks::length(id, body.margin)?;
+        self.insert_part(body, None)
+    }
+
+    fn insert_part(&mut self, body: Body, compound: Option<CompoundId>) -> Result<BodyId, SceneError> {
+        let id = self.bodies.next_ids().next().ok_or(SceneError::Full)?;
+        let (inverse, importance) = checks::body(id, &body)?;
         let frame = self.next_frame();
         let last = body.pose;
-        self.bodies_mut().insert(Placed { body: Body { importance, ..body }, inverse, last, motion: None }, frame);
+        let placed = Placed { body: Body { importance, ..body }, inverse, last, motion: None, compound };
+        self.bodies_mut().insert(placed, frame);
         self.broad.reserve(self.bodies.room());
         self.broad.insert(id.index);
         Ok(id)
@@ -216,7 +227,9 @@ impl Scene {
     /// # Errors
     /// If it is not in it.
     pub fn remove(&mut self, id: BodyId) -> Result<Body, SceneError> {
-        self.bodies_mut().remove(id)
+        let Placed { body, compound, .. } = self.bodies_mut().remove(id)?;
+        self.compounds.forget(compound, id);
+        Ok(body)
     }
 
     /// A body of the scene.

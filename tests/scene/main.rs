@@ -4,6 +4,7 @@ mod apart;
 mod broad_phase;
 #[path = "../common/mod.rs"]
 mod common;
+mod compounds;
 mod contacts;
 mod distances;
 mod events;

@@ -1,9 +1,9 @@
 //! Margins of bodies, and distances that are asked for.
 
 use crate::scene::Scene;
-use crate::scene::body::Change;
 use crate::scene::checks;
 use crate::scene::error::SceneError;
+use crate::scene::facts::Change;
 use crate::scene::id::{BodyId, pair_key};
 
 impl Scene {

@@ -245,7 +245,7 @@ impl Search<'_> {
         if (a.new | b.new) & (a.moving | b.moving) && a.bounds.intersects(&b.bounds) {
             if a.second != NONE || b.second != NONE {
                 self.stack.push([x, y]);
-            } else if self.bodies.facts(a.body).may_meet(self.bodies.facts(b.body)) {
+            } else if self.bodies.may_meet([a.body, b.body]) {
                 self.found.push(pair_key(a.body, b.body));
             }
         }

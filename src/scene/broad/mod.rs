@@ -20,7 +20,8 @@ pub(crate) mod fat_tree;
 mod node;
 mod sort;
 
-use super::body::{Bodies, Change};
+use super::body::Bodies;
+use super::facts::Change;
 use super::id::PairKey;
 use super::room::reserve;
 use super::waiting::Waiting;
@@ -137,9 +138,7 @@ impl Broad {
     /// Whether two bodies overlap and may meet, by what the tree has of them.
     pub fn overlap(&self, bodies: &Bodies, [a, b]: [u32; 2]) -> bool {
         let [x, y] = [a, b].map(|body| &self.proxies[body as usize]);
-        (x.moving || y.moving)
-            && self.tree.bounds(x).intersects(&self.tree.bounds(y))
-            && bodies.facts(a).may_meet(bodies.facts(b))
+        (x.moving || y.moving) && self.tree.bounds(x).intersects(&self.tree.bounds(y)) && bodies.may_meet([a, b])
     }
 
     /// The tree, if its boxes hold those of all bodies but the [unsettled](Broad::is_unsettled) ones; not while it is built.

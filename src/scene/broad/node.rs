@@ -1,7 +1,7 @@
 //! What the tree of fat AABBs consists of: its nodes, and the bodies in its leaves.
 
 use crate::math::Aabb;
-use crate::scene::body::Change;
+use crate::scene::facts::Change;
 
 pub(crate) const NONE: u32 = u32::MAX;
 

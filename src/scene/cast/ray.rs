@@ -2,7 +2,7 @@
 
 use crate::math::Ray;
 use crate::query::{RayHit, RayMode, StopReason};
-use crate::scene::body::Filter;
+use crate::scene::filter::Filter;
 use crate::scene::id::BodyId;
 use core::time::Duration;
 

@@ -85,7 +85,7 @@ impl Listing<'_> {
         let (x, y) = (bodies.facts(a), bodies.facts(b));
         let special = x.is_special | y.is_special;
         let measured = special && bodies.measured.tolerance(key).is_some();
-        if measured && !x.may_meet(y) {
+        if measured && !bodies.may_meet([a, b]) {
             return false;
         }
         let overlap = measured || self.broad.bounds(a).intersects(self.broad.bounds(b));
@@ -142,7 +142,9 @@ impl Listing<'_> {
         let pair = bodies_of(self.pairs.key(place));
         let facts = pair.map(|body| self.frame.bodies.facts(body));
         let another = |body| self.broad.is_another(body);
-        if facts.iter().any(|facts| facts.is_another()) || pair.into_iter().any(another) || !facts[0].may_meet(facts[1])
+        if facts.iter().any(|facts| facts.is_another())
+            || pair.into_iter().any(another)
+            || !self.frame.bodies.may_meet(pair)
         {
             return None;
         }

@@ -2,8 +2,9 @@
 
 use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
 use crate::query::{Deadline, ManualClock};
-use crate::scene::body::{Bodies, Change};
+use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
+use crate::scene::facts::Change;
 use crate::scene::id::{PairKey, bodies_of, pair_key};
 use crate::scene::pair::asked::Frame;
 use crate::scene::pair::question::Bounds;

@@ -1,0 +1,51 @@
+//! What the steps of a frame ask of a body, beside its pose and tree.
+
+use super::filter::Filter;
+
+/// What is new about a body, as far as pairs are concerned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(super) enum Change {
+    /// Its box may be smaller than it is: that of its way, after it came to rest.
+    Settle,
+    /// Its box, at most.
+    #[default]
+    None,
+    /// Its fat AABB, or whom it may meet.
+    Place,
+    /// It is another body than before.
+    Body,
+}
+
+/// What is asked of a body for each of its pairs: few bytes, so that those of a large scene stay in the caches.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Facts {
+    /// The frame in which pose or tree were last new.
+    pub changed: u64,
+    /// The change that is not taken account of yet.
+    pub pending: Option<Change>,
+    pub generation: u32,
+    pub importance: f32,
+    /// Fourth root of the number of triangles.
+    pub size: f32,
+    pub filter: Filter,
+    /// Whether one of its distances is asked for.
+    pub is_measured: bool,
+    /// Whether more may be asked of its pairs than if they meet.
+    pub is_special: bool,
+    /// Whether it is a part of a compound.
+    pub is_part: bool,
+}
+
+const _: () = assert!(size_of::<Facts>() == 32);
+
+impl Facts {
+    /// Whether its box may be of another pose or tree than it has.
+    pub fn is_changed(&self) -> bool {
+        self.pending > Some(Change::Settle)
+    }
+
+    /// Whether its slot had another body when its box was made.
+    pub fn is_another(&self) -> bool {
+        self.pending == Some(Change::Body)
+    }
+}
