@@ -100,8 +100,8 @@ pub use query::{
 };
 pub use scene::{
     Body, BodyContact, BodyHit, BodyId, BodyKind, CompoundId, ContactPhase, ContactPoint, ContactPoints, Filter,
-    PairCertificate, PairDistance, PairPassage, PairQuestion, PairReport, Reach, Report, Scene, SceneCast, SceneError,
-    SceneRay,
+    GroupDistance, MeasureId, PairCertificate, PairDistance, PairPassage, PairQuestion, PairReport, Reach, Report,
+    Scene, SceneCast, SceneError, SceneRay,
 };
 pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};
 pub use triangle::ray::Side;

@@ -42,6 +42,7 @@ pub struct DistanceQuery<'t> {
     pub(super) b: &'t Tree,
     b_in_a: Pose,
     pub(super) options: DistanceOptions,
+    ceiling: f64,
 }
 
 /// The default absolute tolerance over the size of the larger mesh; and the relative one of bodies that are farther apart than
@@ -60,7 +61,7 @@ impl<'t> DistanceQuery<'t> {
         let (margins, limit) = ([0.0; 2], f64::INFINITY);
         let (absolute, relative, poll_interval) = (None, None, MAX_STEP_WORK);
         let options = DistanceOptions { absolute, relative, margins, limit, poll_interval, depth_first: false };
-        Self { a, b, b_in_a, options }
+        Self { a, b, b_in_a, options, ceiling: f64::INFINITY }
     }
 
     /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
@@ -93,6 +94,12 @@ impl<'t> DistanceQuery<'t> {
     pub fn closer_than(mut self, distance: f64) -> Self {
         self.options.limit = distance.max(0.0);
         self
+    }
+
+    /// Does not tell distances apart that are more than this. A stopped run goes on with the ceiling that it began with.
+    #[must_use]
+    pub(crate) fn below(self, ceiling: f64) -> Self {
+        Self { ceiling, ..self }
     }
 
     /// Least work between looks at the clock, which come closer together towards the deadline; default
@@ -230,6 +237,11 @@ impl<'t> DistanceQuery<'t> {
         workspace.run.holds_stopped(&self.key()).is_ok()
     }
 
+    /// Up to which distance the run in the workspace tells more than that it is more; 0 with a limit.
+    pub(crate) fn ceiling_in(&self, workspace: &Workspace) -> f64 {
+        if self.options.limit < f64::INFINITY { 0.0 } else { workspace.search.interval.ceiling() }
+    }
+
     /// Prepares the workspace for a run from the roots.
     pub(crate) fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>) {
         workspace.clear();
@@ -239,7 +251,8 @@ impl<'t> DistanceQuery<'t> {
         }
         let guess = memory.and_then(|memory| memory.nearest(self.a, self.b));
         let known = memory.map_or(0.0, |memory| memory.clearance(self.a, self.b, &self.b_in_a));
-        let mut interval = Interval::new(self.tolerance(), self.margin(), self.options.limit);
+        let interval = Interval::new(self.tolerance(), self.margin(), self.options.limit);
+        let mut interval = interval.below(self.ceiling);
         if interval.know(known) {
             return workspace.search.begin(interval, None);
         }

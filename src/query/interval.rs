@@ -16,6 +16,8 @@ pub(super) struct Interval {
     /// By how much the surfaces are thickened together, and whether they are closer than this is all that is asked.
     margin: f64,
     limit: f64,
+    /// What is farther apart is not asked about.
+    ceiling: f64,
     low: f64,
     high: f64,
     /// Pairs at least this far apart do not matter any more.
@@ -30,9 +32,22 @@ impl Interval {
     /// Nothing is known yet. `limit` is infinite if the distance itself is asked for.
     pub fn new(tolerance: Tolerance, margin: f64, limit: f64) -> Self {
         let [cut, high, done] = [f64::INFINITY; 3];
-        let mut interval = Self { tolerance, margin, limit, low: 0.0, high, cut, done, nearest: None };
+        let ceiling = f64::INFINITY;
+        let mut interval = Self { tolerance, margin, limit, ceiling, low: 0.0, high, cut, done, nearest: None };
         interval.cut = interval.cut_now();
         interval
+    }
+
+    /// Asks about distances of the thickened surfaces only that are no more than this: of greater ones it tells no more than
+    /// that they are, and whether the surfaces meet in any case.
+    pub fn below(mut self, ceiling: f64) -> Self {
+        self.ceiling = ceiling;
+        self.cut = self.cut_now();
+        self
+    }
+
+    pub fn ceiling(&self) -> f64 {
+        self.ceiling
     }
 
     /// Before the first query, and where one of the meshes is empty.
@@ -69,14 +84,15 @@ impl Interval {
     }
 
     fn cut_now(&self) -> f64 {
-        let Self { tolerance, margin, limit, high, .. } = *self;
+        let Self { tolerance, margin, limit, ceiling, high, .. } = *self;
+        // More than the limit, so that what is proven then is too; also if that is 0.
+        let beyond = |limit: f64| ((limit + margin) * (1.0 + 4.0 * f64::EPSILON)).max(f64::MIN_POSITIVE);
         if self.has_limit() {
-            // More than the limit, so that what is proven then is too; also if that is 0.
-            return ((limit + margin) * (1.0 + 4.0 * f64::EPSILON)).max(f64::MIN_POSITIVE);
+            return beyond(limit);
         }
-        let apart = high - margin;
+        let apart = (high - margin).min(ceiling);
         let enough = margin + (apart - tolerance.absolute).min(apart / (1.0 + tolerance.relative));
-        enough.max(margin)
+        enough.max(if ceiling < f64::INFINITY { beyond(0.0) } else { margin })
     }
 
     /// Its square, not less, in units of this length. Never so small that a pair that may meet would not matter.

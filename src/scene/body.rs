@@ -6,7 +6,7 @@ use super::ask::measured::Measured;
 use super::error::SceneError;
 use super::facts::{Change, Facts};
 use super::filter::Filter;
-use super::id::{BodyId, CompoundId, PairKey, bodies_of, pair_key};
+use super::id::{BodyId, CompoundId, PairKey, bodies_of};
 use super::pair::ways::Way;
 use super::room::reserve;
 use super::waiting::Waiting;
@@ -253,24 +253,6 @@ impl Bodies {
         facts.changed = frame;
     }
 
-    /// Asks for the distance of a pair, or no more, from `frame` on.
-    pub fn measure(&mut self, pair: [BodyId; 2], tolerance: Option<f64>, frame: u64) -> Result<(), SceneError> {
-        for id in pair {
-            self.get(id)?;
-        }
-        let key = pair_key(pair[0].index, pair[1].index);
-        match tolerance {
-            Some(tolerance) => self.measured.insert(key, tolerance),
-            None => self.measured.remove(key),
-        }
-        for id in pair {
-            let is_measured = tolerance.is_some() || self.measured.has(id.index);
-            self.facts[id.index()].is_measured = is_measured;
-        }
-        // What was found is the answer to another question.
-        pair.into_iter().try_for_each(|id| self.change(id, frame, |_| ()))
-    }
-
     /// Whether two bodies may meet: by their filters, and unless they are parts of one compound.
     #[inline]
     pub fn may_meet(&self, [a, b]: [u32; 2]) -> bool {
@@ -292,7 +274,7 @@ impl Bodies {
     /// Whether one of a pair has a motion, and its distance is not asked for.
     pub fn is_moving(&self, key: PairKey) -> bool {
         self.is_special(key)
-            && self.measured.tolerance(key).is_none()
+            && !self.measured.has(key)
             && bodies_of(key).into_iter().any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
     }
 
@@ -368,6 +350,10 @@ impl Bodies {
     /// The facts of a slot that is or was in use.
     pub fn facts(&self, index: u32) -> &Facts {
         &self.facts[index as usize]
+    }
+
+    pub fn facts_mut(&mut self, index: u32) -> &mut Facts {
+        &mut self.facts[index as usize]
     }
 
     /// The id of the body in a slot.

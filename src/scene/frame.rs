@@ -28,13 +28,17 @@ impl Scene {
         let mut share = Share::new(budget, started, clock);
         share.run(Step::Place, |deadline| self.place_changed(deadline));
         let Self { pairs, broad, bodies, schedule, scratch, report, events, .. } = self;
-        share.run(Step::Pair, |deadline| pairs.update(broad, bodies, deadline));
+        share.run(Step::Pair, |deadline| {
+            pairs.update(broad, bodies, deadline);
+            Arc::make_mut(bodies).begin_groups(broad, report.frame, deadline);
+        });
         (report.unplaced, report.unpaired, report.is_full) = (bodies.changed(), broad.open(), broad.has_cropped());
         let (number, mode, asked_since) = (report.frame, self.mode, self.asked_since);
         let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
         let mut found = Found { broad, pairs, events };
         let execute = |batches: &mut [Batch], round: &Round| execute(batches, round, bodies, scratch);
         let ended = schedule.run(&frame, &mut found, &mut share, report, execute);
+        schedule.hand_on(Arc::make_mut(bodies), number);
         report.broad_phase_work = share.spent;
         report.elapsed = ended.zip(started).map(|(ended, started)| ended.saturating_sub(started));
     }

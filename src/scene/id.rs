@@ -56,6 +56,30 @@ impl fmt::Display for CompoundId {
     }
 }
 
+/// Names two groups of bodies whose distance is asked for ([`crate::Scene::measure_groups`]); not valid any more once it is
+/// not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct MeasureId(pub(super) u64);
+
+impl MeasureId {
+    /// The id as a number, for other languages.
+    pub fn to_bits(self) -> u64 {
+        self.0
+    }
+
+    /// The inverse of [`to_bits`](Self::to_bits).
+    pub fn from_bits(bits: u64) -> Self {
+        Self(bits)
+    }
+}
+
+impl fmt::Display for MeasureId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "measure {}", self.0)
+    }
+}
+
 /// Two bodies by index, the lower one in the upper half: pairs are ordered by it.
 pub(super) type PairKey = u64;
 

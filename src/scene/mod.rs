@@ -36,9 +36,9 @@ pub use cast::ray::{BodyHit, SceneCast, SceneRay};
 pub use certificate::PairCertificate;
 pub use error::SceneError;
 pub use filter::Filter;
-pub use id::{BodyId, CompoundId};
+pub use id::{BodyId, CompoundId, MeasureId};
 pub use pair::contact_points::{ContactPoint, ContactPoints};
-pub use report::{BodyContact, ContactPhase, PairDistance, PairPassage, PairReport, Report};
+pub use report::{BodyContact, ContactPhase, GroupDistance, PairDistance, PairPassage, PairReport, Report};
 
 use crate::math::Pose;
 use crate::model::calibration::Calibration;

@@ -1,6 +1,6 @@
 //! What a frame says.
 
-use super::id::BodyId;
+use super::id::{BodyId, MeasureId};
 use super::pair::spent::Spent;
 use super::pair::state::{PairState, Standing};
 use crate::names::named;
@@ -55,6 +55,29 @@ pub struct PairDistance {
     /// Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As many as there were if
     /// nothing is known.
     pub age: u64,
+}
+
+/// What is known of the least distance between two groups of bodies: [`crate::Scene::measure_groups`]. It holds for the bodies
+/// where they are in this frame, whatever the budget reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct GroupDistance {
+    /// Of which groups.
+    pub id: MeasureId,
+    /// Proven: no point of one group is closer to the other; 0 if nothing is known, and infinite if no two of their bodies may
+    /// meet.
+    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    pub low: f64,
+    /// Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if nothing is known.
+    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    pub high: f64,
+    /// The bodies that prove `high`, the lower index first. `None`: it is that of boxes.
+    pub bodies: Option<[BodyId; 2]>,
+    /// Their closest triangles that were found, no more than `high` apart: ids of their meshes.
+    pub triangles: Option<[u32; 2]>,
+    /// How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is within the tolerance.
+    pub open: usize,
 }
 
 /// Until when two bodies are apart, of which one or both move: [`crate::Scene::set_motion`]. Times from 0, this frame, to 1,
@@ -121,11 +144,14 @@ pub struct BodyContact {
 pub struct Report {
     /// Frames so far, this one included.
     pub frame: u64,
-    /// All pairs of bodies that may meet and whose boxes overlap, or whose [distance](crate::Scene::measure) is asked for,
-    /// ascending by index, as far as they are known and listed.
+    /// All pairs of bodies that may meet and whose boxes overlap, or whose [distance](crate::Scene::measure) is asked for, or
+    /// that may be the closest of two [groups](crate::Scene::measure_groups); ascending by index, as far as they are known and
+    /// listed.
     pub pairs: Vec<PairReport>,
     /// The distances that are [asked for](crate::Scene::measure), ascending by index, whether their pairs had a turn or not.
     pub distances: Vec<PairDistance>,
+    /// The distances of groups that are [asked for](crate::Scene::measure_groups).
+    pub group_distances: Vec<GroupDistance>,
     /// The pairs of `pairs` of which one or both bodies have a [motion](crate::Scene::set_motion), and whose distance is not
     /// asked for. Others, if the report [is whole](Report::is_whole), do not meet on their way.
     pub passages: Vec<PairPassage>,
@@ -164,6 +190,7 @@ impl Report {
     pub(super) fn begin(&mut self) {
         self.pairs.clear();
         self.distances.clear();
+        self.group_distances.clear();
         self.passages.clear();
         (self.decided, self.intersecting, self.complete) = (0, 0, 0);
         (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);

@@ -12,10 +12,10 @@ use punctual::{
 };
 
 /// The least work of a turn that asks for a distance.
-const LEAST_DISTANCE_WORK: u64 = 250 + punctual::MAX_DISTANCE_STEP_WORK;
+pub const LEAST_DISTANCE_WORK: u64 = 250 + punctual::MAX_DISTANCE_STEP_WORK;
 
 /// How far two bodies are apart, margins not counted.
-fn distance(scene: &Scene, a: BodyId, b: BodyId, workspace: &mut Workspace) -> f64 {
+pub fn distance(scene: &Scene, a: BodyId, b: BodyId, workspace: &mut Workspace) -> f64 {
     let [a, b] = [a, b].map(|id| scene.body(id).unwrap());
     let b_in_a = a.pose.inverse().unwrap().compose(&b.pose).unwrap();
     let query = DistanceQuery::new(&a.tree, &b.tree, b_in_a).absolute_tolerance(0.0);
@@ -23,7 +23,7 @@ fn distance(scene: &Scene, a: BodyId, b: BodyId, workspace: &mut Workspace) -> f
 }
 
 /// Bodies of all shapes but empty ones, some with margins.
-fn crowd(bodies: usize, random: &mut Random) -> (Scene, Vec<BodyId>) {
+pub fn crowd(bodies: usize, random: &mut Random) -> (Scene, Vec<BodyId>) {
     let trees: Vec<_> = trees().into_iter().filter(|tree| !tree.mesh().is_empty()).collect();
     let mut scene = Scene::new();
     let mut insert = |i: usize| {
@@ -40,7 +40,7 @@ fn pairs(ids: &[BodyId]) -> impl Iterator<Item = [BodyId; 2]> {
 }
 
 /// Rounding of distances, relative to the bodies.
-const ROUNDING: f64 = 1e-9;
+pub const ROUNDING: f64 = 1e-9;
 
 /// Verdicts and bounds of a report are true of the distances; those of a complete one say all.
 #[track_caller]

@@ -8,6 +8,7 @@ mod compounds;
 mod contacts;
 mod distances;
 mod events;
+mod groups;
 mod motions;
 mod promises;
 mod rays;

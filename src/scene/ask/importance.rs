@@ -17,7 +17,7 @@ impl Bodies {
     fn question(&self, key: PairKey, asks: Asks) -> PairQuestion {
         match asks {
             Asks::Contacts => PairQuestion::Contacts,
-            _ if self.measured.tolerance(key).is_some() => PairQuestion::Distance,
+            _ if self.measured.has(key) => PairQuestion::Distance,
             _ if self.is_moving(key) => PairQuestion::Motion,
             _ => PairQuestion::Meet,
         }

@@ -1,46 +1,145 @@
-//! The pairs of bodies whose distances are asked for.
+//! The pairs of bodies whose distances are asked for, by themselves or as pairs of two groups.
 
-use crate::scene::id::{PairKey, bodies_of};
+use super::group::Group;
+use crate::scene::id::{MeasureId, PairKey, bodies_of};
+use crate::scene::pair::bounds::{Bounds, Near};
 use alloc::vec::Vec;
 
-/// Ascending, each with its tolerance.
+/// Who asks for the distance of a pair: the pair itself, or two groups, of this number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Asker {
+    Pair,
+    Groups(u32),
+}
+
+/// What is asked of a pair.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted {
+    pub tolerance: f64,
+    /// Distances beyond it are not told apart.
+    pub ceiling: f64,
+    /// Whether it is asked for by itself, and for groups.
+    pub by_itself: bool,
+    pub of_groups: bool,
+}
+
+impl Wanted {
+    /// Whether the pair is known to be no closer than the groups are, as far as the tolerance tells, or else how far apart it
+    /// is.
+    pub fn is_settled(&self, near: &Near) -> bool {
+        let Bounds { low, high, below, .. } = near.bounds;
+        let is_measured = near.is_of_query && below > 0.0 && (high <= below || below >= self.ceiling);
+        is_measured || low >= self.ceiling - self.tolerance
+    }
+}
+
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Measured(Vec<(PairKey, f64)>);
+pub(crate) struct Measured {
+    /// Ascending, each with its tolerance.
+    pairs: Vec<(PairKey, Asker, f64)>,
+    pub groups: Vec<Group>,
+    /// How many groups there were.
+    count: u64,
+}
 
 impl Measured {
-    fn place(&self, key: PairKey) -> Result<usize, usize> {
-        self.0.binary_search_by_key(&key, |&(key, _)| key)
+    fn place(&self, key: PairKey, asker: Asker) -> Result<usize, usize> {
+        self.pairs.binary_search_by_key(&(key, asker), |&(key, asker, _)| (key, asker))
     }
 
-    /// The tolerance of a pair, if it is one of them.
-    pub fn tolerance(&self, key: PairKey) -> Option<f64> {
-        self.place(key).ok().map(|at| self.0[at].1)
+    /// Who asks for the distance of a pair, and with which tolerance.
+    pub fn askers(&self, key: PairKey) -> impl Iterator<Item = (Asker, f64)> {
+        let from = self.pairs.partition_point(|&(other, ..)| other < key);
+        let of_pair = self.pairs[from..].iter().take_while(move |&&(other, ..)| other == key);
+        of_pair.map(|&(_, asker, tolerance)| (asker, tolerance))
     }
 
-    pub fn insert(&mut self, key: PairKey, tolerance: f64) {
-        match self.place(key) {
-            Ok(at) => self.0[at].1 = tolerance,
-            Err(at) => self.0.insert(at, (key, tolerance)),
+    /// What is asked of a pair, if its distance is.
+    pub fn wanted(&self, key: PairKey) -> Option<Wanted> {
+        let all = self.askers(key).map(|(asker, tolerance)| match asker {
+            Asker::Pair => Wanted { tolerance, ceiling: f64::INFINITY, by_itself: true, of_groups: false },
+            Asker::Groups(number) => {
+                let Group { ceiling, .. } = self.groups[number as usize];
+                Wanted { tolerance, ceiling, by_itself: false, of_groups: true }
+            }
+        });
+        all.reduce(|x, y| Wanted {
+            tolerance: x.tolerance.min(y.tolerance),
+            ceiling: x.ceiling.max(y.ceiling),
+            by_itself: x.by_itself || y.by_itself,
+            of_groups: x.of_groups || y.of_groups,
+        })
+    }
+
+    /// Whether the distance of a pair is asked for.
+    pub fn has(&self, key: PairKey) -> bool {
+        self.askers(key).next().is_some()
+    }
+
+    pub fn insert(&mut self, key: PairKey, asker: Asker, tolerance: f64) {
+        match self.place(key, asker) {
+            Ok(at) => self.pairs[at].2 = tolerance,
+            Err(at) => self.pairs.insert(at, (key, asker, tolerance)),
         }
     }
 
-    pub fn remove(&mut self, key: PairKey) {
-        if let Ok(at) = self.place(key) {
-            self.0.remove(at);
+    pub fn remove(&mut self, key: PairKey, asker: Asker) {
+        if let Ok(at) = self.place(key, asker) {
+            self.pairs.remove(at);
         }
+    }
+
+    /// Asks for the least distance of pairs of bodies, ascending.
+    pub fn insert_groups(&mut self, keys: &[PairKey], tolerance: f64) -> MeasureId {
+        let id = MeasureId(self.count);
+        self.count += 1;
+        let group = Group { id: Some(id), pairs: keys.len(), ..Group::FREE };
+        let number = match self.groups.iter().position(|group| group.id.is_none()) {
+            Some(free) => {
+                self.groups[free] = group;
+                free
+            }
+            None => {
+                self.groups.push(group);
+                self.groups.len() - 1
+            }
+        };
+        self.pairs.extend(keys.iter().map(|&key| (key, Asker::Groups(number as u32), tolerance)));
+        self.pairs.sort_by_key(|&(key, asker, _)| (key, asker));
+        id
+    }
+
+    /// Asks for it no more; the bodies of these pairs.
+    pub fn remove_groups(&mut self, id: MeasureId) -> Vec<u32> {
+        let Some(number) = self.groups.iter().position(|group| group.id == Some(id)) else { return Vec::new() };
+        self.groups[number] = Group::FREE;
+        let of_it = Asker::Groups(number as u32);
+        let mut bodies: Vec<_> = self.keys(of_it).flat_map(bodies_of).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        self.pairs.retain(|&(_, asker, _)| asker != of_it);
+        bodies
     }
 
     /// Forgets a body.
     pub fn forget(&mut self, body: u32) {
-        self.0.retain(|&(key, _)| !bodies_of(key).contains(&body));
+        let Self { pairs, groups, .. } = self;
+        pairs.retain(|&(key, asker, _)| {
+            let stays = !bodies_of(key).contains(&body);
+            if let (false, Asker::Groups(number)) = (stays, asker) {
+                groups[number as usize].forget(key);
+            }
+            stays
+        });
     }
 
     /// Whether a body is in one of them.
-    pub fn has(&self, body: u32) -> bool {
-        self.keys().any(|key| bodies_of(key).contains(&body))
+    pub fn has_body(&self, body: u32) -> bool {
+        self.pairs.iter().any(|&(key, ..)| bodies_of(key).contains(&body))
     }
 
-    pub fn keys(&self) -> impl ExactSizeIterator<Item = PairKey> {
-        self.0.iter().map(|&(key, _)| key)
+    /// The pairs that one asks for.
+    pub fn keys(&self, of: Asker) -> impl Iterator<Item = PairKey> {
+        self.pairs.iter().filter(move |&&(_, asker, _)| asker == of).map(|&(key, ..)| key)
     }
 }

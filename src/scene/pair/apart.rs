@@ -32,14 +32,14 @@ const ROOM: u64 = 4;
 const MORE_ROOM: u64 = 4096;
 
 impl Bodies {
-    /// How far both of a pair have gone, together; infinite if one was changed otherwise since frame `since`, now being `frame`.
+    /// How far both of a pair have gone, together, at most; infinite if one was changed otherwise since frame `since`, now being `frame`.
     #[inline]
     fn gone(&self, key: PairKey, since: u64, frame: u64) -> f64 {
         let [x, y] = self.ways_of(key);
         if x.is_of(since, frame) && y.is_of(since, frame) { (x.gone + y.gone).next_up() } else { f64::INFINITY }
     }
 
-    fn ways_of(&self, key: PairKey) -> [&Way; 2] {
+    pub fn ways_of(&self, key: PairKey) -> [&Way; 2] {
         bodies_of(key).map(|body| &self.ways[body as usize])
     }
 }
@@ -112,11 +112,11 @@ fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Optio
     let size = pair.map(|placed| placed.body.tree.unit().length()).into_iter().fold(f64::INFINITY, f64::min);
     let limit = (MOST_STEPS * step).min(LARGEST_PART * size);
     let is_slow = limit >= LEAST_STEPS * step;
-    (is_slow && bodies.measured.tolerance(key).is_none() && !bodies.is_moving(key)).then_some(limit)
+    (is_slow && !bodies.measured.has(key) && !bodies.is_moving(key)).then_some(limit)
 }
 
 /// How far bodies that were proven to be `low` apart, margins not counted, may go in the scene.
-fn room(pair: [&Placed; 2], low: f64) -> f64 {
+pub(crate) fn room(pair: [&Placed; 2], low: f64) -> f64 {
     let [of_a, of_b] = pair.map(|placed| slack(&placed.body.tree, &placed.body.pose));
     let margins = pair[0].body.margin + pair[1].body.margin;
     low - 8.0 * SCENE_ROTATION_TOLERANCE * (low + margins) - of_a - of_b

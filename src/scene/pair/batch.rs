@@ -178,7 +178,7 @@ impl PairState {
             self.turn.spent.add(spent.since(before));
             if let Some(bounds) = answer.bounds {
                 let [x, y] = bodies_of(self.turn.key).map(|body| bodies.facts(body).changed);
-                self.measure(bounds, round.frame, x.max(y));
+                self.measure(bodies, bounds, round.frame, x.max(y));
             }
             if self.note(&answer, spent, round.frame) {
                 return Ended::Complete;

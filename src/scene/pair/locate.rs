@@ -59,7 +59,7 @@ impl PairState {
             touch.cost = touch.cost.max(2 * (spent.work + patching));
         }
         let key = self.turn.key;
-        let is_all = round.mode == Mode::Any && bodies.measured.tolerance(key).is_none() && !bodies.is_moving(key);
+        let is_all = round.mode == Mode::Any && !bodies.measured.has(key) && !bodies.is_moving(key);
         if is_all && self.completed < frame && answer.verdict != Verdict::Undecided {
             (self.decided, self.completed) = (frame, frame);
             (self.verdict, self.found) = (answer.verdict, answer.found);

@@ -1,5 +1,6 @@
 //! What is asked of a pair: one question at a time, which is begun, resumed and answered here.
 
+use super::bounds::Bounds;
 use super::touch::MOST_CONTACTS;
 use crate::math::Pose;
 use crate::model::cost::{
@@ -10,6 +11,7 @@ use crate::query::{
     ContactQuery, Contacts, Deadline, Distance, DistanceQuery, Mode, MotionQuery, PairMemory, Passage, Query,
     StopReason, Verdict, Workspace,
 };
+use crate::scene::ask::measured::Wanted;
 use crate::scene::body::{Bodies, Placed};
 use crate::scene::id::PairKey;
 
@@ -35,27 +37,6 @@ pub(crate) struct Answer {
     pub bounds: Option<Bounds>,
     /// How far away contacts are, at least, that were not found.
     pub missing: f64,
-}
-
-/// What is proven of a distance, or of the time of a contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bounds {
-    pub low: f64,
-    pub high: f64,
-    /// The triangles that are `high` apart, or meet then.
-    pub triangles: Option<[u32; 2]>,
-    /// Whether these are times of a motion, not lengths.
-    pub are_times: bool,
-}
-
-impl Bounds {
-    pub const NOTHING: Self = Self { low: 0.0, high: f64::INFINITY, triangles: None, are_times: false };
-
-    /// Both of one pose.
-    pub fn and(self, other: Self) -> Self {
-        let nearer = if other.high < self.high { other } else { self };
-        Self { low: self.low.max(other.low), ..nearer }
-    }
 }
 
 impl Answer {
@@ -84,8 +65,10 @@ impl<'t> Question<'t> {
         let trees = [&*a.body.tree, &*b.body.tree];
         let margins = [a.body.margin, b.body.margin];
         let distance = DistanceQuery::new(trees[0], trees[1], b_in_a).margins(margins);
-        match bodies.measured.tolerance(key) {
-            Some(tolerance) => Some(Self::Distance(distance.absolute_tolerance(tolerance))),
+        match bodies.measured.wanted(key) {
+            Some(Wanted { tolerance, ceiling, .. }) => {
+                Some(Self::Distance(distance.absolute_tolerance(tolerance).below(ceiling)))
+            }
             None if bodies.is_moving(key) => {
                 Some(Self::Motion(MotionQuery::of_both(trees, [a.motion(), b.motion()]).margins(margins)))
             }
@@ -159,7 +142,8 @@ impl<'t> Question<'t> {
                 let Distance { low, high, nearest, stop, .. } = query.spend(workspace, Some(memory), deadline);
                 deadline.leave(MAX_STEP_WORK);
                 let triangles = nearest.map(|nearest| nearest.triangles);
-                Answer::bounded(stop, Bounds { low, high, triangles, are_times: false })
+                let below = if stop.is_final() { query.ceiling_in(workspace) } else { 0.0 };
+                Answer::bounded(stop, Bounds { low, high, triangles, below, ..Bounds::NOTHING })
             }
             Self::Motion(query) => {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);
@@ -167,7 +151,7 @@ impl<'t> Question<'t> {
                     query.advance(workspace, Some(memory), deadline);
                 deadline.leave(MAX_STEP_WORK);
                 let high = touching_at.unwrap_or(f64::INFINITY);
-                Answer::bounded(stop, Bounds { low: free_until, high, triangles, are_times: true })
+                Answer::bounded(stop, Bounds { low: free_until, high, triangles, are_times: true, ..Bounds::NOTHING })
             }
             Self::Contacts(query) => {
                 deadline.leave_after(MAX_DISTANCE_STEP_WORK, LEAST_PATCHED * WORK_PER_PATCHED_CONTACT);

@@ -1,6 +1,7 @@
 //! What is kept about two bodies while their boxes overlap, once a query had its turn.
 
-use super::question::{Answer, Bounds};
+use super::bounds::Bounds;
+use super::question::Answer;
 use super::spent::Spent;
 use super::touch::Touch;
 use crate::model::calibration::Calibration;
@@ -208,13 +209,20 @@ impl PairState {
     }
 
     /// Takes note of bounds that are proven in `frame`, of bodies that were last new in `changed`.
-    pub fn measure(&mut self, bounds: Bounds, frame: u64, changed: u64) {
-        self.said = match self.said {
-            Said::Bounds(before, since) if since >= changed && before.are_times == bounds.are_times => {
-                Said::Bounds(before.and(bounds), frame)
+    pub fn measure(&mut self, bodies: &Bodies, bounds: Bounds, frame: u64, changed: u64) {
+        let key = self.turn.key;
+        let bounds = Bounds { gone: bodies.gone_together(key)[0], ..bounds };
+        let bounds = match self.said {
+            Said::Bounds(before, _) if before.are_times != bounds.are_times => bounds,
+            Said::Bounds(before, since) if since >= changed => before.and(bounds),
+            Said::Bounds(before, since) if !bounds.are_times => {
+                // A run that is cut may know less than is left of what was proven before.
+                let carried = bodies.carried(key, before, since, frame);
+                Bounds { low: bounds.low.max(carried.low).min(bounds.high), ..bounds }
             }
-            _ => Said::Bounds(bounds, frame),
+            _ => bounds,
         };
+        self.said = Said::Bounds(bounds, frame);
     }
 
     /// What was proven last, times or lengths, and in which frame.

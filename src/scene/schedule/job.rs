@@ -19,6 +19,8 @@ pub(crate) struct Job {
     /// The batch that holds its stopped run.
     pub home: Option<u8>,
     pub asks: Asks,
+    /// Whether it may be the closest of a group.
+    pub measures: bool,
     /// Whether it is neither in a batch nor at its end.
     pub open: bool,
 }

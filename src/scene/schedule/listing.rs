@@ -5,14 +5,18 @@
 
 use super::job::{Job, outlook};
 use super::pairs::Pairs;
+use super::tally::Tallies;
 use super::turns::RoundRobin;
 use crate::model::cost::{WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
 use crate::query::{Budget, Deadline, Mode, Verdict};
 use crate::scene::ask::Asks;
+use crate::scene::ask::measured::Wanted;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
 use crate::scene::pair::asked::Frame;
+use crate::scene::pair::spent::Spent;
+use crate::scene::pair::state::Standing;
 use crate::scene::report::Report;
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -24,14 +28,28 @@ pub(crate) struct Listing<'l> {
     pub jobs: &'l mut Vec<Job>,
     pub report: &'l mut Report,
     pub turns: &'l mut RoundRobin,
+    pub tallies: &'l mut Tallies,
     /// Pairs whose contacts are asked for, as they met when it was last decided.
     pub touching: usize,
+    /// Pairs of groups that are not listed, and of which something is kept.
+    pub kept: usize,
+}
+
+/// What groups make of a pair.
+#[derive(Clone, Copy, Debug, Default)]
+struct Look {
+    /// Whether it may be the closest.
+    open: bool,
+    /// Whether something is kept of it for later frames.
+    keep: bool,
+    /// Whether it is proven to be apart.
+    is_apart: bool,
 }
 
 impl Listing<'_> {
-    /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend. How many pairs touch, as
-    /// far as it is known, if that matters.
-    pub fn run(mut self, deadline: &mut Deadline) -> usize {
+    /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend. Of how many
+    /// pairs more something is kept, and how many touch, as far as it is known, if that matters.
+    pub fn run(mut self, deadline: &mut Deadline) -> [usize; 2] {
         self.jobs.clear();
         self.report.begin();
         let known = self.pairs.len();
@@ -47,7 +65,7 @@ impl Listing<'_> {
         let next = if end < known { self.pairs.key(end) } else { 0 };
         self.turns.end_list(next, seen < known);
         self.report.unlisted = known - seen;
-        self.touching
+        [self.kept, self.touching]
     }
 
     /// Brings what was listed first, so many jobs and pairs, behind the rest.
@@ -84,16 +102,25 @@ impl Listing<'_> {
         let [a, b] = bodies_of(key);
         let (x, y) = (bodies.facts(a), bodies.facts(b));
         let special = x.is_special | y.is_special;
-        let measured = special && bodies.measured.tolerance(key).is_some();
-        if measured && !bodies.may_meet([a, b]) {
+        let wanted = if special { bodies.measured.wanted(key) } else { None };
+        if wanted.is_some() && !bodies.may_meet([a, b]) {
+            self.tallies.add(&bodies.measured, key, None, true);
             return false;
         }
-        let overlap = measured || self.broad.bounds(a).intersects(self.broad.bounds(b));
-        let Some(overlap) = (if settled { Some(overlap) } else { self.may_overlap(place, overlap) }) else {
-            return false;
+        let by_itself = wanted.is_some_and(|wanted| wanted.by_itself);
+        let overlap = by_itself || self.broad.bounds(a).intersects(self.broad.bounds(b));
+        let overlap = if settled { Some(overlap) } else { self.may_overlap(place, overlap) };
+        let look = match wanted {
+            Some(wanted) if wanted.of_groups => self.look(place, &wanted, overlap.is_some()),
+            _ => Look::default(),
         };
+        let Some(overlap) = overlap else { return false };
         let changed = self.frame.changed(key);
-        let Some(state) = self.pairs.overlapping(place, overlap, number) else { return false };
+        let Some(state) = self.pairs.overlapping(place, overlap || look.keep, number) else { return false };
+        if !(overlap || look.open) {
+            self.kept += 1;
+            return false;
+        }
         self.turns.list(key, changed == number);
         if changed == number {
             state.forget_told();
@@ -107,16 +134,17 @@ impl Listing<'_> {
         self.touching += usize::from(touches);
         let located = !touches || self.frame.has_located(state, changed);
         let mut probability = 0.0;
-        if !(complete && located) {
+        if look.open || !((complete || look.is_apart) && located) {
+            let is_known = complete && !look.open;
             let hit = mode == Mode::Any && !special && met;
             let asks = match () {
-                () if !located && (complete || asks_contacts_first(self.frame.bodies, self.turns, key)) => {
+                () if !located && (is_known || asks_contacts_first(self.frame.bodies, self.turns, key)) => {
                     Asks::Contacts
                 }
                 () if hit && !state.is_refuted(changed, number) => Asks::Witness,
                 () => Asks::Meet,
             };
-            if complete {
+            if is_known {
                 state.completed = number;
             }
             let (forecast, rank) = outlook(self.frame, key, state, asks, forecasts);
@@ -129,11 +157,35 @@ impl Listing<'_> {
                 rank,
                 home: None,
                 asks,
+                measures: look.open,
                 open: true,
             });
         }
         self.report.push([a, b].map(|body| bodies.id(body)), state, probability, complete);
+        if look.is_apart && !complete {
+            let apart = Standing { verdict: Verdict::Separated, found: 0, complete: true };
+            self.report.note(self.report.pairs.len() - 1, apart, Spent::default());
+        }
         true
+    }
+
+    /// Takes note of what is known of the distance of a pair that groups ask for. `is_known`: what is kept of the pair is of
+    /// these bodies.
+    #[cold]
+    fn look(&mut self, place: usize, wanted: &Wanted, is_known: bool) -> Look {
+        let Frame { number, bodies, .. } = *self.frame;
+        let key = self.pairs.key(place);
+        let of_boxes = bodies.near_by_boxes(key, self.broad);
+        let is_far = wanted.is_settled(&of_boxes);
+        let near = match is_known && !is_far {
+            true => bodies.near(key, self.pairs.state(place, number), self.broad, self.frame.changed(key), number),
+            false => of_boxes,
+        };
+        let is_settled = wanted.is_settled(&near);
+        if is_settled || !is_known {
+            self.tallies.add(&bodies.measured, key, Some(&near), is_settled);
+        }
+        Look { open: !is_settled, keep: !is_far, is_apart: near.bounds.low > 0.0 }
     }
 
     /// Whether the boxes of a pair may overlap, of which `overlap` says whether they did when they were made. `None` if that

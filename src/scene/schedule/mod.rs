@@ -29,11 +29,13 @@ mod listing;
 mod pace;
 pub(crate) mod pairs;
 pub(crate) mod share;
+mod tally;
 mod turns;
 #[cfg(feature = "parallel")]
 pub(crate) mod workers;
 
 use super::ask::Asks;
+use super::body::Bodies;
 use super::broad::Broad;
 use super::certificate::PairCertificate;
 use super::events::Events;
@@ -58,6 +60,7 @@ use listing::Listing;
 use pace::{Overhead, Reserved, Speed};
 use pairs::Pairs;
 use share::Share;
+use tally::Tallies;
 use turns::RoundRobin;
 
 /// Most rounds of a frame. Leftovers are small after two or three.
@@ -80,6 +83,7 @@ pub(crate) struct Schedule {
     /// Buffer for dealing them.
     order: Vec<(u64, u32)>,
     turns: RoundRobin,
+    tallies: Tallies,
     speed: Speed,
     overhead: Overhead,
     /// Time from the last job that is collected to the end of the frame, without that of estimates before they are cut short.
@@ -101,6 +105,12 @@ impl Schedule {
         for batch in &mut self.batches {
             reserve(&mut batch.turns, pairs);
         }
+    }
+
+    /// Makes room for the distances of groups.
+    pub fn reserve_groups(&mut self, groups: usize, report: &mut Report) {
+        self.tallies.reserve(groups);
+        reserve(&mut report.group_distances, groups);
     }
 
     /// Makes room for the patches of contacts.
@@ -168,6 +178,7 @@ impl Schedule {
         let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, pairs, report));
         self.turns.end_frame(&self.jobs);
         found.pairs.tell_bounds(frame, report);
+        self.tell_groups(frame, found, report);
         report.finish();
         found.events.tell(frame.bodies, found.broad, report);
         if let Some(took) = frame.lap(&mut lap) {
@@ -177,6 +188,26 @@ impl Schedule {
             self.rest.learn(took.as_nanos() as f64, most);
         }
         lap
+    }
+
+    /// Tells the distances of groups.
+    fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) {
+        let Frame { bodies, number, .. } = *frame;
+        if bodies.measured.groups.is_empty() {
+            return;
+        }
+        for &Job { key, place, .. } in self.jobs.iter().filter(|job| job.measures) {
+            let state = found.pairs.state(place as usize, number);
+            let near = bodies.near(key, state, found.broad, frame.changed(key), number);
+            let is_settled = bodies.measured.wanted(key).is_none_or(|wanted| wanted.is_settled(&near));
+            self.tallies.add(&bodies.measured, key, Some(&near), is_settled);
+        }
+        self.tallies.tell(bodies, report);
+    }
+
+    /// Hands on to the next frames what this one has found out about groups.
+    pub fn hand_on(&self, bodies: &mut Bodies, frame: u64) {
+        self.tallies.hand_on(&mut bodies.measured, frame);
     }
 
     /// Decides what the round is for and deals the jobs.
@@ -248,10 +279,12 @@ impl Schedule {
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
         }
         let Found { broad, pairs, events } = found;
-        let Self { jobs, turns, .. } = self;
-        let touching = Listing { frame, broad, pairs, jobs, report, turns, touching: 0 }.run(deadline);
+        let Self { jobs, turns, tallies, .. } = self;
+        tallies.begin(&frame.bodies.measured);
+        let listing = Listing { frame, broad, pairs, jobs, report, turns, tallies, touching: 0, kept: 0 };
+        let [kept, touching] = listing.run(deadline);
         self.open = self.jobs.len();
-        pairs.grow(broad, [report.pairs.len(), touching], frame.bodies.is_young(frame.number), deadline);
+        pairs.grow(broad, [report.pairs.len() + kept, touching], frame.bodies.is_young(frame.number), deadline);
         self.reserve(pairs.room(), report);
         events.reserve(pairs.room(), report);
     }

@@ -2,12 +2,13 @@
 
 use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
 use crate::query::{Deadline, ManualClock};
+use crate::scene::ask::measured::Asker;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
 use crate::scene::facts::Change;
 use crate::scene::id::{PairKey, bodies_of, pair_key};
 use crate::scene::pair::asked::Frame;
-use crate::scene::pair::question::Bounds;
+use crate::scene::pair::bounds::Bounds;
 use crate::scene::pair::state::PairState;
 use crate::scene::pair::touch::{Touch, Touches};
 use crate::scene::report::{PairDistance, PairPassage, PairReport, Report};
@@ -226,22 +227,18 @@ impl Pairs {
         self.reserve_states(&mut Deadline::at(None, u64::MAX, &ManualClock::new()));
     }
 
-    /// Makes a pair known whose distance is asked for, wherever its bodies are; beside those that there is room for.
-    pub fn insert(&mut self, key: PairKey) {
-        let (place, merged) = (self.place(key), self.merged.len());
-        if place == self.len() || self.key(place) != key {
-            let known = Known { key, slot: APART, since: 0 };
-            if place < merged {
-                self.merged.insert(place, known);
-            } else {
-                self.known.insert(place - merged + self.merge.known, known);
-            }
-        }
+    /// Makes pairs known whose distances are asked for, wherever their bodies are; beside those that there is room for. They
+    /// ascend.
+    pub fn insert(&mut self, keys: &[PairKey]) {
+        let is_merged = |&key: &PairKey| self.merged.last().is_some_and(|last| key <= last.key);
+        let (to_merged, to_known) = keys.split_at(keys.partition_point(is_merged));
+        insert(&mut self.merged, 0, to_merged);
+        insert(&mut self.known, self.merge.known, to_known);
     }
 
     /// Tells the distances and motions that are asked for.
     pub fn tell_bounds(&mut self, frame: &Frame, report: &mut Report) {
-        for key in frame.bodies.measured.keys() {
+        for key in frame.bodies.measured.keys(Asker::Pair) {
             let (Bounds { low, high, triangles, .. }, age) = self.bounds(key, false, frame);
             let [a, b] = bodies_of(key).map(|body| frame.bodies.id(body));
             report.distances.push(PairDistance { a, b, low, high, triangles, age });
@@ -370,13 +367,20 @@ impl Pairs {
         if stays {
             return true;
         }
-        let is_measured = bodies.measured.tolerance(known.key).is_some();
+        let is_measured = bodies.measured.has(known.key);
         if !is_measured || news == Some(Change::Body) {
             self.release(known.slot);
             known.slot = APART;
         }
         is_measured
     }
+}
+
+/// Adds pairs to the part of a list from a place on; those that are in it stay.
+fn insert(list: &mut Vec<Known>, from: usize, keys: &[PairKey]) {
+    list.extend(keys.iter().map(|&key| Known { key, slot: APART, since: 0 }));
+    list[from..].sort_by_key(|known| known.key);
+    list.dedup_by_key(|known| known.key);
 }
 
 /// A frame by its low bits, not later than `frame` and not 2^32 frames before.

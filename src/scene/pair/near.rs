@@ -1,0 +1,84 @@
+//! Distances that are known without a query: from the boxes of bodies, and from what was proven before they went on.
+//! Why they hold: `docs/numerics.md`.
+
+use super::apart::room;
+use super::bounds::{Bounds, Near};
+use super::state::PairState;
+use super::ways::slack;
+use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
+use crate::math::{Aabb, length};
+use crate::scene::body::{Bodies, Placed};
+use crate::scene::broad::Broad;
+use crate::scene::id::{PairKey, bodies_of};
+use glam::DVec3;
+
+/// Lengths in the scene and in the frame of a body differ by less than this part of them.
+const STRETCH: f64 = 8.0 * SCENE_ROTATION_TOLERANCE;
+
+impl Bodies {
+    /// How far both of a pair have gone, together: no less, and no more.
+    pub fn gone_together(&self, key: PairKey) -> [f64; 2] {
+        let [x, y] = self.ways_of(key);
+        let gone = x.gone + y.gone;
+        [gone.next_down(), gone.next_up()]
+    }
+
+    /// What is known of the distance of a pair in `frame`; the bodies were last new in `changed`.
+    pub fn near(&self, key: PairKey, state: &PairState, broad: &Broad, changed: u64, frame: u64) -> Near {
+        let (bounds, is_of_query) = match state.bounds(false) {
+            Some((bounds, since)) if since >= changed => (bounds, true),
+            Some((bounds, since)) => (self.carried(key, bounds, since, frame), false),
+            None => (Bounds::NOTHING, false),
+        };
+        let low = bounds.low.max(self.boxes_apart(key, broad)[0]);
+        Near { bounds: Bounds { low, ..bounds }, is_of_query }
+    }
+
+    /// What is known of the distance of a pair by its boxes alone.
+    pub fn near_by_boxes(&self, key: PairKey, broad: &Broad) -> Near {
+        let low = self.boxes_apart(key, broad)[0];
+        Near { bounds: Bounds { low, ..Bounds::NOTHING }, is_of_query: false }
+    }
+
+    /// What is left in `frame` of bounds that were proven in frame `since`.
+    pub fn carried(&self, key: PairKey, bounds: Bounds, since: u64, frame: u64) -> Bounds {
+        let [Some(a), Some(b)] = bodies_of(key).map(|body| self.at(body)) else { return Bounds::NOTHING };
+        if !self.ways_of(key).into_iter().all(|way| way.is_of(since, frame)) {
+            return Bounds::NOTHING;
+        }
+        let way = (self.gone_together(key)[1] - bounds.gone).next_up();
+        let low = (room([a, b], bounds.low) - way).max(0.0);
+        let high = (bounds.high + margins([a, b]) + way) * (1.0 + STRETCH) - margins([a, b]);
+        let rounding: f64 = [a, b].map(|placed| slack(&placed.body.tree, &placed.body.pose)).iter().sum();
+        Bounds { low, high: high + rounding, below: 0.0, ..bounds }
+    }
+
+    /// Bounds of the distance of a pair by its boxes.
+    pub fn boxes_apart(&self, key: PairKey, broad: &Broad) -> [f64; 2] {
+        let pair = bodies_of(key);
+        let [Some(a), Some(b)] = pair.map(|body| self.at(body)) else { return [0.0, f64::INFINITY] };
+        if pair.into_iter().any(|body| self.facts(body).is_changed()) {
+            return [0.0, f64::INFINITY];
+        }
+        let [x, y] = pair.map(|body| broad.bounds(body));
+        if x.is_empty() || y.is_empty() {
+            return [f64::INFINITY; 2];
+        }
+        let [gap, span] = [gap(x, y), span(x, y)].map(length);
+        [(gap - STRETCH * (gap + margins([a, b]))).max(0.0), span * (1.0 + STRETCH)]
+    }
+}
+
+/// From one box to the other, along each axis; 0 where they overlap.
+fn gap(x: &Aabb, y: &Aabb) -> DVec3 {
+    (x.min - y.max).max(y.min - x.max).max(DVec3::ZERO)
+}
+
+/// From end to end of both.
+fn span(x: &Aabb, y: &Aabb) -> DVec3 {
+    (x.max - y.min).max(y.max - x.min)
+}
+
+fn margins(pair: [&Placed; 2]) -> f64 {
+    pair[0].body.margin + pair[1].body.margin
+}

@@ -1,0 +1,81 @@
+//! What a frame finds out about the distances of groups.
+//!
+//! The least of the lower bounds of all pairs of two groups bounds their distance from below; any upper bound does from above,
+//! and pairs that are farther apart than the least of these need no query: the *ceiling* of the frame, what is left of the last
+//! frame's upper bound. All of this holds however the frame is cut.
+
+use crate::scene::ask::group::Group;
+use crate::scene::ask::measured::{Asker, Measured};
+use crate::scene::body::Bodies;
+use crate::scene::id::{PairKey, bodies_of};
+use crate::scene::pair::bounds::{Bounds, Near};
+use crate::scene::report::{GroupDistance, Report};
+use crate::scene::room::reserve;
+use alloc::vec::Vec;
+
+/// What is known of two groups.
+#[derive(Clone, Copy, Debug)]
+struct Tally {
+    /// The least lower bound of pairs that were looked at.
+    low: f64,
+    /// The closest pair that a query was asked about.
+    closest: Option<(PairKey, Bounds)>,
+    looked_at: usize,
+    /// How many of them may be closer.
+    open: usize,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Tallies(Vec<Tally>);
+
+impl Tallies {
+    pub fn reserve(&mut self, groups: usize) {
+        reserve(&mut self.0, groups);
+    }
+
+    pub fn begin(&mut self, measured: &Measured) {
+        self.0.clear();
+        let nothing = Tally { low: f64::INFINITY, closest: None, looked_at: 0, open: 0 };
+        self.0.extend(measured.groups.iter().map(|_| nothing));
+    }
+
+    /// Takes note of a pair; `None`: its bodies may not meet, so it does not count.
+    pub fn add(&mut self, measured: &Measured, key: PairKey, near: Option<&Near>, is_settled: bool) {
+        for (asker, _) in measured.askers(key) {
+            let Asker::Groups(number) = asker else { continue };
+            let tally = &mut self.0[number as usize];
+            tally.looked_at += 1;
+            let Some(near) = near else { continue };
+            tally.open += usize::from(!is_settled);
+            tally.low = tally.low.min(near.bounds.low);
+            let high = tally.closest.map_or(measured.groups[number as usize].ceiling, |(_, bounds)| bounds.high);
+            if near.is_of_query && near.bounds.high <= high {
+                tally.closest = Some((key, near.bounds));
+            }
+        }
+    }
+
+    /// Tells what is known at the end of a frame.
+    pub fn tell(&self, bodies: &Bodies, report: &mut Report) {
+        for (Tally { low, closest, looked_at, open }, group) in self.0.iter().zip(&bodies.measured.groups) {
+            let Group { id: Some(id), pairs, closest: before, ceiling } = *group else { continue };
+            let low = if *looked_at == pairs { *low } else { 0.0 };
+            let carried = before.map(|(key, bounds, _)| (key, Bounds { high: ceiling, ..bounds }));
+            let closest = closest.or(carried.filter(|_| ceiling < f64::INFINITY));
+            let high = closest.map_or(ceiling, |(_, bounds)| bounds.high);
+            let bodies = closest.map(|(key, _)| bodies_of(key).map(|body| bodies.id(body)));
+            let triangles = closest.and_then(|(_, bounds)| bounds.triangles);
+            let open = open + pairs - looked_at;
+            report.group_distances.push(GroupDistance { id, low: low.min(high), high, bodies, triangles, open });
+        }
+    }
+
+    /// Hands on to the next frames which pairs were the closest in this one.
+    pub fn hand_on(&self, measured: &mut Measured, frame: u64) {
+        for (tally, group) in self.0.iter().zip(&mut measured.groups) {
+            if let Some((key, bounds)) = tally.closest {
+                group.closest = Some((key, bounds, frame));
+            }
+        }
+    }
+}
