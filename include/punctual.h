@@ -384,6 +384,39 @@ typedef uint32_t punctual_mode;
 #endif // __cplusplus
 
 /**
+ * What a scene asks of a pair of bodies.
+ */
+enum punctual_pair_question
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Whether they meet.
+   */
+  PUNCTUAL_PAIR_QUESTION_MEET = 0,
+  /**
+   * How far apart they are.
+   */
+  PUNCTUAL_PAIR_QUESTION_DISTANCE = 1,
+  /**
+   * Until when they are free.
+   */
+  PUNCTUAL_PAIR_QUESTION_MOTION = 2,
+  /**
+   * Where they touch.
+   */
+  PUNCTUAL_PAIR_QUESTION_CONTACTS = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_pair_question punctual_pair_question;
+#else
+typedef uint32_t punctual_pair_question;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
  * Which of its hits a ray is asked for.
  */
 enum punctual_ray_mode
@@ -1859,6 +1892,88 @@ typedef struct punctual_scene_ray_cast {
   int64_t elapsed;
 } punctual_scene_ray_cast;
 
+/**
+ * What is known of the least distance between two groups of bodies, in the length unit of the scene. It holds for the bodies where
+ * they are in this frame, whatever the budget reached.
+ */
+typedef struct punctual_group_distance {
+  /**
+   * Of which groups: the id of `punctual_scene_measure_groups`.
+   */
+  uint64_t id;
+  /**
+   * Proven: no point of one group is closer to the other; 0 if nothing is known, and infinite if no two of their bodies may
+   * meet.
+   */
+  double low;
+  /**
+   * Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if nothing is known.
+   */
+  double high;
+  /**
+   * Whether bodies prove `high`; if not, it is that of boxes, and the bodies and triangles are zeros.
+   */
+  bool has_bodies;
+  /**
+   * These bodies, the lower index first.
+   */
+  struct punctual_body_id bodies[2];
+  /**
+   * Their closest triangles that were found; zeros for none.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is within the tolerance.
+   */
+  size_t open;
+} punctual_group_distance;
+
+/**
+ * A place where two bodies touch, in the coordinates of the scene: one of the few that stand for a patch of contacts.
+ */
+typedef struct punctual_contact_point {
+  /**
+   * The patch it belongs to. It stays the same from frame to frame while the patch has a triangle in common with what it was.
+   */
+  uint64_t patch;
+  /**
+   * Triangle of the body of the lower index, and of the other one.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * The closest points of these triangles. Of triangles that meet both are the middle of the segment in which they do.
+   */
+  struct punctual_point points[2];
+  /**
+   * Unit vector: moved along it, the body of the lower index parts from the other.
+   */
+  struct punctual_point normal;
+  /**
+   * How far apart the triangles are, without margins; 0 only if they meet.
+   */
+  double distance;
+} punctual_contact_point;
+
+/**
+ * Where two bodies touch.
+ */
+typedef struct punctual_contact_points {
+  /**
+   * How many points there are; at most 16.
+   */
+  size_t count;
+  /**
+   * Every contact within the margins that no point stands for is at least so far away, up to some roundings; infinite if there
+   * is none, and 0 if nothing is known.
+   */
+  double low;
+  /**
+   * Frames since this was found: 0 if it holds for the bodies where they were in the last frame. As many as there were if
+   * nothing is known.
+   */
+  uint64_t age;
+} punctual_contact_points;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -2751,7 +2866,7 @@ punctual_status punctual_scene_use_threads(struct punctual_scene *scene,
 
 /**
  * Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do. Within this room
- * `punctual_scene_detect` does not allocate. Takes about 790 bytes a body and 780 a pair.
+ * `punctual_scene_detect` does not allocate. Takes about 820 bytes a body and 780 a pair.
  *
  * Fails with OUT_OF_MEMORY if there is not so much; the scene has the room that it had then.
  */
@@ -2977,6 +3092,129 @@ punctual_status punctual_scene_ray_hits(const struct punctual_scene *scene,
                                         struct punctual_body_hit *hits,
                                         size_t capacity,
                                         size_t *count);
+
+/**
+ * Puts bodies into the scene as the parts of one compound, which is at `pose`: the pose of each is its place in the frame of the
+ * compound. Parts are bodies like others, but those of one compound never meet. Where a part is, is the product of both poses,
+ * rounded; one that is moved by itself goes back into its place with the next pose or motion of the compound.
+ *
+ * Fails as `punctual_scene_insert`; the scene is then as it was.
+ */
+punctual_status punctual_scene_insert_compound(struct punctual_scene *scene,
+                                               struct punctual_pose pose,
+                                               const struct punctual_body *parts,
+                                               size_t part_count,
+                                               uint64_t *compound);
+
+/**
+ * The parts of a compound, in the order in which they were given, without those that were removed: as many as `capacity` allows
+ * are written to `ids`, and how many there are to `count`. As for all that follows, fails with BAD_ARGUMENT if the compound is not
+ * in the scene.
+ */
+punctual_status punctual_scene_parts(const struct punctual_scene *scene,
+                                     uint64_t compound,
+                                     struct punctual_body_id *ids,
+                                     size_t capacity,
+                                     size_t *count);
+
+/**
+ * The compound that a body is a part of. `is_part` says whether there is one; if not, `compound` is left alone.
+ */
+punctual_status punctual_scene_compound_of(const struct punctual_scene *scene,
+                                           struct punctual_body_id id,
+                                           uint64_t *compound,
+                                           bool *is_part);
+
+/**
+ * Moves all parts of a compound.
+ *
+ * Fails with BAD_POSE if a part cannot be where it would be; all then stay where they were.
+ */
+punctual_status punctual_scene_set_compound_pose(struct punctual_scene *scene,
+                                                 uint64_t compound,
+                                                 struct punctual_pose pose);
+
+/**
+ * Gives a compound a motion: each of its parts goes with it, about the same axis.
+ *
+ * Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused, or a part cannot be where it would be at its beginning or end; all
+ * then stay where they were.
+ */
+punctual_status punctual_scene_set_compound_motion(struct punctual_scene *scene,
+                                                   uint64_t compound,
+                                                   struct punctual_motion motion);
+
+/**
+ * Takes a compound out of the scene, with all of its parts.
+ */
+punctual_status punctual_scene_remove_compound(struct punctual_scene *scene, uint64_t compound);
+
+/**
+ * Asks for the least distance between two groups of bodies in every frame from now on; margins count, and pairs that may not meet by
+ * their filters do not. No pair is asked about that is farther apart than the closest less the tolerance, a length.
+ *
+ * Fails with BAD_ARGUMENT if a body is in both groups, or the tolerance not from 0 to 2^1000.
+ */
+punctual_status punctual_scene_measure_groups(struct punctual_scene *scene,
+                                              const struct punctual_body_id *x,
+                                              size_t x_count,
+                                              const struct punctual_body_id *y,
+                                              size_t y_count,
+                                              double tolerance,
+                                              uint64_t *id);
+
+/**
+ * Asks for the distance of two groups no more. Nothing changes if it was not asked for.
+ */
+punctual_status punctual_scene_stop_measuring_groups(struct punctual_scene *scene, uint64_t id);
+
+/**
+ * The distances of groups of the last frame: as many as `capacity` allows are written to `distances`, and how many there are to
+ * `count`.
+ */
+punctual_status punctual_scene_group_distances(const struct punctual_scene *scene,
+                                               struct punctual_group_distance *distances,
+                                               size_t capacity,
+                                               size_t *count);
+
+/**
+ * Finds where bodies touch from the next frame on, of all pairs that meet: `punctual_scene_contact_points`.
+ */
+punctual_status punctual_scene_find_contacts(struct punctual_scene *scene);
+
+/**
+ * The same of two bodies, whenever they meet. Fails with BAD_ARGUMENT if both are the same.
+ */
+punctual_status punctual_scene_find_contacts_of(struct punctual_scene *scene,
+                                                struct punctual_body_id x,
+                                                struct punctual_body_id y);
+
+/**
+ * Does not ask for the contacts of two bodies any more, but as one of all pairs.
+ */
+punctual_status punctual_scene_stop_finding_contacts_of(struct punctual_scene *scene,
+                                                        struct punctual_body_id x,
+                                                        struct punctual_body_id y);
+
+/**
+ * Where two bodies touch, as far as the frames up to the last have found, if that is asked for; no points if they were found
+ * apart. As many as `capacity` allows are written to `points`, the nearest patch first, and what is known of all to `found`.
+ */
+punctual_status punctual_scene_contact_points(const struct punctual_scene *scene,
+                                              struct punctual_body_id x,
+                                              struct punctual_body_id y,
+                                              struct punctual_contact_point *points,
+                                              size_t capacity,
+                                              struct punctual_contact_points *found);
+
+/**
+ * Says how much a question, a `punctual_pair_question`, matters beside the bodies that it is asked of; 0 by default.
+ *
+ * Fails with BAD_ARGUMENT if the question is unknown, or the importance infinite or NaN.
+ */
+punctual_status punctual_scene_set_question_importance(struct punctual_scene *scene,
+                                                       uint32_t question,
+                                                       float importance);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -648,6 +648,56 @@ public:
   [[nodiscard]] punctual_status stop_measuring(punctual_body_id x, punctual_body_id y) noexcept {
     return punctual_scene_stop_measuring(get(), x, y);
   }
+  /** Bodies that move as one; the name of the compound. */
+  Result<std::uint64_t> insert_compound(const punctual_pose &pose, const punctual_body *parts,
+                                        std::size_t part_count) noexcept {
+    return detail::filled<std::uint64_t>([&](std::uint64_t *compound) {
+      return punctual_scene_insert_compound(get(), pose, parts, part_count, compound);
+    });
+  }
+  /** Writes up to `capacity` ids; how many parts there are. */
+  Result<std::size_t> parts(std::uint64_t compound, punctual_body_id *ids, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_scene_parts(get(), compound, ids, capacity, count); });
+  }
+  /** Empty if the body is no part of a compound. */
+  Result<std::optional<std::uint64_t>> compound_of(punctual_body_id id) const noexcept {
+    std::uint64_t compound = 0;
+    bool is_part = false;
+    punctual_status status = punctual_scene_compound_of(get(), id, &compound, &is_part);
+    if (status != PUNCTUAL_STATUS_OK)
+      return status;
+    return is_part ? std::optional(compound) : std::nullopt;
+  }
+  [[nodiscard]] punctual_status set_compound_pose(std::uint64_t compound, const punctual_pose &pose) noexcept {
+    return punctual_scene_set_compound_pose(get(), compound, pose);
+  }
+  [[nodiscard]] punctual_status set_compound_motion(std::uint64_t compound, const punctual_motion &motion) noexcept {
+    return punctual_scene_set_compound_motion(get(), compound, motion);
+  }
+  [[nodiscard]] punctual_status remove_compound(std::uint64_t compound) noexcept {
+    return punctual_scene_remove_compound(get(), compound);
+  }
+  /** The least distance between two groups of bodies; the name of the question. */
+  Result<std::uint64_t> measure_groups(const punctual_body_id *x, std::size_t x_count, const punctual_body_id *y,
+                                       std::size_t y_count, double tolerance) noexcept {
+    return detail::filled<std::uint64_t>([&](std::uint64_t *id) {
+      return punctual_scene_measure_groups(get(), x, x_count, y, y_count, tolerance, id);
+    });
+  }
+  [[nodiscard]] punctual_status stop_measuring_groups(std::uint64_t id) noexcept {
+    return punctual_scene_stop_measuring_groups(get(), id);
+  }
+  [[nodiscard]] punctual_status find_contacts() noexcept { return punctual_scene_find_contacts(get()); }
+  [[nodiscard]] punctual_status find_contacts_of(punctual_body_id x, punctual_body_id y) noexcept {
+    return punctual_scene_find_contacts_of(get(), x, y);
+  }
+  [[nodiscard]] punctual_status stop_finding_contacts_of(punctual_body_id x, punctual_body_id y) noexcept {
+    return punctual_scene_stop_finding_contacts_of(get(), x, y);
+  }
+  [[nodiscard]] punctual_status set_question_importance(punctual_pair_question question, float importance) noexcept {
+    return punctual_scene_set_question_importance(get(), question, importance);
+  }
   Result<punctual_report> detect(punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
     return detail::filled<punctual_report>(
         [&](punctual_report *report) { return punctual_scene_detect(get(), budget, clock, report); });
@@ -679,6 +729,19 @@ public:
   Result<std::size_t> distances(punctual_pair_distance *distances, std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>(
         [&](std::size_t *count) { return punctual_scene_distances(get(), distances, capacity, count); });
+  }
+  /** The same of the distances of groups. */
+  Result<std::size_t> group_distances(punctual_group_distance *distances, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(
+        [&](std::size_t *count) { return punctual_scene_group_distances(get(), distances, capacity, count); });
+  }
+  /** Writes up to `capacity` places where two bodies touch; what is known of all. */
+  Result<punctual_contact_points> contact_points(punctual_body_id x, punctual_body_id y,
+                                                 punctual_contact_point *points,
+                                                 std::size_t capacity) const noexcept {
+    return detail::filled<punctual_contact_points>([&](punctual_contact_points *found) {
+      return punctual_scene_contact_points(get(), x, y, points, capacity, found);
+    });
   }
   /** The same of the pairs in motion. */
   Result<std::size_t> passages(punctual_pair_passage *passages, std::size_t capacity) const noexcept {

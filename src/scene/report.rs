@@ -197,6 +197,7 @@ impl Report {
     }
 
     /// Adds a pair, with what is known about it when the frame begins.
+    #[inline(always)]
     pub(super) fn push(&mut self, [a, b]: [BodyId; 2], state: &PairState, probability: f32, complete: bool) {
         let (verdict, age, probability) = (Verdict::Undecided, self.frame - state.decided, f64::from(probability));
         self.pairs.push(PairReport { a, b, verdict, found: 0, complete: false, probability, recall: 0.0, age });

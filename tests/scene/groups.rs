@@ -214,3 +214,75 @@ fn groups_come_and_go_with_their_bodies() {
     assert_eq!(lows(&mut scene), []);
     assert_eq!(scene.report().pairs, []);
 }
+
+/// Prints what the distance of an arm of eight links from the 200 bodies around it takes, against all pairs by themselves, and
+/// how close its bounds are with less work.
+#[test]
+#[ignore = "prints figures"]
+fn figures() {
+    let mut rows = Vec::new();
+    let budgets = [None, Some(20_000), Some(50_000), Some(100_000), Some(200_000)];
+    for grouped in [true, false] {
+        for budget in if grouped { &budgets[..] } else { &budgets[..1] } {
+            let (mut scene, arm, cell) = arm_in_cell();
+            if grouped {
+                let _ = scene.measure_groups(&arm, &cell, 1e-3).unwrap();
+            } else {
+                for &a in &arm {
+                    cell.iter().for_each(|&b| scene.measure(a, b, 1e-3).unwrap());
+                }
+            }
+            let (mut work, mut broad, mut open, mut width, mut time) = (0, 0, 0, 0.0, Vec::new());
+            for frame in 0..300 {
+                bend(&mut scene, &arm, frame);
+                let began = std::time::Instant::now();
+                let report = detect(&mut scene, budget.map_or(Budget::unlimited(), Budget::work));
+                time.push(began.elapsed().as_nanos() as f64 / 1e3);
+                (work, broad) = (work + report.work, broad + report.broad_phase_work);
+                if let [found] = report.group_distances[..] {
+                    open += usize::from(found.open > 0);
+                    width += (found.high - found.low) / found.high / 300.0;
+                }
+            }
+            time.sort_by(f64::total_cmp);
+            let name = if grouped { "groups" } else { "pairs" };
+            rows.push(format!(
+                "{budget:?} {name}: work {} broad {} us {:.1} (99 %: {:.1}) open {open} of 300, width {width:.4}",
+                work / 300,
+                broad / 300,
+                time[150],
+                time[297]
+            ));
+        }
+    }
+    rows.iter().for_each(|row| println!("{row}"));
+}
+
+/// Eight links one after the other, and 200 bodies around them.
+fn arm_in_cell() -> (Scene, Vec<BodyId>, Vec<BodyId>) {
+    let [link, part] = [shapes::gear(24, 8), shapes::torus(1.0, 0.3, 24)].map(|mesh| Arc::new(Tree::new(mesh)));
+    let mut random = Random::new(84);
+    let mut scene = Scene::new();
+    let cell = (0..200)
+        .map(|_| {
+            let place = random.vector();
+            let place = (15.0 + 12.0 * random.signed().abs()) * place.normalize();
+            scene.insert(Body::fixed(Arc::clone(&part), Pose::new(random.rotation(), place).unwrap())).unwrap()
+        })
+        .collect();
+    let filter = Filter::new(2, !2);
+    let arm = (0..8).map(|_| scene.insert(Body::moving(Arc::clone(&link), Pose::IDENTITY).filter(filter)).unwrap());
+    let arm = arm.collect();
+    (scene, arm, cell)
+}
+
+/// The joints of the arm turn.
+fn bend(scene: &mut Scene, arm: &[BodyId], frame: usize) {
+    let mut pose = Pose::IDENTITY;
+    for (joint, &id) in arm.iter().enumerate() {
+        let angle = 0.4 * (0.02 * frame as f64 * (1.0 + 0.3 * joint as f64)).sin();
+        let turn = if joint % 2 == 0 { DMat3::from_rotation_y(angle) } else { DMat3::from_rotation_z(angle) };
+        pose = pose.compose(&Pose::new(turn, DVec3::X * 1.5).unwrap()).unwrap();
+        scene.set_pose(id, pose).unwrap();
+    }
+}

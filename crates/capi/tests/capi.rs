@@ -21,6 +21,8 @@ mod rays;
 mod refusals;
 #[path = "capi/scene_answers.rs"]
 mod scene_answers;
+#[path = "capi/scene_groups.rs"]
+mod scene_groups;
 #[path = "capi/scenes.rs"]
 mod scenes;
 #[path = "capi/surfaces.rs"]

@@ -25,6 +25,7 @@ mod query_batch;
 mod rays;
 mod scene;
 mod scene_cast;
+mod scene_contacts;
 mod scene_tables;
 mod shapes;
 mod tree;
@@ -64,7 +65,9 @@ mod _punctual {
     #[pymodule_export]
     use super::scene_cast::BodyHits;
     #[pymodule_export]
-    use super::scene_tables::{BodyContacts, PairDistances, PairPassages};
+    use super::scene_contacts::ContactPoints;
+    #[pymodule_export]
+    use super::scene_tables::{BodyContacts, GroupDistances, PairDistances, PairPassages};
     #[pymodule_export]
     use super::shapes::{cuboid, icosphere, torus, torus_knot};
     #[pymodule_export]

@@ -8,10 +8,11 @@ use crate::motion::path;
 use crate::query::{ModeName, code, witness};
 use crate::rays::{not_nan, ray_mode};
 use crate::scene_cast::BodyHits;
-use crate::scene_tables::{BodyContacts, PairDistances, PairPassages, names};
+use crate::scene_contacts::ContactPoints;
+use crate::scene_tables::{BodyContacts, GroupDistances, PairDistances, PairPassages, names};
 use crate::tree::Tree;
 use numpy::{PyArray1, PyArray2};
-use punctual::{Body, BodyId, Filter, Mode, PairReport, Ray, SceneRay};
+use punctual::{Body, BodyId, CompoundId, Filter, MeasureId, Mode, PairReport, Ray, SceneRay};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -59,6 +60,8 @@ pub struct Report {
     contacts: Py<BodyContacts>,
     /// The distances that are asked for (`Scene.measure`), whether their pairs had a turn or not.
     distances: Py<PairDistances>,
+    /// The distances of groups that are asked for (`Scene.measure_groups`).
+    group_distances: Py<GroupDistances>,
     /// Until when bodies in motion are free (`Scene.set_motion`). If whole, others do not meet on their way; pairs
     /// whose distance is asked for have no row.
     passages: Py<PairPassages>,
@@ -84,15 +87,22 @@ impl Report {
             elapsed: report.elapsed.map(|elapsed| elapsed.as_secs_f64()),
             contacts: BodyContacts::new(py, &report.contacts)?,
             distances: PairDistances::new(py, &report.distances)?,
+            group_distances: GroupDistances::new(py, &report.group_distances)?,
             passages: PairPassages::new(py, &report.passages)?,
         })
     }
 }
 
-/// A body that is not in the scene is a missing key.
+fn ids(bodies: &[u64]) -> Vec<BodyId> {
+    bodies.iter().map(|&body| BodyId::from_bits(body)).collect()
+}
+
+/// A body or a compound that is not in the scene is a missing key.
 fn scene_error(error: punctual::SceneError) -> PyErr {
     match error {
-        punctual::SceneError::NoSuchBody { .. } => PyKeyError::new_err(error.to_string()),
+        punctual::SceneError::NoSuchBody { .. } | punctual::SceneError::NoSuchCompound { .. } => {
+            PyKeyError::new_err(error.to_string())
+        }
         _ => value_error(error),
     }
 }
@@ -214,6 +224,112 @@ impl Scene {
     ) -> PyResult<()> {
         let motion = path(T, to, [velocity, turn, point])?;
         self.0.set_motion(BodyId::from_bits(body), motion).map_err(scene_error)
+    }
+
+    /// Puts bodies into the scene as the parts of one compound, which move as one and never meet each other; returns the
+    /// name of the compound. The parts are bodies like others (`parts`).
+    ///
+    /// T: (4, 4) matrix, the place of the compound in the scene. parts: pairs of a tree and a (4, 4) matrix, the place of
+    /// the part in the compound. margin: a length, of each part.
+    ///
+    /// Raises ValueError for a matrix that is not rigid; the scene is then as it was.
+    #[pyo3(signature = (parts, T=None, *, margin=0.0))]
+    #[expect(non_snake_case, reason = "the name of the Python argument")]
+    fn insert_compound(
+        &mut self,
+        parts: Vec<(PyRef<'_, Tree>, Transform)>,
+        T: Option<Transform>,
+        margin: f64,
+    ) -> PyResult<u64> {
+        let body = |(tree, Transform(place)): &(PyRef<'_, Tree>, Transform)| {
+            Body::moving(Arc::clone(&tree.arc), *place).margin(margin)
+        };
+        let Transform(pose) = T.unwrap_or_default();
+        self.0.insert_compound(pose, parts.iter().map(body)).map(CompoundId::to_bits).map_err(scene_error)
+    }
+
+    /// The names of the parts of a compound. Raises KeyError if it is not in the scene, as all that name one.
+    fn parts(&self, compound: u64) -> PyResult<Vec<u64>> {
+        let parts = self.0.parts(CompoundId::from_bits(compound)).map_err(scene_error)?;
+        Ok(parts.map(BodyId::to_bits).collect())
+    }
+
+    /// The compound that a body is a part of; None if it is none.
+    fn compound_of(&self, body: u64) -> PyResult<Option<u64>> {
+        let compound = self.0.compound_of(BodyId::from_bits(body)).map_err(scene_error)?;
+        Ok(compound.map(CompoundId::to_bits))
+    }
+
+    /// Moves all parts of a compound.
+    #[expect(non_snake_case, reason = "the name of the Python argument")]
+    fn set_compound_pose(&mut self, compound: u64, T: Transform) -> PyResult<()> {
+        self.0.set_compound_pose(CompoundId::from_bits(compound), T.0).map_err(scene_error)
+    }
+
+    /// Gives all parts of a compound one motion, about one axis; arguments as of `set_motion`.
+    #[pyo3(signature = (compound, T, *, to=None, velocity=None, turn=None, point=None))]
+    #[expect(non_snake_case, reason = "the name of the Python argument")]
+    fn set_compound_motion(
+        &mut self,
+        compound: u64,
+        T: Transform,
+        to: Option<Transform>,
+        velocity: Option<[f64; 3]>,
+        turn: Option<[f64; 3]>,
+        point: Option<[f64; 3]>,
+    ) -> PyResult<()> {
+        let motion = path(T, to, [velocity, turn, point])?;
+        self.0.set_compound_motion(CompoundId::from_bits(compound), motion).map_err(scene_error)
+    }
+
+    /// Takes a compound out of the scene, with all of its parts.
+    fn remove_compound(&mut self, compound: u64) -> PyResult<()> {
+        self.0.remove_compound(CompoundId::from_bits(compound)).map_err(scene_error)
+    }
+
+    /// Asks for the least distance between two groups of bodies in every frame from now on (`Report.group_distances`):
+    /// a robot and what stands around it, say. Returns a name for it. Margins count. tolerance: a length.
+    ///
+    /// Raises ValueError for a body in both groups, and a tolerance that is not from 0 to 2^1000.
+    fn measure_groups(&mut self, x: Vec<u64>, y: Vec<u64>, tolerance: f64) -> PyResult<u64> {
+        self.0.measure_groups(&ids(&x), &ids(&y), tolerance).map(MeasureId::to_bits).map_err(scene_error)
+    }
+
+    /// Asks for the distance of two groups no more.
+    fn stop_measuring_groups(&mut self, measure: u64) {
+        self.0.stop_measuring_groups(MeasureId::from_bits(measure));
+    }
+
+    /// Finds where bodies touch from the next frame on (`contact_points`): of all pairs that meet, or of two bodies.
+    #[pyo3(signature = (x=None, y=None))]
+    fn find_contacts(&mut self, x: Option<u64>, y: Option<u64>) -> PyResult<()> {
+        match (x, y) {
+            (None, None) => self.0.find_contacts(),
+            (Some(x), Some(y)) => {
+                self.0.find_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
+            }
+            _ => return Err(value_error("x and y: both bodies are needed, or none")),
+        }
+        Ok(())
+    }
+
+    /// Does not ask for the contacts of two bodies any more, but as one of all pairs.
+    fn stop_finding_contacts(&mut self, x: u64, y: u64) -> PyResult<()> {
+        self.0.stop_finding_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)
+    }
+
+    /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for (`find_contacts`); no
+    /// points if they were found apart.
+    fn contact_points(&self, py: Python<'_>, x: u64, y: u64) -> PyResult<ContactPoints> {
+        let found = self.0.contact_points(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
+        ContactPoints::new(py, &found)
+    }
+
+    /// Says how much a question matters, beside the bodies that it is asked of: "meet", "distance", "motion" or "contacts";
+    /// 0 by default. Raises ValueError for another question, and an importance that is not finite.
+    fn set_question_importance(&mut self, question: &str, importance: f32) -> PyResult<()> {
+        let question = question.parse().map_err(value_error)?;
+        self.0.set_question_importance(question, importance).map_err(scene_error)
     }
 
     /// Which bodies a ray or a segment hits, where they are now.

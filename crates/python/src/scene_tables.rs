@@ -2,7 +2,7 @@
 
 use crate::arrays::{column, table};
 use numpy::{PyArray1, PyArray2};
-use punctual::{BodyContact, BodyId, PairDistance, PairPassage};
+use punctual::{BodyContact, BodyId, GroupDistance, MeasureId, PairDistance, PairPassage};
 use pyo3::prelude::*;
 
 /// Contacts of bodies that begin, go on and end: a row for each.
@@ -34,6 +34,24 @@ pub struct PairDistances {
     triangles: Py<PyArray2<i64>>,
     /// (N,) uint64: frames since this was proven; 0 if it holds where the bodies are now.
     ages: Py<PyArray1<u64>>,
+}
+
+/// What is known of the least distances between groups of bodies: a row for each two groups. It holds where the bodies are
+/// in this frame, whatever the budget reached.
+#[pyclass(module = "punctual", frozen, get_all)]
+pub struct GroupDistances {
+    /// (N,) uint64: the names that `Scene.measure_groups` gave.
+    ids: Py<PyArray1<u64>>,
+    /// (N,) float64, a length: proven, no point of one group is closer to the other; 0 if nothing is known.
+    low: Py<PyArray1<f64>>,
+    /// (N,) float64, a length: proven, the groups are no farther apart, 0 if they meet; infinite if nothing is known.
+    high: Py<PyArray1<f64>>,
+    /// N pairs of the names of the two bodies that prove `high`; None where it is that of boxes.
+    bodies: Vec<Option<(u64, u64)>>,
+    /// (N, 2) int64: their closest triangles found; -1 for none.
+    triangles: Py<PyArray2<i64>>,
+    /// (N,) uint64: pairs of bodies that may still be closer. 0: high - low is within the tolerance.
+    open: Py<PyArray1<u64>>,
 }
 
 /// Until when bodies in motion are free: a row for each pair of bodies that may meet on their way. Times from 0, this
@@ -85,6 +103,20 @@ impl PairDistances {
     }
 }
 
+impl GroupDistances {
+    pub fn new(py: Python<'_>, groups: &[GroupDistance]) -> PyResult<Py<Self>> {
+        let told = Self {
+            ids: column(py, groups.iter().map(|group| MeasureId::to_bits(group.id)).collect()).unbind(),
+            low: column(py, groups.iter().map(|group| group.low).collect()).unbind(),
+            high: column(py, groups.iter().map(|group| group.high).collect()).unbind(),
+            bodies: groups.iter().map(|group| group.bodies.map(|[a, b]| (a.to_bits(), b.to_bits()))).collect(),
+            triangles: triangles(py, groups.iter().map(|group| group.triangles))?,
+            open: column(py, groups.iter().map(|group| group.open as u64).collect()).unbind(),
+        };
+        Py::new(py, told)
+    }
+}
+
 impl PairPassages {
     pub fn new(py: Python<'_>, pairs: &[PairPassage]) -> PyResult<Py<Self>> {
         let touching_at = pairs.iter().map(|pair| pair.touching_at.unwrap_or(f64::NAN)).collect();
@@ -109,6 +141,13 @@ impl BodyContacts {
 impl PairDistances {
     fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
         self.bodies.bind(py).as_any().len()
+    }
+}
+
+#[pymethods]
+impl GroupDistances {
+    fn __len__(&self) -> usize {
+        self.bodies.len()
     }
 }
 

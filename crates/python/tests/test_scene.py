@@ -289,3 +289,68 @@ def test_bodies_that_are_not_in_the_scene(ball):
     ):
         with pytest.raises(KeyError, match="body 7 .* is not in the scene"):
             call()
+
+
+def test_compounds_move_as_one(ball, ring):
+    scene = punctual.Scene()
+    post = scene.insert(ball, fixed=True)
+    compound = scene.insert_compound([(ball, placed(0.0)), (ring, placed(0.5)), (ball, placed(1.0))], placed(20.0))
+    parts = scene.parts(compound)
+    assert len(parts) == 3 and len(scene) == 4 and len(scene.step().verdict) == 0, "parts never meet"
+    assert scene.compound_of(parts[1]) == compound and scene.compound_of(post) is None
+    scene.set_compound_pose(compound, placed(-1.2))
+    report = scene.step()
+    assert [post, parts[2]] in report.bodies[report.verdict == 1].tolist()
+    scene.set_compound_motion(compound, placed(30.0), velocity=[-30.0, 0.0, 0.0])
+    passages = scene.step().passages
+    assert len(passages) > 0 and (passages.touching_at > 0.5).any()
+    with pytest.raises(ValueError, match="rotation"):
+        scene.insert_compound([(ball, placed(0.0)), (ball, np.diag([2.0, 2.0, 2.0, 1.0]))])
+    scene.remove_compound(compound)
+    assert len(scene) == 1
+    with pytest.raises(KeyError, match="compound 0 is not in the scene"):
+        scene.set_compound_pose(compound, placed(0.0))
+
+
+def test_groups_are_as_far_apart_as_their_closest_bodies(ball):
+    poses = random_poses(14, 8.0)
+    scene = punctual.Scene()
+    names = [scene.insert(ball) for _ in poses]
+    x, y = names[:4], names[4:]
+    measure = scene.measure_groups(x, y, 1e-3)
+    inverse = np.linalg.inv(poses)
+    pairs = [(i, j) for i in range(4) for j in range(4, 14)]
+    truth = min(punctual.distance(ball, ball, inverse[i] @ poses[j]).high for i, j in pairs)
+    scene.set_poses(names, poses)
+    for work in (100, 2_000, 20_000, None):
+        found = scene.step(work=work).group_distances
+        assert found.ids.tolist() == [measure] and len(found) == 1
+        assert found.low[0] <= truth + 1e-6 and found.high[0] >= truth - 1e-6
+    assert found.open.tolist() == [0] and found.high[0] - found.low[0] < 1.1e-3
+    assert (found.bodies[0][0] in x) != (found.bodies[0][1] in x) and found.triangles[0, 0] >= 0
+    scene.stop_measuring_groups(measure)
+    assert len(scene.step().group_distances) == 0
+    with pytest.raises(ValueError, match="no distance from itself"):
+        scene.measure_groups(x, x, 1e-3)
+
+
+def test_contact_points(ball):
+    scene = punctual.Scene()
+    a, b = scene.insert(ball, fixed=True, margin=0.01), scene.insert(ball, placed(1.0))
+    scene.find_contacts(a, b)
+    scene.set_question_importance("contacts", 1.0)
+    meets = punctual.distance(ball, ball, placed(1.0)).high == 0
+    scene.step()
+    found = scene.contact_points(a, b)
+    assert meets and len(found) > 0 and found.age == 0 and found.distances[0] == 0
+    assert found.points_a.shape == found.points_b.shape == found.normals.shape == (len(found), 3)
+    assert np.allclose(np.linalg.norm(found.normals, axis=1), 1) and found.triangles.shape == (len(found), 2)
+    scene.set_pose(b, placed(50.0))
+    scene.step()
+    assert len(scene.contact_points(a, b)) == 0 and scene.contact_points(a, b).low == np.inf
+    scene.stop_finding_contacts(a, b)
+    scene.find_contacts()
+    with pytest.raises(ValueError, match="both bodies are needed"):
+        scene.find_contacts(a)
+    with pytest.raises(ValueError, match="colour"):
+        scene.set_question_importance("colour", 1.0)

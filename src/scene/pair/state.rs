@@ -209,6 +209,7 @@ impl PairState {
     }
 
     /// Takes note of bounds that are proven in `frame`, of bodies that were last new in `changed`.
+    #[cold]
     pub fn measure(&mut self, bodies: &Bodies, bounds: Bounds, frame: u64, changed: u64) {
         let key = self.turn.key;
         let bounds = Bounds { gone: bodies.gone_together(key)[0], ..bounds };

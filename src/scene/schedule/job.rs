@@ -42,13 +42,21 @@ impl Job {
     #[cold]
     pub fn ask(&mut self, asks: Asks, frame: &Frame, state: &PairState) {
         self.asks = asks;
-        (self.forecast, self.rank) = outlook(frame, self.key, state, asks, true);
+        (self.forecast, self.rank) = outlook(frame, self.key, state, asks, None, true);
     }
 }
 
-/// What is expected of a question, unless nothing depends on it, and its rank.
+/// What is expected of a question, unless nothing depends on it, and its rank. `nearness`: of a pair that may be the closest of
+/// two groups, 1 where it meets and 0 where it is as far away as they are at most.
 #[inline(always)]
-pub(crate) fn outlook(frame: &Frame, key: PairKey, state: &PairState, asks: Asks, expects: bool) -> (Forecast, u64) {
+pub(crate) fn outlook(
+    frame: &Frame,
+    key: PairKey,
+    state: &PairState,
+    asks: Asks,
+    nearness: Option<f32>,
+    expects: bool,
+) -> (Forecast, u64) {
     let [x, y] = bodies_of(key).map(|body| frame.bodies.facts(body));
     let special = x.is_special | y.is_special;
     // A distance takes about four times as long.
@@ -59,7 +67,7 @@ pub(crate) fn outlook(frame: &Frame, key: PairKey, state: &PairState, asks: Asks
         Asks::Contacts => Forecast::of_contacts(state, sizes),
         Asks::Witness | Asks::Meet => Forecast::new(state, sizes, frame.number - state.decided),
     };
-    let urgency = if special && asks != Asks::Contacts { state.urgency() } else { None };
+    let urgency = if special && asks != Asks::Contacts { nearness.or_else(|| state.urgency()) } else { None };
     let importance = x.importance.max(y.importance) + frame.bodies.weight(key, asks);
     (forecast, rank(importance, urgency.map_or(forecast.gain(), |urgency| 1.0 + urgency)))
 }

@@ -10,7 +10,6 @@ use super::turns::RoundRobin;
 use crate::model::cost::{WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
 use crate::query::{Budget, Deadline, Mode, Verdict};
 use crate::scene::ask::Asks;
-use crate::scene::ask::measured::Wanted;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
@@ -35,15 +34,19 @@ pub(crate) struct Listing<'l> {
     pub kept: usize,
 }
 
-/// What groups make of a pair.
+/// What those make of a pair who ask for its distance.
 #[derive(Clone, Copy, Debug, Default)]
 struct Look {
-    /// Whether it may be the closest.
-    open: bool,
+    /// Whether its bodies may not meet.
+    is_out: bool,
+    /// Whether it is listed, wherever its boxes are.
+    listed: bool,
     /// Whether something is kept of it for later frames.
     keep: bool,
     /// Whether it is proven to be apart.
     is_apart: bool,
+    /// If it may be the closest of groups, how near it is: [`outlook`].
+    nearness: Option<f32>,
 }
 
 impl Listing<'_> {
@@ -88,36 +91,33 @@ impl Listing<'_> {
             if !deadline.has_room(WORK_PER_LISTED_PAIR) {
                 return place;
             }
-            let listed = self.list(place, settled, forecasts);
+            let is_special = self.frame.bodies.is_special(self.pairs.key(place));
+            let listed = match is_special {
+                true => self.list::<true>(place, settled, forecasts),
+                false => self.list::<false>(place, settled, forecasts),
+            };
             deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
         }
         places.end
     }
 
-    /// Lists a pair if its boxes overlap; whether they do.
+    /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than if it meets.
     #[inline]
-    fn list(&mut self, place: usize, settled: bool, forecasts: bool) -> bool {
+    fn list<const SPECIAL: bool>(&mut self, place: usize, settled: bool, forecasts: bool) -> bool {
         let Frame { number, mode, bodies, .. } = *self.frame;
         let key = self.pairs.key(place);
         let [a, b] = bodies_of(key);
-        let (x, y) = (bodies.facts(a), bodies.facts(b));
-        let special = x.is_special | y.is_special;
-        let wanted = if special { bodies.measured.wanted(key) } else { None };
-        if wanted.is_some() && !bodies.may_meet([a, b]) {
-            self.tallies.add(&bodies.measured, key, None, true);
+        let look = if SPECIAL { self.look(place, settled) } else { Look::default() };
+        if look.is_out {
             return false;
         }
-        let by_itself = wanted.is_some_and(|wanted| wanted.by_itself);
-        let overlap = by_itself || self.broad.bounds(a).intersects(self.broad.bounds(b));
-        let overlap = if settled { Some(overlap) } else { self.may_overlap(place, overlap) };
-        let look = match wanted {
-            Some(wanted) if wanted.of_groups => self.look(place, &wanted, overlap.is_some()),
-            _ => Look::default(),
+        let overlap = look.listed || self.broad.bounds(a).intersects(self.broad.bounds(b));
+        let Some(overlap) = (if settled { Some(overlap) } else { self.may_overlap(place, overlap) }) else {
+            return false;
         };
-        let Some(overlap) = overlap else { return false };
         let changed = self.frame.changed(key);
-        let Some(state) = self.pairs.overlapping(place, overlap || look.keep, number) else { return false };
-        if !(overlap || look.open) {
+        let Some(state) = self.pairs.overlapping(place, overlap | look.keep, number) else { return false };
+        if look.keep && !overlap {
             self.kept += 1;
             return false;
         }
@@ -134,9 +134,9 @@ impl Listing<'_> {
         self.touching += usize::from(touches);
         let located = !touches || self.frame.has_located(state, changed);
         let mut probability = 0.0;
-        if look.open || !((complete || look.is_apart) && located) {
-            let is_known = complete && !look.open;
-            let hit = mode == Mode::Any && !special && met;
+        if look.nearness.is_some() || !((complete || look.is_apart) && located) {
+            let is_known = complete && look.nearness.is_none();
+            let hit = mode == Mode::Any && !SPECIAL && met;
             let asks = match () {
                 () if !located && (is_known || asks_contacts_first(self.frame.bodies, self.turns, key)) => {
                     Asks::Contacts
@@ -147,7 +147,7 @@ impl Listing<'_> {
             if is_known {
                 state.completed = number;
             }
-            let (forecast, rank) = outlook(self.frame, key, state, asks, forecasts);
+            let (forecast, rank) = outlook(self.frame, key, state, asks, look.nearness, forecasts);
             probability = if hit && state.is_refuted(changed, number) { forecast.chance } else { forecast.still };
             self.jobs.push(Job {
                 key,
@@ -157,7 +157,7 @@ impl Listing<'_> {
                 rank,
                 home: None,
                 asks,
-                measures: look.open,
+                measures: look.nearness.is_some(),
                 open: true,
             });
         }
@@ -169,14 +169,22 @@ impl Listing<'_> {
         true
     }
 
-    /// Takes note of what is known of the distance of a pair that groups ask for. `is_known`: what is kept of the pair is of
-    /// these bodies.
+    /// What those make of a pair who ask for its distance; takes note of what is known of it.
     #[cold]
-    fn look(&mut self, place: usize, wanted: &Wanted, is_known: bool) -> Look {
+    fn look(&mut self, place: usize, settled: bool) -> Look {
         let Frame { number, bodies, .. } = *self.frame;
         let key = self.pairs.key(place);
+        let Some(wanted) = bodies.measured.wanted(key) else { return Look::default() };
+        if !bodies.may_meet(bodies_of(key)) {
+            self.tallies.add(&bodies.measured, key, None, true);
+            return Look { is_out: true, ..Look::default() };
+        }
+        if !wanted.of_groups {
+            return Look { listed: true, ..Look::default() };
+        }
         let of_boxes = bodies.near_by_boxes(key, self.broad);
         let is_far = wanted.is_settled(&of_boxes);
+        let is_known = settled || self.may_overlap(place, true).is_some();
         let near = match is_known && !is_far {
             true => bodies.near(key, self.pairs.state(place, number), self.broad, self.frame.changed(key), number),
             false => of_boxes,
@@ -185,7 +193,14 @@ impl Listing<'_> {
         if is_settled || !is_known {
             self.tallies.add(&bodies.measured, key, Some(&near), is_settled);
         }
-        Look { open: !is_settled, keep: !is_far, is_apart: near.bounds.low > 0.0 }
+        let nearness = || 1.0 - (near.bounds.low / wanted.ceiling.max(f64::MIN_POSITIVE)) as f32;
+        Look {
+            is_out: false,
+            listed: wanted.by_itself || !is_settled,
+            keep: !is_far,
+            is_apart: near.bounds.low > 0.0,
+            nearness: (!is_settled).then(nearness),
+        }
     }
 
     /// Whether the boxes of a pair may overlap, of which `overlap` says whether they did when they were made. `None` if that

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::{env, error::Error, fs};
 
 /// In the order of the header.
-const SOURCES: [&str; 20] = [
+const SOURCES: [&str; 21] = [
     "status",
     "pose",
     "mesh",
@@ -29,13 +29,15 @@ const SOURCES: [&str; 20] = [
     "body",
     "scene",
     "scene_answers",
+    "scene_groups",
 ];
 
 /// Enumerations that are passed as numbers, since C may pass any.
-const NUMBERS: [&str; 8] = [
+const NUMBERS: [&str; 9] = [
     "punctual_format",
     "punctual_effort",
     "punctual_mode",
+    "punctual_pair_question",
     "punctual_ray_mode",
     "punctual_order",
     "punctual_budget_kind",

@@ -66,6 +66,49 @@ static void motions_and_rays(punctual_scene *scene, const punctual_body_id ids[2
   CHECK(cast.found == 0 && cast.hit.on_body.triangle == PUNCTUAL_NO_TRIANGLE);
 }
 
+static void groups_and_compounds(punctual_scene *scene, const punctual_tree *cube, const punctual_body_id ids[2]) {
+  punctual_body parts[2] = {punctual_body_new(cube, at(0)), punctual_body_new(cube, at(1.5))};
+  punctual_body_id names[2];
+  punctual_group_distance distances[1];
+  punctual_point velocity = {0, 8, 0};
+  uint64_t compound, same, groups;
+  size_t count;
+  bool is_part;
+  OK(punctual_scene_set_pose(scene, ids[1], at(2.5)));
+  OK(punctual_scene_insert_compound(scene, at(20), parts, 2, &compound));
+  OK(punctual_scene_parts(scene, compound, names, 2, &count));
+  CHECK(count == 2);
+  OK(punctual_scene_compound_of(scene, names[1], &same, &is_part));
+  CHECK(is_part && same == compound);
+  OK(punctual_scene_compound_of(scene, ids[0], &same, &is_part));
+  CHECK(!is_part);
+  OK(punctual_scene_measure_groups(scene, ids, 2, names, 2, 1e-6, &groups));
+  OK(punctual_scene_set_compound_pose(scene, compound, at(7)));
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
+  OK(punctual_scene_group_distances(scene, distances, 1, &count));
+  CHECK(count == 1 && distances[0].id == groups && distances[0].open == 0 && distances[0].has_bodies);
+  CHECK(distances[0].low <= 2.5 + 1e-9 && distances[0].high >= 2.5 - 1e-9 && distances[0].high < 2.51);
+  CHECK(distances[0].bodies[0].index == ids[1].index && distances[0].bodies[1].index == names[0].index);
+  OK(punctual_scene_stop_measuring_groups(scene, groups));
+  OK(punctual_scene_set_compound_motion(scene, compound, punctual_motion_straight(at(7), velocity)));
+  OK(punctual_scene_remove_compound(scene, compound));
+  FAILS(punctual_scene_remove_compound(scene, compound), BAD_ARGUMENT,
+        "punctual_scene_remove_compound: compound 0 is not in the scene");
+}
+
+static void contact_points(punctual_scene *scene, const punctual_body_id ids[2]) {
+  punctual_contact_point points[16];
+  punctual_contact_points found;
+  OK(punctual_scene_set_question_importance(scene, PUNCTUAL_PAIR_QUESTION_CONTACTS, 1));
+  OK(punctual_scene_find_contacts_of(scene, ids[0], ids[1]));
+  OK(punctual_scene_stop_finding_contacts_of(scene, ids[0], ids[1]));
+  OK(punctual_scene_find_contacts(scene));
+  OK(punctual_scene_set_pose(scene, ids[1], at(1.9)));
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
+  OK(punctual_scene_contact_points(scene, ids[0], ids[1], points, 16, &found));
+  CHECK(found.count > 0 && found.count <= 16 && found.age == 0 && points[0].distance == 0);
+}
+
 void scene_answers(void) {
   punctual_mesh *mesh;
   punctual_tree *cube;
@@ -81,6 +124,8 @@ void scene_answers(void) {
   }
   contacts_and_distances(scene, ids);
   motions_and_rays(scene, ids);
+  groups_and_compounds(scene, cube, ids);
+  contact_points(scene, ids);
   punctual_scene_free(scene);
   punctual_tree_free(cube);
   punctual_mesh_free(mesh);

@@ -10,7 +10,7 @@ use punctual::{Body, BodyId, Budget, ManualClock, Motion, Pose, Ray, RayMode, Sc
 use punctual_capi::{punctual_status as Status, *};
 
 /// What a call writes to an array, and its count: the same with too little room.
-fn all<T: Copy>(call: impl Fn(*mut T, usize, Option<&mut MaybeUninit<usize>>) -> Status) -> Vec<T> {
+pub fn all<T: Copy>(call: impl Fn(*mut T, usize, Option<&mut MaybeUninit<usize>>) -> Status) -> Vec<T> {
     let count = made(|count| call(null_mut(), 0, count));
     let mut items = Vec::with_capacity(count);
     assert_eq!(made(|again| call(items.as_mut_ptr(), count, again)), count);
@@ -19,7 +19,7 @@ fn all<T: Copy>(call: impl Fn(*mut T, usize, Option<&mut MaybeUninit<usize>>) ->
     items
 }
 
-fn at(x: f64) -> Pose {
+pub fn at(x: f64) -> Pose {
     Pose::new(DMat3::IDENTITY, [x, 0.0, 0.0]).unwrap()
 }
 
@@ -28,14 +28,14 @@ fn same_pair(ours: [punctual_body_id; 2], theirs: [BodyId; 2]) {
 }
 
 /// Balls in C and in Rust, at 0, 4 and 9.
-struct Both {
-    scene: Box<punctual_scene>,
-    native: Scene,
-    ids: Vec<(punctual_body_id, BodyId)>,
+pub struct Both {
+    pub scene: Box<punctual_scene>,
+    pub native: Scene,
+    pub ids: Vec<(punctual_body_id, BodyId)>,
 }
 
 impl Both {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let tree = tree_of(&owned(|mesh| punctual_shape_icosphere(3, mesh)));
         let ball = Arc::new(Tree::new(shapes::icosphere(3)));
         let mut scene = owned(|scene| punctual_scene_new(0, 0, scene));
@@ -52,13 +52,13 @@ impl Both {
         Self { scene, native, ids }
     }
 
-    fn go(&mut self, body: usize, x: f64) {
+    pub fn go(&mut self, body: usize, x: f64) {
         assert_eq!(punctual_scene_set_pose(Some(&mut self.scene), self.ids[body].0, raw(&at(x))), Status::Ok);
         self.native.set_pose(self.ids[body].1, at(x)).unwrap();
     }
 
     /// A frame of so much work; how many contacts, distances and passages were the same.
-    fn detect(&mut self, work: u64) -> [usize; 3] {
+    pub fn detect(&mut self, work: u64) -> [usize; 3] {
         made(|report| detect(Some(&mut self.scene), punctual_budget_work(work), report));
         let Self { scene, native, .. } = self;
         let scene = Some(&**scene);

@@ -1,0 +1,326 @@
+//! Bodies that move as one, distances of groups, and where bodies touch.
+
+use crate::arrays::{array, fill};
+use crate::body::{punctual_body, punctual_body_id};
+use crate::mesh::punctual_point;
+use crate::motion::punctual_motion;
+use crate::pose::punctual_pose;
+use crate::scene::punctual_scene;
+use crate::status::{Fault, door, given, punctual_status};
+use crate::workspace::punctual_triangle_pair;
+use core::mem::MaybeUninit;
+use punctual::{BodyId, CompoundId, ContactPoint, GroupDistance, MeasureId, PairQuestion};
+
+/// What a scene asks of a pair of bodies.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_pair_question {
+    /// Whether they meet.
+    Meet = 0,
+    /// How far apart they are.
+    Distance = 1,
+    /// Until when they are free.
+    Motion = 2,
+    /// Where they touch.
+    Contacts = 3,
+}
+
+/// What is known of the least distance between two groups of bodies, in the length unit of the scene. It holds for the bodies where
+/// they are in this frame, whatever the budget reached.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_group_distance {
+    /// Of which groups: the id of `punctual_scene_measure_groups`.
+    pub id: u64,
+    /// Proven: no point of one group is closer to the other; 0 if nothing is known, and infinite if no two of their bodies may
+    /// meet.
+    pub low: f64,
+    /// Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if nothing is known.
+    pub high: f64,
+    /// Whether bodies prove `high`; if not, it is that of boxes, and the bodies and triangles are zeros.
+    pub has_bodies: bool,
+    /// These bodies, the lower index first.
+    pub bodies: [punctual_body_id; 2],
+    /// Their closest triangles that were found; zeros for none.
+    pub triangles: punctual_triangle_pair,
+    /// How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is within the tolerance.
+    pub open: usize,
+}
+
+/// A place where two bodies touch, in the coordinates of the scene: one of the few that stand for a patch of contacts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_contact_point {
+    /// The patch it belongs to. It stays the same from frame to frame while the patch has a triangle in common with what it was.
+    pub patch: u64,
+    /// Triangle of the body of the lower index, and of the other one.
+    pub triangles: punctual_triangle_pair,
+    /// The closest points of these triangles. Of triangles that meet both are the middle of the segment in which they do.
+    pub points: [punctual_point; 2],
+    /// Unit vector: moved along it, the body of the lower index parts from the other.
+    pub normal: punctual_point,
+    /// How far apart the triangles are, without margins; 0 only if they meet.
+    pub distance: f64,
+}
+
+/// Where two bodies touch.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_contact_points {
+    /// How many points there are; at most 16.
+    pub count: usize,
+    /// Every contact within the margins that no point stands for is at least so far away, up to some roundings; infinite if there
+    /// is none, and 0 if nothing is known.
+    pub low: f64,
+    /// Frames since this was found: 0 if it holds for the bodies where they were in the last frame. As many as there were if
+    /// nothing is known.
+    pub age: u64,
+}
+
+/// Puts bodies into the scene as the parts of one compound, which is at `pose`: the pose of each is its place in the frame of the
+/// compound. Parts are bodies like others, but those of one compound never meet. Where a part is, is the product of both poses,
+/// rounded; one that is moved by itself goes back into its place with the next pose or motion of the compound.
+///
+/// Fails as `punctual_scene_insert`; the scene is then as it was.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_insert_compound(
+    scene: Option<&mut punctual_scene>,
+    pose: punctual_pose,
+    parts: *const punctual_body<'_>,
+    part_count: usize,
+    compound: Option<&mut MaybeUninit<u64>>,
+) -> punctual_status {
+    door("punctual_scene_insert_compound", || {
+        let (pose, compound) = (pose.check()?, given(compound, "compound")?);
+        // SAFETY: the contract of the header for arrays.
+        let parts = unsafe { array(parts, part_count, "parts") }?;
+        let parts = parts.iter().map(punctual_body::check).collect::<Result<Vec<_>, _>>()?;
+        let id = punctual_scene::change(scene, |scene| Ok(scene.insert_compound(pose, parts)?))?;
+        compound.write(id.to_bits());
+        Ok(())
+    })
+}
+
+/// The parts of a compound, in the order in which they were given, without those that were removed: as many as `capacity` allows
+/// are written to `ids`, and how many there are to `count`. As for all that follows, fails with BAD_ARGUMENT if the compound is not
+/// in the scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_parts(
+    scene: Option<&punctual_scene>,
+    compound: u64,
+    ids: *mut punctual_body_id,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_scene_parts", || {
+        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        let parts = scene.parts(CompoundId::from_bits(compound))?.map(Into::into);
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(ids, capacity, "ids", parts) }?);
+        Ok(())
+    })
+}
+
+/// The compound that a body is a part of. `is_part` says whether there is one; if not, `compound` is left alone.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_compound_of(
+    scene: Option<&punctual_scene>,
+    id: punctual_body_id,
+    compound: Option<&mut MaybeUninit<u64>>,
+    is_part: Option<&mut MaybeUninit<bool>>,
+) -> punctual_status {
+    door("punctual_scene_compound_of", || {
+        let (compound, is_part) = (given(compound, "compound")?, given(is_part, "is_part")?);
+        let found = punctual_scene::get(scene)?.compound_of(id.into())?;
+        is_part.write(found.is_some());
+        found.map(|found| compound.write(found.to_bits()));
+        Ok(())
+    })
+}
+
+/// Moves all parts of a compound.
+///
+/// Fails with BAD_POSE if a part cannot be where it would be; all then stay where they were.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_compound_pose(
+    scene: Option<&mut punctual_scene>,
+    compound: u64,
+    pose: punctual_pose,
+) -> punctual_status {
+    door("punctual_scene_set_compound_pose", || {
+        let pose = pose.check()?;
+        punctual_scene::change(scene, |scene| Ok(scene.set_compound_pose(CompoundId::from_bits(compound), pose)?))
+    })
+}
+
+/// Gives a compound a motion: each of its parts goes with it, about the same axis.
+///
+/// Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused, or a part cannot be where it would be at its beginning or end; all
+/// then stay where they were.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_compound_motion(
+    scene: Option<&mut punctual_scene>,
+    compound: u64,
+    motion: punctual_motion,
+) -> punctual_status {
+    door("punctual_scene_set_compound_motion", || {
+        let motion = motion.check()?;
+        punctual_scene::change(scene, |scene| Ok(scene.set_compound_motion(CompoundId::from_bits(compound), motion)?))
+    })
+}
+
+/// Takes a compound out of the scene, with all of its parts.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_remove_compound(scene: Option<&mut punctual_scene>, compound: u64) -> punctual_status {
+    door("punctual_scene_remove_compound", || {
+        punctual_scene::change(scene, |scene| Ok(scene.remove_compound(CompoundId::from_bits(compound))?))
+    })
+}
+
+/// Asks for the least distance between two groups of bodies in every frame from now on; margins count, and pairs that may not meet by
+/// their filters do not. No pair is asked about that is farther apart than the closest less the tolerance, a length.
+///
+/// Fails with BAD_ARGUMENT if a body is in both groups, or the tolerance not from 0 to 2^1000.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_measure_groups(
+    scene: Option<&mut punctual_scene>,
+    x: *const punctual_body_id,
+    x_count: usize,
+    y: *const punctual_body_id,
+    y_count: usize,
+    tolerance: f64,
+    id: Option<&mut MaybeUninit<u64>>,
+) -> punctual_status {
+    door("punctual_scene_measure_groups", || {
+        let id = given(id, "id")?;
+        // SAFETY: the contract of the header for arrays.
+        let (x, y) = unsafe { (array(x, x_count, "x")?, array(y, y_count, "y")?) };
+        let [x, y] = [x, y].map(|ids| ids.iter().map(|&id| id.into()).collect::<Vec<BodyId>>());
+        let groups = punctual_scene::change(scene, |scene| Ok(scene.measure_groups(&x, &y, tolerance)?))?;
+        id.write(groups.to_bits());
+        Ok(())
+    })
+}
+
+/// Asks for the distance of two groups no more. Nothing changes if it was not asked for.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_stop_measuring_groups(scene: Option<&mut punctual_scene>, id: u64) -> punctual_status {
+    door("punctual_scene_stop_measuring_groups", || {
+        punctual_scene::change(scene, |scene| {
+            scene.stop_measuring_groups(MeasureId::from_bits(id));
+            Ok(())
+        })
+    })
+}
+
+/// The distances of groups of the last frame: as many as `capacity` allows are written to `distances`, and how many there are to
+/// `count`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_group_distances(
+    scene: Option<&punctual_scene>,
+    distances: *mut punctual_group_distance,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_scene_group_distances", || {
+        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        let found = scene.report().group_distances.iter().map(Into::into);
+        // SAFETY: the contract of the header for arrays.
+        count.write(unsafe { fill(distances, capacity, "distances", found) }?);
+        Ok(())
+    })
+}
+
+/// Finds where bodies touch from the next frame on, of all pairs that meet: `punctual_scene_contact_points`.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_find_contacts(scene: Option<&mut punctual_scene>) -> punctual_status {
+    door("punctual_scene_find_contacts", || {
+        punctual_scene::change(scene, |scene| {
+            scene.find_contacts();
+            Ok(())
+        })
+    })
+}
+
+/// The same of two bodies, whenever they meet. Fails with BAD_ARGUMENT if both are the same.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_find_contacts_of(
+    scene: Option<&mut punctual_scene>,
+    x: punctual_body_id,
+    y: punctual_body_id,
+) -> punctual_status {
+    door("punctual_scene_find_contacts_of", || {
+        punctual_scene::change(scene, |scene| Ok(scene.find_contacts_of(x.into(), y.into())?))
+    })
+}
+
+/// Does not ask for the contacts of two bodies any more, but as one of all pairs.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_stop_finding_contacts_of(
+    scene: Option<&mut punctual_scene>,
+    x: punctual_body_id,
+    y: punctual_body_id,
+) -> punctual_status {
+    door("punctual_scene_stop_finding_contacts_of", || {
+        punctual_scene::change(scene, |scene| Ok(scene.stop_finding_contacts_of(x.into(), y.into())?))
+    })
+}
+
+/// Where two bodies touch, as far as the frames up to the last have found, if that is asked for; no points if they were found
+/// apart. As many as `capacity` allows are written to `points`, the nearest patch first, and what is known of all to `found`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_contact_points(
+    scene: Option<&punctual_scene>,
+    x: punctual_body_id,
+    y: punctual_body_id,
+    points: *mut punctual_contact_point,
+    capacity: usize,
+    found: Option<&mut MaybeUninit<punctual_contact_points>>,
+) -> punctual_status {
+    door("punctual_scene_contact_points", || {
+        let (scene, found) = (punctual_scene::get(scene)?, given(found, "found")?);
+        let known = scene.contact_points(x.into(), y.into())?;
+        // SAFETY: the contract of the header for arrays.
+        let count = unsafe { fill(points, capacity, "points", known.points.iter().map(Into::into)) }?;
+        found.write(punctual_contact_points { count, low: known.low, age: known.age });
+        Ok(())
+    })
+}
+
+/// Says how much a question, a `punctual_pair_question`, matters beside the bodies that it is asked of; 0 by default.
+///
+/// Fails with BAD_ARGUMENT if the question is unknown, or the importance infinite or NaN.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_question_importance(
+    scene: Option<&mut punctual_scene>,
+    question: u32,
+    importance: f32,
+) -> punctual_status {
+    door("punctual_scene_set_question_importance", || {
+        let question = match question {
+            x if x == punctual_pair_question::Meet as u32 => PairQuestion::Meet,
+            x if x == punctual_pair_question::Distance as u32 => PairQuestion::Distance,
+            x if x == punctual_pair_question::Motion as u32 => PairQuestion::Motion,
+            x if x == punctual_pair_question::Contacts as u32 => PairQuestion::Contacts,
+            unknown => return Err(Fault::Value("question", unknown)),
+        };
+        punctual_scene::change(scene, |scene| Ok(scene.set_question_importance(question, importance)?))
+    })
+}
+
+impl From<&GroupDistance> for punctual_group_distance {
+    fn from(found: &GroupDistance) -> Self {
+        let GroupDistance { id, low, high, bodies, triangles, open, .. } = *found;
+        let nobody = punctual_body_id { index: 0, generation: 0 };
+        let names = bodies.map_or([nobody; 2], |pair| pair.map(Into::into));
+        let triangles = triangles.unwrap_or_default().into();
+        Self { id: id.to_bits(), low, high, has_bodies: bodies.is_some(), bodies: names, triangles, open }
+    }
+}
+
+impl From<&ContactPoint> for punctual_contact_point {
+    fn from(point: &ContactPoint) -> Self {
+        let ContactPoint { patch, triangles, points, normal, distance, .. } = *point;
+        Self { patch, triangles: triangles.into(), points: points.map(Into::into), normal: normal.into(), distance }
+    }
+}
