@@ -65,8 +65,8 @@ pub struct PairDistance {
 pub struct GroupDistance {
     /// Of which groups.
     pub id: MeasureId,
-    /// Proven: no point of one group is closer to the other; 0 if nothing is known, and infinite if no two of their bodies may
-    /// meet.
+    /// Proven: no point of one group is closer to the other; 0 if nothing is known, or if not all of their pairs were looked at
+    /// ([`Report::unlisted`]), and infinite if no two of their bodies may meet.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
     /// Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if nothing is known.
