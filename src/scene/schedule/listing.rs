@@ -185,7 +185,7 @@ impl Listing<'_> {
         let of_boxes = bodies.near_by_boxes(key, self.broad);
         let is_far = wanted.is_settled(&of_boxes);
         let is_known = settled || self.may_overlap(place, true).is_some();
-        let near = match is_known && !is_far {
+        let near = match is_known && !is_far && self.pairs.overlapped(place) {
             true => bodies.near(key, self.pairs.state(place, number), self.broad, self.frame.changed(key), number),
             false => of_boxes,
         };
