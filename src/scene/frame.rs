@@ -25,7 +25,11 @@ impl Scene {
     ) {
         let started = budget.time_limit().map(|_| clock.now());
         self.report.frame += 1;
-        let mut share = Share::new(budget, started, clock);
+        let (number, mode, asked_since) = (self.report.frame, self.mode, self.asked_since);
+        let Self { pairs, broad, bodies, schedule, .. } = self;
+        let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
+        let left = schedule.revisit(&frame, broad, pairs);
+        let mut share = Share::new(budget, left, clock);
         share.run(Step::Place, |deadline| self.place_changed(deadline));
         let Self { pairs, broad, bodies, schedule, scratch, report, events, .. } = self;
         share.run(Step::Pair, |deadline| {
@@ -33,7 +37,6 @@ impl Scene {
             Arc::make_mut(bodies).begin_groups(broad, report.frame, deadline);
         });
         (report.unplaced, report.unpaired, report.is_full) = (bodies.changed(), broad.open(), broad.has_cropped());
-        let (number, mode, asked_since) = (report.frame, self.mode, self.asked_since);
         let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
         let mut found = Found { broad, pairs, events };
         let execute = |batches: &mut [Batch], round: &Round| execute(batches, round, bodies, scratch);

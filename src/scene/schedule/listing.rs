@@ -28,6 +28,8 @@ pub(crate) struct Listing<'l> {
     pub report: &'l mut Report,
     pub turns: &'l mut RoundRobin,
     pub tallies: &'l mut Tallies,
+    /// Pairs that were found to meet before anything else, ascending.
+    pub found: &'l [PairKey],
     /// Pairs whose contacts are asked for, as they met when it was last decided.
     pub touching: usize,
     /// Pairs of groups that are not listed, and of which something is kept.
@@ -57,12 +59,15 @@ impl Listing<'_> {
         self.report.begin();
         let known = self.pairs.len();
         let start = if self.turns.cut { self.pairs.place(self.turns.cursor) } else { 0 };
+        // What was found is paid for, listed or not.
+        deadline.spend(self.found.len() as u64 * WORK_PER_LISTED_PAIR);
         let mut end = self.walk(start..known, deadline);
-        let mut seen = end - start;
-        if end == known && start > 0 {
+        let mut seen = end - start + self.walk_found(end..known);
+        if start > 0 {
             let (jobs, pairs) = (self.jobs.len(), self.report.pairs.len());
-            end = self.walk(0..start, deadline);
-            seen += end;
+            let begin = if end == known { self.walk(0..start, deadline) } else { 0 };
+            seen += begin + self.walk_found(begin..start);
+            end = if end == known { begin } else { end };
             self.turn(jobs, pairs);
         }
         let next = if end < known { self.pairs.key(end) } else { 0 };
@@ -99,6 +104,25 @@ impl Listing<'_> {
             deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
         }
         places.end
+    }
+
+    /// Lists the pairs in a range of places that were found; how many.
+    fn walk_found(&mut self, mut places: Range<usize>) -> usize {
+        if places.is_empty() {
+            return 0;
+        }
+        let (first, mut seen) = (self.pairs.key(places.start), 0);
+        for &key in &self.found[self.found.partition_point(|&key| key < first)..] {
+            places.start = self.pairs.place_within(places.clone(), key);
+            if places.is_empty() {
+                break;
+            }
+            if self.pairs.key(places.start) == key {
+                self.list::<false>(places.start, false, true);
+                seen += 1;
+            }
+        }
+        seen
     }
 
     /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than if it meets.

@@ -3,6 +3,8 @@
 //! A pair that was decided and whose bodies have not moved since needs nothing. Of the others the cost is expected
 //! ([`forecast`]), and the frame goes in rounds:
 //!
+//! - Under a budget of time the last witnesses of pairs that met are tested before the broad phase ([`revisit`]): what is found so
+//!   is told however little of the frame is left.
 //! - A job asks one question. That of a pair which is found to meet goes on with its contacts, if they are asked for, and is
 //!   ranked anew: in the next round.
 //! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends.
@@ -28,6 +30,7 @@ mod job;
 mod listing;
 mod pace;
 pub(crate) mod pairs;
+mod revisit;
 pub(crate) mod share;
 mod tally;
 mod turns;
@@ -59,9 +62,15 @@ use job::Job;
 use listing::Listing;
 use pace::{Overhead, Reserved, Speed};
 use pairs::Pairs;
+use revisit::Revisit;
 use share::Share;
 use tally::Tallies;
 use turns::RoundRobin;
+
+/// Testing the last witnesses first takes at most this part of the time of a frame, and listing what was found so is not
+/// expected to take more than that one.
+const REVISIT: u32 = 2;
+const LIST_OF_FOUND: u32 = 4;
 
 /// Most rounds of a frame. Leftovers are small after two or three.
 const ROUNDS: u64 = 8;
@@ -84,6 +93,7 @@ pub(crate) struct Schedule {
     order: Vec<(u64, u32)>,
     turns: RoundRobin,
     tallies: Tallies,
+    revisit: Revisit,
     speed: Speed,
     overhead: Overhead,
     /// Time from the last job that is collected to the end of the frame, without that of estimates before they are cut short.
@@ -102,6 +112,7 @@ impl Schedule {
         reserve(&mut self.jobs, pairs);
         reserve(&mut report.pairs, pairs);
         reserve(&mut self.order, pairs);
+        reserve(&mut self.revisit.found, pairs);
         for batch in &mut self.batches {
             reserve(&mut batch.turns, pairs);
         }
@@ -127,6 +138,24 @@ impl Schedule {
         Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
     }
 
+    /// Tests the last witnesses of pairs that met, if time alone is limited. Under a budget of time, when that ended, and what of
+    /// the frame is then left if those found are to be listed.
+    pub fn revisit(&mut self, frame: &Frame, broad: &Broad, pairs: &mut Pairs) -> Option<[Duration; 2]> {
+        let Some((began, limit)) = frame.started.zip(frame.budget.time_limit()) else {
+            self.revisit.skip();
+            return None;
+        };
+        if !revisit::is_due(frame) {
+            self.revisit.skip();
+            return Some([began, limit]);
+        }
+        let mut deadline = Deadline::of_a_part(Some(began.saturating_add(limit / REVISIT)), u64::MAX, frame.clock);
+        self.revisit.run(frame, broad, pairs, &mut deadline);
+        let (ended, of_list) = (frame.clock.now(), self.overhead.listing(self.revisit.found.len()));
+        let end = began.saturating_add(limit - of_list.min(limit / LIST_OF_FOUND));
+        Some([ended, end.saturating_sub(ended)])
+    }
+
     /// Runs the overlapping pairs as far as the budget goes and fills the report. `execute` runs batches. Returns when it ended,
     /// under a budget of time.
     pub fn run(
@@ -138,8 +167,10 @@ impl Schedule {
         mut execute: impl FnMut(&mut [Batch], &Round),
     ) -> Option<Duration> {
         let mut overhead = self.overhead;
-        share.list(&mut overhead, |deadline| self.list(frame, found, report, deadline));
+        let persisting = self.revisit.found.len();
+        share.list(&mut overhead, persisting, |deadline| self.list(frame, found, report, deadline));
         self.overhead = overhead;
+        report.work += self.revisit.work();
         let pairs = &mut *found.pairs;
         let estimates = frame.for_estimates();
         let rest = self.rest.times(1.0) + estimates.unwrap_or_default();
@@ -279,9 +310,10 @@ impl Schedule {
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
         }
         let Found { broad, pairs, events } = found;
-        let Self { jobs, turns, tallies, .. } = self;
+        let Self { jobs, turns, tallies, revisit, .. } = self;
         tallies.begin(&frame.bodies.measured);
-        let listing = Listing { frame, broad, pairs, jobs, report, turns, tallies, touching: 0, kept: 0 };
+        let found = &revisit.found;
+        let listing = Listing { frame, broad, pairs, jobs, report, turns, tallies, found, touching: 0, kept: 0 };
         let [kept, touching] = listing.run(deadline);
         self.open = self.jobs.len();
         pairs.grow(broad, [report.pairs.len() + kept, touching], frame.bodies.is_young(frame.number), deadline);

@@ -83,6 +83,11 @@ impl Overhead {
         self.collecting.learn(each(collecting), MOST * COLLECTING);
     }
 
+    /// The time in which so many pairs are listed.
+    pub fn listing(&self, pairs: usize) -> Duration {
+        Duration::from_nanos((self.listing * (pairs as u64 * WORK_PER_LISTED_PAIR) as f64) as u64)
+    }
+
     /// Of a job, from the list to the report.
     pub fn of_a_job(&self) -> f64 {
         self.dealing + self.collecting.0

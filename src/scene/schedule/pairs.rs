@@ -1,7 +1,7 @@
 //! The pairs of bodies whose fat AABBs overlap, and where the states of those are that had a turn.
 
 use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
-use crate::query::{Deadline, ManualClock};
+use crate::query::{Deadline, ManualClock, Verdict};
 use crate::scene::ask::measured::Asker;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
@@ -16,6 +16,7 @@ use crate::scene::room::{Room, reserve};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::mem;
+use core::ops::Range;
 
 /// The slot of a pair whose boxes are apart, and of one whose boxes overlap but that had no turn yet.
 const APART: u32 = u32::MAX;
@@ -116,6 +117,29 @@ impl Pairs {
         merged + self.known[self.merge.known..].partition_point(|known| known.key < key)
     }
 
+    /// The same within a range of places, most likely near its start.
+    pub fn place_within(&self, places: Range<usize>, key: PairKey) -> usize {
+        let Range { start: mut low, end: mut high } = places;
+        let mut step = 1;
+        while low + step < high {
+            if self.key(low + step) >= key {
+                high = low + step;
+                break;
+            }
+            low += step;
+            step *= 2;
+        }
+        while low < high {
+            let middle = low.midpoint(high);
+            if self.key(middle) < key {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
     /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what is known about it if they do.
     #[inline]
     pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut PairState> {
@@ -132,6 +156,14 @@ impl Pairs {
             self.release(slot);
         }
         None
+    }
+
+    /// What is known about a pair that met when it was last decided.
+    #[inline]
+    pub fn state_of_met(&mut self, place: usize) -> Option<&mut PairState> {
+        let slot = self.at(place).slot;
+        let state = self.states.get_mut(slot as usize)?.as_mut()?;
+        matches!(state.verdict, Verdict::Intersecting { .. }).then_some(state)
     }
 
     /// Whether the boxes of a pair overlapped when they were last compared.

@@ -1,7 +1,7 @@
 //! What the broad phase may spend of a frame.
 
 use super::pace::Overhead;
-use crate::model::cost::BROAD_PHASE_WORK;
+use crate::model::cost::{BROAD_PHASE_WORK, WORK_PER_LISTED_PAIR};
 use crate::query::{Budget, Clock, Deadline};
 use core::hint::black_box;
 use core::time::Duration;
@@ -31,12 +31,12 @@ pub(crate) struct Share<'c> {
 }
 
 impl<'c> Share<'c> {
-    /// Of a frame that began at `started`, if its time is limited.
-    pub fn new(budget: Budget, started: Option<Duration>, clock: &'c dyn Clock) -> Self {
+    /// Of what is left of a frame: when that begins, and how long it is, if its time is limited.
+    pub fn new(budget: Budget, left: Option<[Duration; 2]>, clock: &'c dyn Clock) -> Self {
         let work = budget.work_limit().map(|work| work.saturating_add(BROAD_PHASE_WORK));
         // Otherwise the compiler computes with what is missing before it is asked for, which valgrind reports.
-        let known = |time: Option<Duration>| black_box(time.unwrap_or_default());
-        let (is_timed, started, limit) = (started.is_some(), known(started), known(budget.time_limit()));
+        let [started, limit] = black_box(left.unwrap_or_default());
+        let is_timed = left.is_some();
         Self { is_timed, started, limit, work, clock, spent: 0 }
     }
 
@@ -47,14 +47,15 @@ impl<'c> Share<'c> {
     }
 
     /// Runs the list, and learns how fast it goes. Of the time that is left it has half, and it is no longer than leaves a
-    /// quarter to the queries.
-    pub fn list<R>(&mut self, overhead: &mut Overhead, run: impl FnOnce(&mut Deadline) -> R) -> R {
+    /// quarter to the queries; `found` pairs are listed besides, whose time is kept.
+    pub fn list<R>(&mut self, overhead: &mut Overhead, found: usize, run: impl FnOnce(&mut Deadline) -> R) -> R {
         let (end, work) = self.limits(Step::List);
         let Some((last, frame)) = end.zip(self.end_of(PARTS_OF_TIME)) else { return self.run_until(end, work, run) };
         let (began, before) = (self.clock.now(), self.spent);
         let left = frame.saturating_sub(began);
         let end = last.min(began.saturating_add(left / 2));
-        let result = self.run_until(Some(end), work.min(overhead.list_work(left - left / 4)), run);
+        let of_found = found as u64 * WORK_PER_LISTED_PAIR;
+        let result = self.run_until(Some(end), work.min(overhead.list_work(left - left / 4)) + of_found, run);
         overhead.learn_list(self.clock.now().saturating_sub(began), self.spent - before);
         result
     }
