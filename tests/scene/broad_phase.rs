@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::common::random::Random;
 use punctual::glam::{DMat3, DVec3};
@@ -288,4 +289,36 @@ fn a_cut_broad_phase_is_the_same_on_any_number_of_threads() {
     };
     let alone = play(1);
     assert!(play(2) == alone && play(3) == alone);
+}
+
+/// Their last witnesses come before the broad phase: what they show is told in its place, listed or not.
+#[test]
+fn pairs_that_still_meet_are_told_however_little_of_the_frame_is_left() {
+    let mut random = Random::new(11);
+    let (mut free, mut scene) = (Scene::new(), Scene::new());
+    let ids = crowd(&mut [&mut free, &mut scene], 300, 4.0, &mut random);
+    detect(&mut scene, Budget::unlimited());
+    let (mut told, mut meeting) = (0, 0);
+    for frame in 0..60 {
+        // Now and then one is removed, or goes far away.
+        for &id in &ids {
+            let Ok(body) = scene.body(id) else { continue };
+            let way = if (id.index() + frame) % 97 == 0 { 2.0 } else { 1e-3 };
+            let pose = at(body.pose.translation() + way * random.vector());
+            scene.set_pose(id, pose).unwrap();
+            free.set_pose(id, pose).unwrap();
+        }
+        if frame % 8 == 7 {
+            scene.remove(ids[frame]).unwrap();
+            free.remove(ids[frame]).unwrap();
+        }
+        let truth = detect(&mut free, Budget::unlimited()).clone();
+        let budget = Duration::from_micros([40, 80, 160][frame % 3]);
+        let report = scene.detect_with(Budget::time(budget), &ManualClock::ticking(Duration::from_micros(1)));
+        if report.unlisted > 0 {
+            (told, meeting) = (told + report.intersecting, meeting + truth.intersecting);
+        }
+        assert_honest(&scene, &truth);
+    }
+    assert!(meeting > 0 && told > meeting / 2, "{told} of {meeting}");
 }

@@ -59,7 +59,7 @@ impl Listing<'_> {
         self.report.begin();
         let known = self.pairs.len();
         let start = if self.turns.cut { self.pairs.place(self.turns.cursor) } else { 0 };
-        // What was found is paid for, listed or not.
+        // What was found is paid for, wherever it is listed.
         deadline.spend(self.found.len() as u64 * WORK_PER_LISTED_PAIR);
         let mut end = self.walk(start..known, deadline);
         let mut seen = end - start + self.walk_found(end..known);
@@ -96,12 +96,14 @@ impl Listing<'_> {
             if !deadline.has_room(WORK_PER_LISTED_PAIR) {
                 return place;
             }
-            let is_special = self.frame.bodies.is_special(self.pairs.key(place));
-            let listed = match is_special {
+            let key = self.pairs.key(place);
+            let listed = match self.frame.bodies.is_special(key) {
                 true => self.list::<true>(place, settled, forecasts),
                 false => self.list::<false>(place, settled, forecasts),
             };
-            deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
+            if self.found.is_empty() || self.found.binary_search(&key).is_err() {
+                deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
+            }
         }
         places.end
     }

@@ -38,28 +38,25 @@ impl Revisit {
         self.tests = 0;
     }
 
-    /// Tests the pairs that met, in turn, as far as the deadline allows.
+    /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow.
     pub fn run(&mut self, frame: &Frame, broad: &Broad, pairs: &mut Pairs, deadline: &mut Deadline) {
         let most = LEAST.max(PER_TEST * mem::take(&mut self.tests));
         self.found.clear();
         let (known, start) = (pairs.len(), pairs.place(self.next));
-        let mut places = (start..known).chain(0..start);
-        let mut before_turn = 0;
-        for place in places.by_ref().take(most) {
+        let (mut seen, mut before_turn) = (0, 0);
+        for place in (start..known).chain(0..start).take(most) {
             if place == 0 {
                 before_turn = self.found.len();
             }
-            if !deadline.has_room(WORK_PER_WITNESS) {
-                self.next = pairs.key(place);
+            if !deadline.has_room(WORK_PER_WITNESS) || self.found.len() == self.found.capacity() {
                 break;
             }
+            seen += 1;
             let work = self.visit(place, frame, broad, pairs);
             deadline.spend(work);
         }
-        if most < known
-            && let Some(next) = places.next()
-        {
-            self.next = pairs.key(next);
+        if seen < known {
+            self.next = pairs.key((start + seen) % known);
         }
         self.found.rotate_left(before_turn);
     }

@@ -55,7 +55,8 @@ impl<'c> Share<'c> {
         let left = frame.saturating_sub(began);
         let end = last.min(began.saturating_add(left / 2));
         let of_found = found as u64 * WORK_PER_LISTED_PAIR;
-        let result = self.run_until(Some(end), work.min(overhead.list_work(left - left / 4)) + of_found, run);
+        let result =
+            self.run_until(Some(end), work.min(overhead.list_work(left - left / 4)).saturating_add(of_found), run);
         overhead.learn_list(self.clock.now().saturating_sub(began), self.spent - before);
         result
     }
