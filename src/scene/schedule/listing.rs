@@ -128,7 +128,7 @@ impl Listing<'_> {
     }
 
     /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than if it meets.
-    #[inline]
+    #[inline(always)]
     fn list<const SPECIAL: bool>(&mut self, place: usize, settled: bool, forecasts: bool) -> bool {
         let Frame { number, mode, bodies, .. } = *self.frame;
         let key = self.pairs.key(place);
