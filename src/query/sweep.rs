@@ -81,8 +81,7 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
             }
         }
         expand(lanes, pair, [self.a, self.b], self.relation, &mut windows, self);
-        // Whatever was not kept of its children is at least as late.
-        self.workspace.journey.pass_rest(self.question.piece.time(self.question.cut));
+        self.pass_rest(windows.least);
     }
 
     #[inline(always)]
@@ -135,21 +134,32 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += if first.is_some() { 0 } else { count as u64 };
         stats.work += count as u64 * WORK_PER_WINDOW_TEST;
-        journey.pass_rest(piece.time(*cut));
+        let known = keys[..count].iter().copied().fold(f32::INFINITY, f32::min);
+        self.pass_rest(known);
         if alive == 0 {
             return;
         }
+        let piece = &self.question.piece;
         match first {
             Some(Bounded { pair, low }) => {
                 let (first, last) = (alive.trailing_zeros(), alive.ilog2());
                 let from = piece.time(larger_known(enter[first as usize % WIDTH], low));
                 let until = piece.end_of_part(last, WIDTH as u32);
                 if from < until {
-                    journey.followed = Some(Followed::new(pair, [from, until], piece.length() / WIDTH as f64));
+                    let followed = Followed::new(pair, [from, until], piece.length() / WIDTH as f64);
+                    self.workspace.journey.followed = Some(followed);
                 }
             }
             None => self.propose(&pairs[..count], &keys, &enter, alive),
         }
+    }
+
+    /// What was not kept of something that was known to be no earlier than this is no earlier than the cut either. Never less than
+    /// a call that was stopped in between has told.
+    #[inline(always)]
+    fn pass_rest(&mut self, known: f32) {
+        let Sweep { piece, cut, .. } = &self.question;
+        self.workspace.journey.pass_rest(piece.time(larger_known(*cut, known)));
     }
 
     #[inline(never)]
