@@ -93,6 +93,7 @@ impl Questions {
             events: table(self.events, "events.csv", "frame,a,b,phase,age")?,
             hits: table(!rays.is_empty(), "hits.csv", "frame,ray,body,triangle,t,side")?,
             rays,
+            locates: self.contacts,
         })
     }
 }
@@ -153,6 +154,8 @@ pub struct Answers {
     events: Table,
     hits: Table,
     rays: Vec<SceneRay>,
+    /// Whether contacts are asked for.
+    locates: bool,
 }
 
 impl Answers {
@@ -160,7 +163,7 @@ impl Answers {
     pub fn frame(&mut self, frame: usize, scene: &mut Scene) -> Result<Counts, Failure> {
         let mut counts = Counts::default();
         let report = scene.report();
-        for pair in &report.pairs {
+        for pair in report.pairs.iter().filter(|_| self.locates) {
             let found = scene.contact_points(pair.a, pair.b)?;
             let bodies = numbers([pair.a, pair.b]);
             for point in found.points {
