@@ -129,6 +129,27 @@ fn pieces_of_any_size_end_in_the_same_bits() {
     }
 }
 
+/// What lies less than the tolerance before a contact is left out, and may have been known to be later than that.
+#[test]
+fn with_any_tolerance_stops_after_every_step_end_in_the_same_bits() {
+    let (mut workspace, mut random) = (Workspace::new(), Random::new(7));
+    for family in [Family::Double, Family::Unequal, Family::Grid] {
+        for motion in motions(family, 40, &mut random) {
+            let [a, b] = [9, 12].map(|count| Tree::new(soup(family, count, &mut random)));
+            let query = MotionQuery::new(&a, &b, motion).tolerance(random.unit() * random.unit());
+            let full = run(&query, &mut workspace, ENOUGH);
+            if full.stop != StopReason::Finished {
+                continue;
+            }
+            let mut said = run(&query, &mut workspace, Budget::work(0));
+            while said.stop == StopReason::WorkLimit {
+                said = resume(&query, &mut workspace, Budget::work(1));
+            }
+            assert_eq!(said, full, "{query:?}");
+        }
+    }
+}
+
 /// Other kernels give the same bits; a queue without room and a memory that knows, the same answer.
 #[test]
 fn what_is_known_does_not_depend_on_kernels_or_room() {
