@@ -143,6 +143,24 @@ fn pieces_of_any_size_end_in_the_same_bits() {
     }
 }
 
+/// What lies less than the tolerance before the closest triangles is left out, and may have been known to be farther than that.
+#[test]
+fn with_any_tolerance_stops_after_every_step_end_in_the_same_bits() {
+    let (mut workspace, mut random) = (Workspace::new(), Random::new(7));
+    for family in [Family::Double, Family::Unequal, Family::Grid] {
+        for _ in 0..40 {
+            let [a, b] = [150, 300].map(|count| Tree::new(soup(family, count, &mut random)));
+            let pose = Pose::new(random.rotation(), random.vector() * 6.0).unwrap();
+            let query = DistanceQuery::new(&a, &b, pose);
+            let size = run(&query, &mut workspace, ENOUGH).high;
+            for query in [query.absolute_tolerance(size * random.unit()), query.relative_tolerance(random.unit())] {
+                let full = run(&query, &mut workspace, ENOUGH);
+                assert_same_bits(steps(&query, &mut workspace).last().unwrap(), &full, "stopped after every step");
+            }
+        }
+    }
+}
+
 fn piece(random: &mut Random) -> Budget {
     Budget::work([0, 1, 150, 3_000][random.below(4)] + random.below(1_000) as u64)
 }
