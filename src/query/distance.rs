@@ -232,6 +232,11 @@ impl<'t> DistanceQuery<'t> {
         self.options.margins[0] + self.options.margins[1]
     }
 
+    /// Whether the surfaces are apart if a finished run does not say that they meet, however close its tolerance lets them be.
+    pub(crate) fn decides_contact(&self) -> bool {
+        self.options.limit == f64::INFINITY && self.margin() == 0.0
+    }
+
     /// Whether the workspace holds a stopped run of this query.
     pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         workspace.run.holds_stopped(&self.key()).is_ok()

@@ -204,3 +204,21 @@ fn distances_come_and_go_with_their_bodies() {
     assert_eq!(lows(&mut scene), []);
     assert_eq!(scene.report().pairs, []);
 }
+
+#[test]
+fn bodies_closer_than_the_tolerance_are_known_to_meet_or_not() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    for (gap, meets) in [(1e-3, false), (1e-9, false), (-1e-3, true)] {
+        let mut scene = Scene::new();
+        let ids = [0.0, 2.0 + gap].map(|x| {
+            let place = Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
+            scene.insert(Body::moving(Arc::clone(&ball), place)).unwrap()
+        });
+        scene.measure(ids[0], ids[1], 0.1).unwrap();
+        let report = scene.detect(Budget::unlimited());
+        let pair = report.pair(ids[0], ids[1]).unwrap();
+        assert!(pair.complete && matches!(pair.verdict, Verdict::Intersecting { .. }) == meets, "{gap}: {pair:?}");
+        assert_eq!(pair.verdict == Verdict::Separated, !meets, "{gap}: {pair:?}");
+        assert!(report.distances[0].high - report.distances[0].low <= 0.1);
+    }
+}

@@ -143,7 +143,11 @@ impl<'t> Question<'t> {
                 deadline.leave(MAX_STEP_WORK);
                 let triangles = nearest.map(|nearest| nearest.triangles);
                 let below = if stop.is_final() { query.ceiling_in(workspace) } else { 0.0 };
-                Answer::bounded(stop, Bounds { low, high, triangles, below, ..Bounds::NOTHING })
+                let mut answer = Answer::bounded(stop, Bounds { low, high, triangles, below, ..Bounds::NOTHING });
+                if stop.is_final() && high > 0.0 && query.decides_contact() {
+                    answer.verdict = Verdict::Separated;
+                }
+                answer
             }
             Self::Motion(query) => {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);
