@@ -201,15 +201,16 @@ static void bytes(void) {
 
 static void queries(void) {
   punctual_tree *tree = knot();
-  punctual_workspace *workspace, *small;
+  punctual_workspace *workspace, *small, *aside;
   punctual_memory *memory;
   punctual_memory_facts remembered;
   punctual_outcome whole, outcome;
-  punctual_certificate certificate;
+  punctual_certificate certificate, narrowed;
   const punctual_triangle_pair *pairs;
   size_t count;
   OK(punctual_workspace_new(&workspace));
   OK(punctual_workspace_with_capacity(16, 8, &small));
+  OK(punctual_workspace_new(&aside));
   OK(punctual_workspace_use_portable_kernels(small));
   OK(punctual_memory_new(&memory));
 
@@ -233,6 +234,9 @@ static void queries(void) {
     OK(punctual_query_open_boxes(&query, small, boxes, 4, &count));
     CHECK(count <= certificate.open_pairs);
     CHECK(count == 0 || boxes[0].max.x - boxes[0].min.x <= certificate.largest_extent);
+    OK(punctual_query_narrowed_certificate(&query, small, aside, 5000, &narrowed, boxes, 4, &count));
+    CHECK(narrowed.upper_bound >= whole.found && narrowed.upper_bound <= certificate.upper_bound);
+    CHECK(count <= narrowed.open_pairs);
     OK(punctual_workspace_pairs(small, &pairs, &count));
     drained += count;
     OK(punctual_workspace_drain_pairs(small));
@@ -263,6 +267,7 @@ static void queries(void) {
         PUNCTUAL_STATUS_BAD_POSE);
   punctual_memory_free(memory);
   punctual_workspace_free(small);
+  punctual_workspace_free(aside);
   punctual_workspace_free(workspace);
   punctual_tree_free(tree);
 }
