@@ -19,8 +19,11 @@ pub struct Certificate<'w> {
     b: &'w Tree,
     place: Place<'w>,
     workspace: &'w Workspace,
-    /// Of one that was narrowed: the run that it is of, and how many of its open node pairs `workspace` took over.
-    whole: Option<(&'w Workspace, usize)>,
+    /// The run that it is of: another one than `workspace` holds if it was narrowed.
+    whole: &'w Workspace,
+    is_narrowed: bool,
+    /// How many of the open node pairs of `whole` the narrowing took over.
+    taken: usize,
 }
 
 /// Where B is.
@@ -33,24 +36,24 @@ enum Place<'w> {
 
 impl<'w> Certificate<'w> {
     pub(super) fn new([a, b]: [&'w Tree; 2], b_in_a: &'w Pose, workspace: &'w Workspace, reach: f64) -> Self {
-        Self { a, b, place: Place::Still(b_in_a, reach), workspace, whole: None }
+        Self { a, b, place: Place::Still(b_in_a, reach), workspace, whole: workspace, is_narrowed: false, taken: 0 }
     }
 
     /// Of a motion.
     pub(super) fn of_motion([a, b]: [&'w Tree; 2], options: &'w MotionOptions, workspace: &'w Workspace) -> Self {
-        Self { a, b, place: Place::Moving(options), workspace, whole: None }
+        Self { a, b, place: Place::Moving(options), workspace, whole: workspace, is_narrowed: false, taken: 0 }
     }
 
     /// The same of what `whole` left open: the first `taken` of its node pairs, and all else, as `self.workspace` went on
     /// with them.
     pub(super) fn narrowed(self, whole: &'w Workspace, taken: usize) -> Self {
-        Self { whole: Some((whole, taken)), ..self }
+        Self { whole, taken, is_narrowed: true, ..self }
     }
 
     /// Units of work that it took: 0 unless it was narrowed.
     #[must_use]
     pub fn work(&self) -> u64 {
-        self.whole.map_or(0, |_| self.workspace.run.stats.work)
+        if self.is_narrowed { self.workspace.run.stats.work } else { 0 }
     }
 
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. Of a turning motion, which a query cuts into
@@ -155,9 +158,9 @@ impl<'w> Certificate<'w> {
             Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),
         };
         let later = later.into_iter().flatten().map(Open::Piece);
-        let rest = self.whole.into_iter().flat_map(|(whole, taken)| whole.open_nodes().skip(taken));
+        let rest = self.whole.open_nodes().skip(self.taken).take(if self.is_narrowed { usize::MAX } else { 0 });
         let nodes = workspace.open_nodes().chain(rest).map(Open::Nodes);
-        let found = self.whole.map_or(&[][..], |_| workspace.pairs()).iter().copied().map(Open::Found);
+        let found = if self.is_narrowed { workspace.pairs() } else { &[] }.iter().copied().map(Open::Found);
         nodes.chain(triangles).chain(found).chain(later).take(self.most())
     }
 
