@@ -16,6 +16,9 @@ use crate::query::{Deadline, Mode, Verdict};
 use crate::scene::body::{Bodies, Placed};
 use crate::scene::id::{PairKey, bodies_of};
 
+/// Lengths in the scene and in the frame of a body differ by less than this part of them.
+pub(crate) const STRETCH: f64 = 8.0 * SCENE_ROTATION_TOLERANCE;
+
 /// So many steps apart are pairs that are worth a proof at least, and at most so many are asked for.
 const LEAST_STEPS: f64 = 8.0;
 const MOST_STEPS: f64 = 64.0;
@@ -32,14 +35,21 @@ const ROOM: u64 = 4;
 const MORE_ROOM: u64 = 4096;
 
 impl Bodies {
-    /// How far both of a pair have gone, together, at most; infinite if one was changed otherwise since frame `since`, now being `frame`.
+    /// How far both of a pair have gone, together, at most; infinite if one was changed otherwise since frame `since`, now being
+    /// `frame`.
     #[inline]
-    fn gone(&self, key: PairKey, since: u64, frame: u64) -> f64 {
+    pub fn gone(&self, key: PairKey, since: u64, frame: u64) -> f64 {
         let [x, y] = self.ways_of(key);
         if x.is_of(since, frame) && y.is_of(since, frame) { (x.gone + y.gone).next_up() } else { f64::INFINITY }
     }
 
-    pub fn ways_of(&self, key: PairKey) -> [&Way; 2] {
+    /// The same, at least.
+    pub fn gone_at_least(&self, key: PairKey) -> f64 {
+        let [x, y] = self.ways_of(key);
+        (x.gone + y.gone).next_down()
+    }
+
+    fn ways_of(&self, key: PairKey) -> [&Way; 2] {
         bodies_of(key).map(|body| &self.ways[body as usize])
     }
 }
@@ -119,5 +129,5 @@ fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Optio
 pub(crate) fn room(pair: [&Placed; 2], low: f64) -> f64 {
     let [of_a, of_b] = pair.map(|placed| slack(&placed.body.tree, &placed.body.pose));
     let margins = pair[0].body.margin + pair[1].body.margin;
-    low - 8.0 * SCENE_ROTATION_TOLERANCE * (low + margins) - of_a - of_b
+    low - STRETCH * (low + margins) - of_a - of_b
 }

@@ -137,11 +137,9 @@ impl PairState {
             self.turn.asks = Asks::Meet;
             self.turn.spent.work += WORK_PER_WITNESS;
             deadline.spend(WORK_PER_WITNESS);
-            if let Some(witness) = self.memory.recheck(&a.body.tree, &b.body.tree, &b_in_a) {
-                self.meets(witness, round.frame);
+            if self.retest([a, b], &b_in_a, round.frame) {
                 return Ended::Complete;
             }
-            self.refuted = round.frame as u32;
         }
         if round.witnesses_only {
             return Ended::NotBegun;

@@ -1,28 +1,17 @@
 //! Distances that are known without a query: from the boxes of bodies, and from what was proven before they went on.
 //! Why they hold: `docs/numerics.md`.
 
-use super::apart::room;
+use super::apart::{STRETCH, room};
 use super::bounds::{Bounds, Near};
 use super::state::PairState;
 use super::ways::slack;
-use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use crate::math::{Aabb, length};
 use crate::scene::body::{Bodies, Placed};
 use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
 use glam::DVec3;
 
-/// Lengths in the scene and in the frame of a body differ by less than this part of them.
-const STRETCH: f64 = 8.0 * SCENE_ROTATION_TOLERANCE;
-
 impl Bodies {
-    /// How far both of a pair have gone, together: no less, and no more.
-    pub fn gone_together(&self, key: PairKey) -> [f64; 2] {
-        let [x, y] = self.ways_of(key);
-        let gone = x.gone + y.gone;
-        [gone.next_down(), gone.next_up()]
-    }
-
     /// What is known of the distance of a pair in `frame`; the bodies were last new in `changed`.
     pub fn near(&self, key: PairKey, state: &PairState, broad: &Broad, changed: u64, frame: u64) -> Near {
         let (bounds, is_of_query) = match state.bounds(false) {
@@ -43,10 +32,11 @@ impl Bodies {
     /// What is left in `frame` of bounds that were proven in frame `since`.
     pub fn carried(&self, key: PairKey, bounds: Bounds, since: u64, frame: u64) -> Bounds {
         let [Some(a), Some(b)] = bodies_of(key).map(|body| self.at(body)) else { return Bounds::NOTHING };
-        if !self.ways_of(key).into_iter().all(|way| way.is_of(since, frame)) {
+        let gone = self.gone(key, since, frame);
+        if gone == f64::INFINITY {
             return Bounds::NOTHING;
         }
-        let way = (self.gone_together(key)[1] - bounds.gone).next_up();
+        let way = (gone - bounds.gone).next_up();
         let low = (room([a, b], bounds.low) - way).max(0.0);
         let high = (bounds.high + margins([a, b]) + way) * (1.0 + STRETCH) - margins([a, b]);
         let rounding: f64 = [a, b].map(|placed| slack(&placed.body.tree, &placed.body.pose)).iter().sum();

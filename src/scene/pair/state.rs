@@ -4,11 +4,12 @@ use super::bounds::Bounds;
 use super::question::Answer;
 use super::spent::Spent;
 use super::touch::Touch;
+use crate::math::Pose;
 use crate::model::calibration::Calibration;
 use crate::model::cost::WORK_PER_WITNESS;
 use crate::query::{PairMemory, Verdict};
 use crate::scene::ask::Asks;
-use crate::scene::body::Bodies;
+use crate::scene::body::{Bodies, Placed};
 use crate::scene::id::{PairKey, bodies_of};
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
@@ -201,18 +202,24 @@ impl PairState {
         }
     }
 
-    /// Takes note of a witness that still meets in `frame`.
-    pub fn meets(&mut self, witness: [u32; 2], frame: u64) {
+    /// Whether one of its last witnesses still meets in `frame`, in which the second body is at a pose in the frame of the first;
+    /// takes note of it.
+    pub fn retest(&mut self, [a, b]: [&Placed; 2], b_in_a: &Pose, frame: u64) -> bool {
+        let Some(witness) = self.memory.recheck(&a.body.tree, &b.body.tree, b_in_a) else {
+            self.refuted = frame as u32;
+            return false;
+        };
         (self.decided, self.completed, self.cost, self.pending) =
             (frame, frame, WORK_PER_WITNESS as u32, Spent::default());
         (self.verdict, self.found) = (Verdict::Intersecting { witness }, 1);
+        true
     }
 
     /// Takes note of bounds that are proven in `frame`, of bodies that were last new in `changed`.
     #[cold]
     pub fn measure(&mut self, bodies: &Bodies, bounds: Bounds, frame: u64, changed: u64) {
         let key = self.turn.key;
-        let bounds = Bounds { gone: bodies.gone_together(key)[0], ..bounds };
+        let bounds = Bounds { gone: bodies.gone_at_least(key), ..bounds };
         let bounds = match self.said {
             Said::Bounds(before, _) if before.are_times != bounds.are_times => bounds,
             Said::Bounds(before, since) if since >= changed => before.and(bounds),

@@ -109,18 +109,18 @@ impl Listing<'_> {
     }
 
     /// Lists the pairs in a range of places that were found; how many.
-    fn walk_found(&mut self, mut places: Range<usize>) -> usize {
-        if places.is_empty() {
+    fn walk_found(&mut self, places: Range<usize>) -> usize {
+        if self.found.is_empty() || places.is_empty() {
             return 0;
         }
         let (first, mut seen) = (self.pairs.key(places.start), 0);
         for &key in &self.found[self.found.partition_point(|&key| key < first)..] {
-            places.start = self.pairs.place_within(places.clone(), key);
-            if places.is_empty() {
+            let place = self.pairs.place(key);
+            if place >= places.end {
                 break;
             }
-            if self.pairs.key(places.start) == key {
-                self.list::<false>(places.start, false, true);
+            if self.pairs.key(place) == key {
+                self.list::<false>(place, false, true);
                 seen += 1;
             }
         }

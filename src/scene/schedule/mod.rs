@@ -141,14 +141,11 @@ impl Schedule {
     /// Tests the last witnesses of pairs that met, if time alone is limited. Under a budget of time, when that ended, and what of
     /// the frame is then left if those found are to be listed.
     pub fn revisit(&mut self, frame: &Frame, broad: &Broad, pairs: &mut Pairs) -> Option<[Duration; 2]> {
-        let Some((began, limit)) = frame.started.zip(frame.budget.time_limit()) else {
+        let whole = frame.started.zip(frame.budget.time_limit()).map(|(began, limit)| [began, limit]);
+        let Some([began, limit]) = whole.filter(|_| revisit::is_due(frame)) else {
             self.revisit.skip();
-            return None;
+            return whole;
         };
-        if !revisit::is_due(frame) {
-            self.revisit.skip();
-            return Some([began, limit]);
-        }
         let mut deadline = Deadline::of_a_part(Some(began.saturating_add(limit / REVISIT)), u64::MAX, frame.clock);
         self.revisit.run(frame, broad, pairs, &mut deadline);
         let (ended, of_list) = (frame.clock.now(), self.overhead.listing(self.revisit.found.len()));

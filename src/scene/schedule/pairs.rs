@@ -16,7 +16,6 @@ use crate::scene::room::{Room, reserve};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::mem;
-use core::ops::Range;
 
 /// The slot of a pair whose boxes are apart, and of one whose boxes overlap but that had no turn yet.
 const APART: u32 = u32::MAX;
@@ -115,29 +114,6 @@ impl Pairs {
             return merged;
         }
         merged + self.known[self.merge.known..].partition_point(|known| known.key < key)
-    }
-
-    /// The same within a range of places, most likely near its start.
-    pub fn place_within(&self, places: Range<usize>, key: PairKey) -> usize {
-        let Range { start: mut low, end: mut high } = places;
-        let mut step = 1;
-        while low + step < high {
-            if self.key(low + step) >= key {
-                high = low + step;
-                break;
-            }
-            low += step;
-            step *= 2;
-        }
-        while low < high {
-            let middle = low.midpoint(high);
-            if self.key(middle) < key {
-                low = middle + 1;
-            } else {
-                high = middle;
-            }
-        }
-        low
     }
 
     /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what is known about it if they do.

@@ -72,11 +72,8 @@ impl Revisit {
         }
         let [Some(a), Some(b)] = bodies_of(key).map(|body| frame.bodies.at(body)) else { return WORK_PER_MERGED_PAIR };
         self.tests += 1;
-        if let Some(witness) = state.memory.recheck(&a.body.tree, &b.body.tree, &a.relative(b)) {
-            state.meets(witness, number);
+        if state.retest([a, b], &a.relative(b), number) {
             self.found.push(key);
-        } else {
-            state.refuted = number as u32;
         }
         WORK_PER_WITNESS
     }
@@ -89,7 +86,7 @@ fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     !bodies.is_special(key) && !bodies.located.has(key) && bodies.may_meet(pair) && !pair.into_iter().any(is_another)
 }
 
-/// Whether the frame has such tests: its time, and nothing else, is limited.
+/// Whether a frame whose time is limited has such tests: nothing else is.
 pub(crate) fn is_due(frame: &Frame) -> bool {
-    frame.mode == Mode::Any && frame.started.is_some() && frame.budget.work_limit().is_none()
+    frame.mode == Mode::Any && frame.budget.work_limit().is_none()
 }
