@@ -2374,7 +2374,11 @@ punctual_status punctual_query_open_boxes(const struct punctual_query *query,
                                           size_t *count);
 
 /**
- * `punctual_query_certificate` and `punctual_query_open_boxes` after `work` units of work that open the largest of the boxes: the more, the less room is left and the lower is the upper bound. The run in `workspace` stays as it is and can be resumed; the work is done in `aside`, another workspace, whatever that held before. Intersections that it comes across have boxes too, since the query has not found them. Takes time linear in the open pairs, then that of the work; allocates nothing.
+ * `punctual_query_certificate` and `punctual_query_open_boxes` after `work` units of work that open the largest of the
+ * boxes: the more, the less room is left and the lower is the upper bound. The run in `workspace` stays as it is and can be
+ * resumed; the work is done in `aside`, another workspace, whatever that held before. Intersections that it comes across
+ * have boxes too, since the query has not found them. Takes time linear in the open pairs, then that of the work; allocates
+ * nothing.
  *
  * Fails as `punctual_query_certificate`.
  */
@@ -2866,7 +2870,7 @@ punctual_status punctual_scene_use_threads(struct punctual_scene *scene,
 
 /**
  * Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do. Within this room
- * `punctual_scene_detect` does not allocate. Takes about 820 bytes a body and 780 a pair.
+ * `punctual_scene_detect` does not allocate. Takes about 820 bytes a body and 790 a pair.
  *
  * Fails with OUT_OF_MEMORY if there is not so much; the scene has the room that it had then.
  */
@@ -3150,8 +3154,8 @@ punctual_status punctual_scene_set_compound_motion(struct punctual_scene *scene,
 punctual_status punctual_scene_remove_compound(struct punctual_scene *scene, uint64_t compound);
 
 /**
- * Asks for the least distance between two groups of bodies in every frame from now on; margins count, and pairs that may not meet by
- * their filters do not. No pair is asked about that is farther apart than the closest less the tolerance, a length.
+ * Asks for the least distance between two groups of bodies in every frame from now on; margins count, and pairs that may not
+ * meet by their filters do not. No pair is asked about that is farther apart than the closest less the tolerance, a length.
  *
  * Fails with BAD_ARGUMENT if a body is in both groups, or the tolerance not from 0 to 2^1000.
  */

@@ -317,7 +317,11 @@ pub unsafe extern "C" fn punctual_query_open_boxes(
     })
 }
 
-/// `punctual_query_certificate` and `punctual_query_open_boxes` after `work` units of work that open the largest of the boxes: the more, the less room is left and the lower is the upper bound. The run in `workspace` stays as it is and can be resumed; the work is done in `aside`, another workspace, whatever that held before. Intersections that it comes across have boxes too, since the query has not found them. Takes time linear in the open pairs, then that of the work; allocates nothing.
+/// `punctual_query_certificate` and `punctual_query_open_boxes` after `work` units of work that open the largest of the
+/// boxes: the more, the less room is left and the lower is the upper bound. The run in `workspace` stays as it is and can be
+/// resumed; the work is done in `aside`, another workspace, whatever that held before. Intersections that it comes across
+/// have boxes too, since the query has not found them. Takes time linear in the open pairs, then that of the work; allocates
+/// nothing.
 ///
 /// Fails as `punctual_query_certificate`.
 #[unsafe(no_mangle)]

@@ -177,8 +177,8 @@ pub extern "C" fn punctual_scene_remove_compound(scene: Option<&mut punctual_sce
     })
 }
 
-/// Asks for the least distance between two groups of bodies in every frame from now on; margins count, and pairs that may not meet by
-/// their filters do not. No pair is asked about that is farther apart than the closest less the tolerance, a length.
+/// Asks for the least distance between two groups of bodies in every frame from now on; margins count, and pairs that may not
+/// meet by their filters do not. No pair is asked about that is farther apart than the closest less the tolerance, a length.
 ///
 /// Fails with BAD_ARGUMENT if a body is in both groups, or the tolerance not from 0 to 2^1000.
 #[unsafe(no_mangle)]

@@ -4,8 +4,8 @@
 //! theirs wait, and go through the tree of fat AABBs ([`fat_tree`]) as a *generation* of newcomers: their leaves are
 //! renewed, the tree is refitted along their paths or built anew, and one descent of the tree against itself finds the pairs of
 //! overlapping fat AABBs that have a new one among them. All subtrees without one are passed by, and so are those of fixed
-//! bodies among themselves. The pairs found are sorted and merged into those known ([`super::schedule::pairs`]), which stay until one of
-//! their bodies leaves its fat AABB again.
+//! bodies among themselves. The pairs found are sorted and merged into those known ([`super::schedule::pairs`]), which stay until
+//! one of their bodies leaves its fat AABB again.
 //!
 //! Every step ends when its share of the frame does, and goes on in the next frame. A body whose generation is not at its end is
 //! *open*: not all of its partners may be known. Where many pairs are found, they are merged in portions, so that the first of

@@ -1,7 +1,8 @@
 //! A pair of bodies: what is asked of it ([`asked`]), the query that answers ([`question`]), and what is kept of it ([`state`]).
 //!
 //! A turn ([`batch`]) re-tests the last witnesses, then goes on with the query, as far as its share of the frame allows. A pair
-//! that stays apart needs none ([`apart`]), nor does one that others of its groups are nearer than ([`near`]); of one that meets a second query finds where ([`locate`], [`touch`]).
+//! that stays apart needs none ([`apart`]), nor does one of two groups that have a nearer pair ([`near`]); of one that meets, a
+//! second query finds where ([`locate`], [`touch`]).
 
 pub(crate) mod apart;
 pub(crate) mod asked;
