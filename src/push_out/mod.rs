@@ -115,6 +115,7 @@ impl<'t> PushOutQuery<'t> {
         let mut search = Search::new(self, workspace, &mut deadline);
         let stop = search.run();
         let (push, queries, work) = (search.best, search.queries, search.work);
+        workspace.forget_run();
         PushOut { push, queries, stop, work, elapsed: deadline.elapsed() }
     }
 }

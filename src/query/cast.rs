@@ -223,7 +223,6 @@ impl Traversal<'_, '_, Cast<'_>> {
         *hits.next()? = casting.hit.take();
         (casting.done, casting.after) = (casting.done + 1, rest.len() - 1);
         (*rays, *lane, *is_first) = (rest, (*lane + 1) % WIDTH, false);
-        self.workspace.run.stats.work += WORK_PER_RAY;
         Some((entered(ROOT, 0.0), Origin::Stack))
     }
 
@@ -237,6 +236,7 @@ impl Traversal<'_, '_, Cast<'_>> {
     #[inline(always)]
     fn meet_root<L: Lanes>(&mut self, lanes: L) {
         let Cast { rays, lane, is_first, .. } = self.question;
+        self.workspace.run.stats.work += WORK_PER_RAY;
         let ready = &mut self.workspace.casting.ready;
         if is_first {
             ready[lane].meet_root(lanes, &self.a.nodes()[ROOT as usize]);

@@ -84,7 +84,7 @@ impl<'t> MotionQuery<'t> {
     /// Done also when the two times differ by no more than this. NaN counts as 0.
     #[must_use]
     pub fn time_tolerance(mut self, time: f64) -> Self {
-        self.options.time = time.clamp(0.0, 1.0);
+        self.options.time = if time > 0.0 { time.min(1.0) } else { 0.0 };
         self
     }
 

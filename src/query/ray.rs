@@ -14,7 +14,7 @@ use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::math::{Pose, Ray};
-use crate::model::cost::{MAX_STEP_WORK, WORK_PER_RAY};
+use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::Tree;
 
 /// The question what a ray or a segment hits. Cheap to make; one for each ray.
@@ -277,7 +277,6 @@ fn begin(tree: &Tree, workspace: &mut Workspace, rays: &[Ray], mode: RayMode) {
     }
     casting.after = rays.len().saturating_sub(1);
     if !rays.is_empty() && !tree.nodes().is_empty() {
-        workspace.run.stats.work = WORK_PER_RAY;
         workspace.front.push(entered(ROOT, 0.0));
     }
 }

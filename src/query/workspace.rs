@@ -22,7 +22,7 @@ use arrayvec::ArrayVec;
 use core::fmt;
 use core::time::Duration;
 
-/// The buffers of a query. Allocated once; no query allocates.
+/// The buffers of a query. Allocated once; no query allocates but the first for contacts, or for all hits of a ray.
 ///
 /// It carries capacity, the pairs that the last query found, and what that query left open for
 /// [`crate::Query::resume`]; a fresh workspace and a used one give the same answers. A clone has all of it, the room too.
@@ -293,6 +293,11 @@ impl Workspace {
     /// of time.
     pub fn set_cost_model(&mut self, cost_model: CostModel) {
         self.cost_model = cost_model;
+    }
+
+    /// From now on there is no run to be resumed.
+    pub(crate) fn forget_run(&mut self) {
+        self.run.key = None;
     }
 
     /// Work of the last query, resumed calls included.

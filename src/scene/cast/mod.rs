@@ -9,7 +9,7 @@ use super::broad::Broad;
 use super::broad::bounds;
 use super::error::SceneError;
 use crate::math::Aabb;
-use crate::model::cost::{MAX_STEP_WORK, WORK_PER_BOX, WORK_PER_RAY, WORK_PER_SEARCH};
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_BOX, WORK_PER_SEARCH};
 #[cfg(feature = "std")]
 use crate::query::by_system_clock;
 use crate::query::{Budget, Clock, Deadline, RayMode, RayQuery, StopReason, Workspace};
@@ -59,9 +59,6 @@ impl Scene {
         &self.rays.hits
     }
 }
-
-/// The least work that a body can be asked with.
-const WORK_PER_BODY: u64 = WORK_PER_RAY + MAX_STEP_WORK;
 
 /// What waits for a ray. Sorts by where it is entered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -170,7 +167,7 @@ impl Casting<'_> {
             {
                 break;
             }
-            let least = if matches!(entry.what, What::Node(_)) { WORK_PER_SEARCH } else { WORK_PER_BODY };
+            let least = if matches!(entry.what, What::Node(_)) { WORK_PER_SEARCH } else { MAX_STEP_WORK };
             if !deadline.has_room(least) {
                 known.stop = why(deadline, least);
                 return Ok(());
@@ -220,7 +217,6 @@ impl Casting<'_> {
         let ray = here.within(from, nearest.map_or(to, |hit| to.min(hit.on_body.t)));
         let query = RayQuery::new(&placed.body.tree, ray).mode(asked.mode);
         query.begin(workspace);
-        deadline.spend(WORK_PER_RAY);
         let cast = loop {
             let cast = query.spend(workspace, deadline);
             rays.hits.extend(workspace.drain_ray_hits().map(|on_body| BodyHit { body, on_body }));
