@@ -102,15 +102,11 @@ impl<'t> PushOutQuery<'t> {
     /// nothing that could be resumed.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> PushOut {
-        by_system_clock(budget, |clock| self.run_by(workspace, budget, clock))
+        by_system_clock(budget, |clock| self.run_with(workspace, budget, clock))
     }
 
     /// [`PushOutQuery::run`] by a clock of the caller's.
-    pub fn run_with<C: Clock>(&self, workspace: &mut Workspace, budget: Budget, clock: &C) -> PushOut {
-        self.run_by(workspace, budget, clock)
-    }
-
-    fn run_by(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> PushOut {
+    pub fn run_with(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> PushOut {
         let mut deadline = Deadline::of(budget, self.poll_interval, clock);
         let mut search = Search::new(self, workspace, &mut deadline);
         let stop = search.run();

@@ -102,7 +102,7 @@ impl<'t> ContactQuery<'t> {
     /// some; later ones do not allocate. It does not lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Contacts {
-        by_system_clock(budget, |clock| self.run_by(workspace, budget, clock))
+        by_system_clock(budget, |clock| self.run_with(workspace, budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -113,25 +113,28 @@ impl<'t> ContactQuery<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Contacts, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_by(workspace, budget, clock))
+        by_system_clock(budget, |clock| self.resume_with(workspace, budget, clock))
     }
 
     /// [`ContactQuery::run`] by a clock of the caller's.
-    pub fn run_with<C: Clock>(&self, workspace: &mut Workspace, budget: Budget, clock: &C) -> Contacts {
-        self.run_by(workspace, budget, clock)
+    pub fn run_with(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> Contacts {
+        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        self.begin(workspace);
+        self.spend(workspace, &mut deadline)
     }
 
     /// [`ContactQuery::resume`] by a clock of the caller's.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume_with<C: Clock>(
+    pub fn resume_with(
         &self,
         workspace: &mut Workspace,
         budget: Budget,
-        clock: &C,
+        clock: &dyn Clock,
     ) -> Result<Contacts, ResumeError> {
-        self.resume_by(workspace, budget, clock)
+        workspace.run.holds_stopped(&self.key())?;
+        Ok(self.spend(workspace, &mut Deadline::of(budget, self.options.poll_interval, clock)))
     }
 
     /// Where the last run of this query in `workspace` may have missed contacts: the middle of the closest points of each is
@@ -168,17 +171,6 @@ impl<'t> ContactQuery<'t> {
     pub fn face_normals(&self, [of_a, of_b]: [u32; 2]) -> [Option<DVec3>; 2] {
         let placed = self.b.mesh().triangle(of_b as usize).map(|corner| self.b_in_a.transform_point(corner));
         [face_normal(&self.a.mesh().triangle(of_a as usize)), face_normal(&placed)]
-    }
-
-    fn run_by(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> Contacts {
-        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
-        self.begin(workspace);
-        self.spend(workspace, &mut deadline)
-    }
-
-    fn resume_by(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> Result<Contacts, ResumeError> {
-        workspace.run.holds_stopped(&self.key())?;
-        Ok(self.spend(workspace, &mut Deadline::of(budget, self.options.poll_interval, clock)))
     }
 
     fn key(&self) -> Key {

@@ -29,7 +29,7 @@ impl CostModel {
     }
 
     /// The same with a clock of the caller's. The default model, if the clock stands still.
-    pub fn measure_with<C: Clock>(clock: &C) -> Self {
+    pub fn measure_with(clock: &dyn Clock) -> Self {
         let (a, b) = (Tree::new(shapes::icosphere(3)), Tree::new(shapes::torus(1.0, 0.3, 24)));
         let mut workspace = Workspace::with_capacity(0, 1 << 14);
         let (mut features, mut times) = (Vec::new(), Vec::new());

@@ -190,14 +190,14 @@ impl<'t> Query<'t> {
     /// deadline, in the end every [`Query::poll_interval`] units of work. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Outcome {
-        by_system_clock(budget, |clock| self.run_by(workspace, None, budget, clock))
+        by_system_clock(budget, |clock| self.run_with(workspace, None, budget, clock))
     }
 
     /// [`Query::run`] with what is remembered of the pair from the frame before, and will be for the next. As long as B stays
     /// within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known without a search.
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Outcome {
-        by_system_clock(budget, |clock| self.run_by(workspace, Some(memory), budget, clock))
+        by_system_clock(budget, |clock| self.run_with(workspace, Some(memory), budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -208,7 +208,7 @@ impl<'t> Query<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Outcome, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_by(workspace, None, budget, clock))
+        by_system_clock(budget, |clock| self.resume_with(workspace, None, budget, clock))
     }
 
     /// [`Query::resume`] with what is remembered of the pair.
@@ -222,35 +222,11 @@ impl<'t> Query<'t> {
         memory: &mut PairMemory,
         budget: Budget,
     ) -> Result<Outcome, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_by(workspace, Some(memory), budget, clock))
+        by_system_clock(budget, |clock| self.resume_with(workspace, Some(memory), budget, clock))
     }
 
     /// [`Query::run`] by a clock of the caller's, with or without a memory.
-    pub fn run_with<C: Clock>(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &C,
-    ) -> Outcome {
-        self.run_by(workspace, memory, budget, clock)
-    }
-
-    /// [`Query::resume`] by a clock of the caller's, with or without a memory.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume_with<C: Clock>(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &C,
-    ) -> Result<Outcome, ResumeError> {
-        self.resume_by(workspace, memory, budget, clock)
-    }
-
-    fn run_by(
+    pub fn run_with(
         &self,
         workspace: &mut Workspace,
         mut memory: Option<&mut PairMemory>,
@@ -267,7 +243,11 @@ impl<'t> Query<'t> {
         self.spend(workspace, memory, &mut deadline)
     }
 
-    fn resume_by(
+    /// [`Query::resume`] by a clock of the caller's, with or without a memory.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
+    pub fn resume_with(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,

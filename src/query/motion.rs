@@ -114,13 +114,13 @@ impl<'t> MotionQuery<'t> {
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Passage {
-        by_system_clock(budget, |clock| self.run_by(workspace, None, budget, clock))
+        by_system_clock(budget, |clock| self.run_with(workspace, None, budget, clock))
     }
 
     /// [`MotionQuery::run`] with what is remembered of the pair, and will be for the next motion: the triangles that met first.
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Passage {
-        by_system_clock(budget, |clock| self.run_by(workspace, Some(memory), budget, clock))
+        by_system_clock(budget, |clock| self.run_with(workspace, Some(memory), budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -131,35 +131,11 @@ impl<'t> MotionQuery<'t> {
     /// If the last run in this workspace was not of these trees, this motion and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Passage, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_by(workspace, None, budget, clock))
+        by_system_clock(budget, |clock| self.resume_with(workspace, None, budget, clock))
     }
 
     /// [`MotionQuery::run`] by a clock of the caller's, with or without a memory.
-    pub fn run_with<C: Clock>(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &C,
-    ) -> Passage {
-        self.run_by(workspace, memory, budget, clock)
-    }
-
-    /// [`MotionQuery::resume`] by a clock of the caller's, with or without a memory.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this motion and these options, or is complete.
-    pub fn resume_with<C: Clock>(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &C,
-    ) -> Result<Passage, ResumeError> {
-        self.resume_by(workspace, memory, budget, clock)
-    }
-
-    fn run_by(
+    pub fn run_with(
         &self,
         workspace: &mut Workspace,
         mut memory: Option<&mut PairMemory>,
@@ -173,6 +149,24 @@ impl<'t> MotionQuery<'t> {
         let course = self.course();
         self.begin(&course, workspace, memory.as_deref());
         self.spend(&course, workspace, memory, &mut deadline)
+    }
+
+    /// [`MotionQuery::resume`] by a clock of the caller's, with or without a memory.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this motion and these options, or is complete.
+    pub fn resume_with(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> Result<Passage, ResumeError> {
+        if !self.is_stopped_in(workspace) {
+            return Err(ResumeError);
+        }
+        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        Ok(self.spend(&self.course(), workspace, memory, &mut deadline))
     }
 
     /// Prepares the workspace for a run.
@@ -205,20 +199,6 @@ impl<'t> MotionQuery<'t> {
     /// Whether the workspace holds a stopped run of this query.
     pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         workspace.run.holds_stopped(&self.key()).is_ok() && workspace.journey.options == Some(self.options)
-    }
-
-    fn resume_by(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &dyn Clock,
-    ) -> Result<Passage, ResumeError> {
-        if !self.is_stopped_in(workspace) {
-            return Err(ResumeError);
-        }
-        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
-        Ok(self.spend(&self.course(), workspace, memory, &mut deadline))
     }
 
     /// Where the surfaces may still meet before the contact that the last run of this query in `workspace` found, if any.

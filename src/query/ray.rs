@@ -72,7 +72,7 @@ impl<'t> RayQuery<'t> {
     /// [`RayMode::All`], once ([`Workspace::reserve_ray_hits`]).
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> RayCast {
-        by_system_clock(budget, |clock| self.run_by(workspace, budget, clock))
+        by_system_clock(budget, |clock| self.run_with(workspace, budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -83,34 +83,26 @@ impl<'t> RayQuery<'t> {
     /// If the last run in this workspace was not of this tree, this ray and this mode, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<RayCast, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_by(workspace, budget, clock))
+        by_system_clock(budget, |clock| self.resume_with(workspace, budget, clock))
     }
 
     /// [`RayQuery::run`] by a clock of the caller's.
-    pub fn run_with<C: Clock>(&self, workspace: &mut Workspace, budget: Budget, clock: &C) -> RayCast {
-        self.run_by(workspace, budget, clock)
+    pub fn run_with(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> RayCast {
+        let mut deadline = Deadline::of(budget, self.poll_interval, clock);
+        self.begin(workspace);
+        self.spend(workspace, &mut deadline)
     }
 
     /// [`RayQuery::resume`] by a clock of the caller's.
     ///
     /// # Errors
     /// If the last run in this workspace was not of this tree, this ray and this mode, or is complete.
-    pub fn resume_with<C: Clock>(
+    pub fn resume_with(
         &self,
         workspace: &mut Workspace,
         budget: Budget,
-        clock: &C,
+        clock: &dyn Clock,
     ) -> Result<RayCast, ResumeError> {
-        self.resume_by(workspace, budget, clock)
-    }
-
-    fn run_by(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> RayCast {
-        let mut deadline = Deadline::of(budget, self.poll_interval, clock);
-        self.begin(workspace);
-        self.spend(workspace, &mut deadline)
-    }
-
-    fn resume_by(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> Result<RayCast, ResumeError> {
         holds(self.tree, workspace, core::slice::from_ref(&self.ray), self.mode)?;
         Ok(self.spend(workspace, &mut Deadline::of(budget, self.poll_interval, clock)))
     }
@@ -181,7 +173,7 @@ impl<'t> RayBatch<'t> {
     /// as both slices have. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, hits: &mut [Option<RayHit>], budget: Budget) -> RayBatchOutcome {
-        by_system_clock(budget, |clock| self.run_by(workspace, hits, budget, clock))
+        by_system_clock(budget, |clock| self.run_with(workspace, hits, budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget. `hits` is as long as it was; what is done
@@ -196,35 +188,11 @@ impl<'t> RayBatch<'t> {
         hits: &mut [Option<RayHit>],
         budget: Budget,
     ) -> Result<RayBatchOutcome, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_by(workspace, hits, budget, clock))
+        by_system_clock(budget, |clock| self.resume_with(workspace, hits, budget, clock))
     }
 
     /// [`RayBatch::run`] by a clock of the caller's.
-    pub fn run_with<C: Clock>(
-        &self,
-        workspace: &mut Workspace,
-        hits: &mut [Option<RayHit>],
-        budget: Budget,
-        clock: &C,
-    ) -> RayBatchOutcome {
-        self.run_by(workspace, hits, budget, clock)
-    }
-
-    /// [`RayBatch::resume`] by a clock of the caller's.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of this tree and these rays, or is complete.
-    pub fn resume_with<C: Clock>(
-        &self,
-        workspace: &mut Workspace,
-        hits: &mut [Option<RayHit>],
-        budget: Budget,
-        clock: &C,
-    ) -> Result<RayBatchOutcome, ResumeError> {
-        self.resume_by(workspace, hits, budget, clock)
-    }
-
-    fn run_by(
+    pub fn run_with(
         &self,
         workspace: &mut Workspace,
         hits: &mut [Option<RayHit>],
@@ -236,7 +204,11 @@ impl<'t> RayBatch<'t> {
         self.spend(workspace, hits, &mut deadline)
     }
 
-    fn resume_by(
+    /// [`RayBatch::resume`] by a clock of the caller's.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of this tree and these rays, or is complete.
+    pub fn resume_with(
         &self,
         workspace: &mut Workspace,
         hits: &mut [Option<RayHit>],

@@ -360,7 +360,7 @@ impl Scene {
     }
 
     /// [`Scene::detect`] by a clock of the caller's, on the calling thread alone.
-    pub fn detect_with<C: Clock>(&mut self, budget: Budget, clock: &C) -> &Report {
+    pub fn detect_with(&mut self, budget: Budget, clock: &dyn Clock) -> &Report {
         self.frame(budget, clock, 1, |batches, round, bodies, scratch| {
             for batch in batches {
                 batch.run(bodies, scratch, round, clock);

@@ -38,18 +38,14 @@ impl Scene {
     /// [`SceneError::NoRay`].
     #[cfg(feature = "std")]
     pub fn cast(&mut self, ray: &SceneRay, budget: Budget) -> Result<SceneCast, SceneError> {
-        by_system_clock(budget, |clock| self.cast_by(ray, budget, clock))
+        by_system_clock(budget, |clock| self.cast_with(ray, budget, clock))
     }
 
     /// [`Scene::cast`] by a clock of the caller's.
     ///
     /// # Errors
     /// [`SceneError::NoRay`].
-    pub fn cast_with<C: Clock>(&mut self, ray: &SceneRay, budget: Budget, clock: &C) -> Result<SceneCast, SceneError> {
-        self.cast_by(ray, budget, clock)
-    }
-
-    fn cast_by(&mut self, ray: &SceneRay, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
+    pub fn cast_with(&mut self, ray: &SceneRay, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
         let Self { bodies, broad, scratch, rays, .. } = self;
         Casting { asked: ray, bodies, broad, workspace: scratch, rays }.run(budget, clock)
     }

@@ -79,7 +79,7 @@ impl Batch {
     }
 
     /// Runs what fits. `scratch` is a workspace of the thread at hand.
-    pub fn run<C: Clock>(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &C) {
+    pub fn run(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &dyn Clock) {
         let mut deadline = Deadline::at(round.end, self.budget, clock);
         let least = if round.witnesses_only { WORK_PER_WITNESS } else { LEAST_WORK };
         for (at, state) in self.turns.iter_mut().enumerate() {
