@@ -122,7 +122,7 @@ impl<'t> DistanceQuery<'t> {
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Distance {
-        by_system_clock(budget, |clock| self.run_by(workspace, None, budget, clock))
+        by_system_clock(budget, |clock| self.run_with(workspace, None, budget, clock))
     }
 
     /// [`DistanceQuery::run`] with what is remembered of the pair from the frame before, and will be for the next: the
@@ -130,7 +130,7 @@ impl<'t> DistanceQuery<'t> {
     /// ([`PairMemory::clearance`]).
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Distance {
-        by_system_clock(budget, |clock| self.run_by(workspace, Some(memory), budget, clock))
+        by_system_clock(budget, |clock| self.run_with(workspace, Some(memory), budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -141,35 +141,11 @@ impl<'t> DistanceQuery<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Distance, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_by(workspace, None, budget, clock))
+        by_system_clock(budget, |clock| self.resume_with(workspace, None, budget, clock))
     }
 
     /// [`DistanceQuery::run`] by a clock of the caller's, with or without a memory.
-    pub fn run_with<C: Clock>(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &C,
-    ) -> Distance {
-        self.run_by(workspace, memory, budget, clock)
-    }
-
-    /// [`DistanceQuery::resume`] by a clock of the caller's, with or without a memory.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume_with<C: Clock>(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &C,
-    ) -> Result<Distance, ResumeError> {
-        self.resume_by(workspace, memory, budget, clock)
-    }
-
-    fn run_by(
+    pub fn run_with(
         &self,
         workspace: &mut Workspace,
         mut memory: Option<&mut PairMemory>,
@@ -184,7 +160,11 @@ impl<'t> DistanceQuery<'t> {
         self.spend(workspace, memory, &mut deadline)
     }
 
-    fn resume_by(
+    /// [`DistanceQuery::resume`] by a clock of the caller's, with or without a memory.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
+    pub fn resume_with(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,
