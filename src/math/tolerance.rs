@@ -23,6 +23,10 @@ pub(crate) const SCENE_ROTATION_TOLERANCE: f64 = 1e-4;
 /// relative translations stay within [`COORDINATE_LIMIT`].
 pub(crate) const SCENE_REACH: f64 = f64::from_bits((1023 + 990) << 52);
 
+/// What is added to bounds in f64 for underflow (any length unit): a thousand times the least normal number, more than some
+/// operations lose, flushed to zero or not.
+pub(crate) const UNDERFLOW: f64 = 1024.0 * f64::MIN_POSITIVE;
+
 /// Relative rounding of one f32 operation: 2^-24.
 pub(crate) const ROUNDING: f32 = f32::EPSILON / 2.0;
 

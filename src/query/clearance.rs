@@ -1,5 +1,6 @@
 //! A distance that was proven once, and what is left of it after B has moved.
 
+use crate::math::tolerance::UNDERFLOW;
 use crate::math::{Pose, largest, length};
 use crate::tree::Tree;
 
@@ -15,9 +16,6 @@ pub(super) struct Clearance {
 /// What rounding adds to the way of a point, relative to the magnitudes of its coordinates and of both translations: a point
 /// takes less than 8 roundings to each of its places, and the bound on the way between them less than 16.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
-
-/// More than underflow takes away, flushed to zero or not.
-const UNDERFLOW: f64 = 1024.0 * f64::MIN_POSITIVE;
 
 impl Clearance {
     /// Of no trees.

@@ -1,7 +1,7 @@
 //! The box of a body in the scene.
 
 use crate::math::lanes::{F8, Portable, dot, greatest, least, per_axis};
-use crate::math::tolerance::{FRAME_ROUNDING, ROUNDING};
+use crate::math::tolerance::{FRAME_ROUNDING, ROUNDING, UNDERFLOW};
 use crate::math::{Aabb, Motion, Pose, length, rotation_deviation};
 use crate::tree::{Node, Tree};
 use core::f64::consts::PI;
@@ -17,9 +17,6 @@ const MARGIN: f64 = 128.0 * f64::EPSILON;
 /// products, of a column of length 1 and a vector of length sqrt 3 at most, so off by 4 sqrt 3 roundings, twice, and the sum
 /// of both by 2 sqrt 3 more; all this is less than 18.
 const UNIT_MARGIN: f64 = FRAME_ROUNDING as f64 + 32.0 * ROUNDING as f64;
-
-/// A thousand times the least normal number: more than underflow takes away, flushed to zero or not.
-const UNDERFLOW: f64 = 1024.0 * f64::MIN_POSITIVE;
 
 /// A box, along the axes of the scene, around the mesh of a tree at `pose`; empty if the mesh is.
 ///

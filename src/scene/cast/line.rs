@@ -1,5 +1,6 @@
 //! Where a ray of the scene enters a box.
 
+use crate::math::tolerance::UNDERFLOW;
 use crate::math::{Aabb, Ray, largest};
 use glam::DVec3;
 
@@ -8,9 +9,6 @@ use glam::DVec3;
 /// roundings, of points and directions up to where the ray passes the box; what comes from the translation of the body is in
 /// the margin of its box ([`crate::scene::broad::bounds`]).
 const MARGIN: f64 = 128.0 * f64::EPSILON;
-
-/// A thousand times the least normal number: more than underflow takes away.
-const UNDERFLOW: f64 = 1024.0 * f64::MIN_POSITIVE;
 
 /// How far a parameter that is told may be off, in units of the size of coordinates over the largest component of the
 /// direction: 1e-11 ([`crate::RayHit::t`]), of coordinates that are up to sqrt 3 larger, and a component that is up to sqrt 3

@@ -1,5 +1,6 @@
 //! How far bodies have gone, so that pairs that were proven to be apart are known to be still: [`super::apart`].
 
+use crate::math::tolerance::UNDERFLOW;
 use crate::math::{Pose, largest};
 use crate::query::way;
 use crate::tree::Tree;
@@ -29,10 +30,9 @@ impl Way {
     }
 }
 
-/// What rounding may add to places relative to another body, in the magnitudes of coordinates and translations, and what
-/// underflow may take away: `docs/numerics.md`.
+/// What rounding may add to places relative to another body, in the magnitudes of coordinates and translations:
+/// `docs/numerics.md`.
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
-const UNDERFLOW: f64 = 1024.0 * f64::MIN_POSITIVE;
 
 /// What rounding may add to the places of a mesh at a pose, relative to another body.
 pub(crate) fn slack(mesh: &Tree, pose: &Pose) -> f64 {
