@@ -23,6 +23,17 @@ pub(crate) fn length(v: glam::DVec3) -> f64 {
     if largest == 0.0 { 0.0 } else { largest * (v / largest).length() }
 }
 
+/// The positions of the bits of a mask, lowest first.
+#[inline(always)]
+pub(crate) fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
+    let mut mask = mask.into();
+    core::iter::from_fn(move || {
+        let bit = if mask == 0 { None } else { Some(mask.trailing_zeros() as usize) };
+        mask &= mask.wrapping_sub(1);
+        bit
+    })
+}
+
 /// Not `f64::max`, which takes four times as long to care for what is no number.
 #[inline(always)]
 pub(crate) fn larger(x: f64, y: f64) -> f64 {

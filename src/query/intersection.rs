@@ -85,7 +85,7 @@ impl Traversal<'_, '_, Intersection<'_>> {
     /// Which of these witnesses of the frame before are below a pair.
     #[inline(always)]
     fn witnesses_below(&self, Pair { nodes: [a, b], .. }: Pair, among: u16) -> u16 {
-        bits(among.into()).fold(0, |below, i| {
+        bits(among).fold(0, |below, i| {
             let [x, y] = self.workspace.witnesses[i].map(|triangle| triangle as usize);
             let (a, b) = (&self.a.nodes()[a as usize], &self.b.nodes()[b as usize]);
             let leads = a.triangle_range().contains(&x) && b.triangle_range().contains(&y);

@@ -9,6 +9,7 @@
 
 use super::queue::Pair;
 use super::visited::Visited;
+use crate::math::bits;
 use crate::tree::Tree;
 
 /// Leads that wait; those beyond are lost.
@@ -73,17 +74,15 @@ impl March {
     /// Without branches on what can't be predicted: which edges cross, and which of them lead out of the cluster.
     // Seldom asked for, and so out of the loop.
     #[inline(never)]
-    pub fn lead(&mut self, [a, b]: [&Tree; 2], pair: [u32; 2], mut crossings: u32) {
+    pub fn lead(&mut self, [a, b]: [&Tree; 2], pair: [u32; 2], crossings: u32) {
         let (Some(of_a), Some(of_b)) = (a.neighbors(pair[0]), b.neighbors(pair[1])) else { return };
         if self.visited.is_full() {
             return;
         }
         let neighbors = [of_a, of_b];
-        while crossings != 0 {
-            let edge = crossings.trailing_zeros();
-            crossings &= crossings - 1;
+        for edge in bits(crossings) {
             let side = usize::from(edge >= 3);
-            let step = neighbors[side].step(edge - 3 * side as u32);
+            let step = neighbors[side].step((edge - 3 * side) as u32);
             let mut lead = neighbors.map(|of| of.cluster());
             lead[side] = lead[side].wrapping_add(step);
             let is_new = step != 0 && !self.visited.contains(lead);

@@ -8,6 +8,7 @@ use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
 use super::queue::Pair;
 use super::views::{Relation, Views};
+use crate::math::bits;
 use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::model::front::{FrontSummary, pair_cost};
 use crate::tree::{Node, Tree, WIDTH, xyz};
@@ -139,11 +140,8 @@ impl Sink for Probe<'_> {
     }
 
     #[inline(always)]
-    fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
-        while hits != 0 {
-            self.add(child(hits.trailing_zeros()));
-            hits &= hits - 1;
-        }
+    fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+        bits(hits).for_each(|bit| self.add(child(bit as u32)));
     }
 
     #[inline(always)]

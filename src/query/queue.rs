@@ -4,6 +4,7 @@
 //! The queue is a set of linked lists in one arena of fixed capacity, with a mask of those that are not empty: constant
 //! time, and a total order (bucket, then last in first out, or first in first out) that depends on nothing but the input.
 
+use crate::math::bits;
 use crate::tree::MAX_HEIGHT;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
@@ -126,10 +127,9 @@ impl Front {
 
     /// Pushes the pair of each bit of `mask`.
     #[inline(always)]
-    pub fn push_all(&mut self, mut mask: u64, pair: impl Fn(u32) -> Pair) {
-        while mask != 0 {
-            self.push(pair(mask.trailing_zeros()));
-            mask &= mask - 1;
+    pub fn push_all(&mut self, mask: u64, pair: impl Fn(u32) -> Pair) {
+        for bit in bits(mask) {
+            self.push(pair(bit as u32));
         }
     }
 

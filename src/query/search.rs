@@ -3,6 +3,7 @@
 use super::boxes::Keys;
 use super::interval::Interval;
 use super::queue::{BUCKETS, Front, Pair};
+use crate::math::bits;
 use crate::tree::WIDTH;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
@@ -89,12 +90,10 @@ impl Search {
 
     /// Triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits` wait for the `f32` test.
     #[inline(always)]
-    pub fn wait(&mut self, mut hits: u64, first: [u32; 2], keys: &Keys) {
-        while hits != 0 {
-            let bit = hits.trailing_zeros();
-            hits &= hits - 1;
-            let low = keys.as_flattened()[bit as usize % 64];
-            self.waiting.push(Bounded { pair: [first[0] + bit / 8, first[1] + bit % 8], low });
+    pub fn wait(&mut self, hits: u64, first: [u32; 2], keys: &Keys) {
+        for bit in bits(hits) {
+            let low = keys.as_flattened()[bit % 64];
+            self.waiting.push(Bounded { pair: [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8], low });
         }
     }
 

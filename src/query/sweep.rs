@@ -15,6 +15,7 @@ use super::queue::{Origin, Pair};
 use super::search::{Bounded, least_key as least_of_column};
 use super::traversal::{Question, Traversal};
 use super::windows::{BEGIN, Windows};
+use crate::math::bits;
 use crate::math::lanes::Lanes;
 use crate::math::tolerance::ROUNDING;
 use crate::model::cost::{
@@ -306,11 +307,9 @@ impl Sink for Traversal<'_, '_, Sweep<'_>> {
     }
 
     #[inline(always)]
-    fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
-        while hits != 0 {
-            let bit = hits.trailing_zeros();
-            hits &= hits - 1;
-            self.place(child(bit), self.keys.as_flattened()[bit as usize % 64]);
+    fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+        for bit in bits(hits) {
+            self.place(child(bit as u32), self.keys.as_flattened()[bit % 64]);
         }
     }
 

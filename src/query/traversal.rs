@@ -26,6 +26,7 @@ use super::strategy::Strategy;
 use super::views::Relation;
 use super::workspace::Workspace;
 use crate::math::Pose;
+pub(super) use crate::math::bits;
 use crate::math::lanes::{Kernel, Lanes};
 use crate::tree::{Tree, WIDTH};
 
@@ -122,14 +123,4 @@ where
             }
         }
     }
-}
-
-/// The positions of the bits of `mask`, lowest first.
-#[inline(always)]
-pub(super) fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
-    core::iter::from_fn(move || {
-        let bit = mask.trailing_zeros() as usize;
-        mask &= mask.wrapping_sub(1);
-        (bit < 32).then_some(bit)
-    })
 }

@@ -1,5 +1,6 @@
 //! Triangle pairs that wait for the fast filter: a stack with room for all that one step can add.
 
+use crate::math::bits;
 use alloc::boxed::Box;
 
 /// Most triangle pairs that wait before they are tested.
@@ -42,14 +43,12 @@ impl TrianglePairs {
 
     /// Adds the pairs `first + [i, j]` for the bits `8 i + j` of `hits`. There must be room.
     #[inline(always)]
-    pub fn push_all(&mut self, mut hits: u64, first: [u32; 2]) {
+    pub fn push_all(&mut self, hits: u64, first: [u32; 2]) {
         debug_assert!(!self.is_full());
         let mut len = self.len;
-        while hits != 0 {
-            let lane = hits.trailing_zeros();
-            hits &= hits - 1;
+        for bit in bits(hits) {
             // The mask is for the compiler, which then needs no bounds check.
-            self.pairs[len % CAPACITY] = [first[0] + lane / 8, first[1] + lane % 8];
+            self.pairs[len % CAPACITY] = [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8];
             len += 1;
         }
         self.len = len;

@@ -9,6 +9,7 @@ use super::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, T
 use super::course::{Course, Piece};
 use super::edge_axes;
 use super::views::{Relation, View, Views, cross, yzx, zxy};
+use crate::math::bits;
 use crate::math::lanes::{Column, F8, Kernel, Lanes, add, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, WIDTH, xyz};
@@ -348,7 +349,7 @@ impl BoxTest for Windows<'_> {
         &self,
         lanes: L,
         facing: Facing,
-        mut alive: u32,
+        alive: u32,
         triangles: impl FnOnce() -> Triangles<'t>,
         keys: &mut Keys,
     ) -> u64 {
@@ -359,9 +360,7 @@ impl BoxTest for Windows<'_> {
         let ends = drift.wide_ends(lanes, &boxes, sign);
         let planes = if alive.is_power_of_two() { None } else { Some(Planes::new(lanes, &triangles)) };
         let mut pairs = 0;
-        while alive != 0 {
-            let i = alive.trailing_zeros() as usize % WIDTH;
-            alive &= alive - 1;
+        for i in bits(alive).map(|i| i % WIDTH) {
             let plane = match &planes {
                 Some(planes) => planes.at(i),
                 None => Plane::new(triangles.rows[i], &triangles.view, triangles.skew),
@@ -405,13 +404,11 @@ impl Kernel for Both<'_> {
         let x_rows = Boxes::children(lanes, x, scales[0]);
         let x_in_y = in_y.ends(lanes, &x_rows.seen(lanes, of_x), sign);
         let own = in_y.ends_of_one(lanes, facing.other(), in_y.extra, sign);
-        let mut alive_x = alive_x & windows.soon(lanes, windows.key(lanes, between(&own, &x_in_y)));
+        let alive_x = alive_x & windows.soon(lanes, windows.key(lanes, between(&own, &x_in_y)));
         let (x_in_x, x_in_y) = (in_x.ends(lanes, &x_rows, sign).store(), x_in_y.store());
         let y_in_y = in_y.wide_ends(lanes, &y_rows, sign);
         let mut pairs = 0;
-        while alive_x != 0 {
-            let i = alive_x.trailing_zeros() as usize;
-            alive_x &= alive_x - 1;
+        for i in bits(alive_x) {
             let of_x_axes = between(&y_in_x, &x_in_x.at(lanes, i));
             let of_y_axes = between(&y_in_y, &x_in_y.at(lanes, i));
             let key = windows.key_of_both(lanes, [of_x_axes, of_y_axes]);
