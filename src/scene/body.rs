@@ -104,6 +104,11 @@ impl Placed {
     }
 }
 
+/// The margins of two bodies together.
+pub(super) fn margins([a, b]: [&Placed; 2]) -> f64 {
+    a.body.margin + b.body.margin
+}
+
 /// The bodies of a scene, in slots that are used again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bodies {
@@ -341,6 +346,18 @@ impl Bodies {
 
     pub fn at(&self, index: u32) -> Option<&Placed> {
         self.slots.get(index as usize)?.as_ref()
+    }
+
+    /// Both bodies of a pair, if they are there.
+    pub fn pair(&self, key: PairKey) -> Option<[&Placed; 2]> {
+        let [a, b] = bodies_of(key);
+        Some([self.at(a)?, self.at(b)?])
+    }
+
+    /// The frame in which one of a pair was last new.
+    pub fn last_change(&self, key: PairKey) -> u64 {
+        let [a, b] = bodies_of(key).map(|body| self.facts(body).changed);
+        a.max(b)
     }
 
     pub fn at_mut(&mut self, index: u32) -> Option<&mut Placed> {

@@ -63,8 +63,7 @@ impl Bodies {
             let closest = self.measured.groups[number].closest;
             let closest = closest.filter(|&(key, ..)| self.may_meet(bodies_of(key)));
             let of_last = closest.map_or(f64::INFINITY, |(key, bounds, since)| {
-                let changed = bodies_of(key).map(|body| self.facts(body).changed).into_iter().max();
-                if changed <= Some(since) { bounds.high } else { self.carried(key, bounds, since, frame).high }
+                if self.last_change(key) <= since { bounds.high } else { self.carried(key, bounds, since, frame).high }
             });
             let ceiling = if of_last < f64::INFINITY { of_last } else { self.farthest(number, broad, deadline) };
             let group = &mut self.measured.groups[number];

@@ -13,7 +13,7 @@ use crate::math::Pose;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use crate::model::cost::WORK_PER_QUERY;
 use crate::query::{Deadline, Mode, Verdict};
-use crate::scene::body::{Bodies, Placed};
+use crate::scene::body::{Bodies, Placed, margins};
 use crate::scene::id::{PairKey, bodies_of};
 
 /// Lengths in the scene and in the frame of a body differ by less than this part of them.
@@ -128,6 +128,5 @@ fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Optio
 /// How far bodies that were proven to be `low` apart, margins not counted, may go in the scene.
 pub(crate) fn room(pair: [&Placed; 2], low: f64) -> f64 {
     let [of_a, of_b] = pair.map(|placed| slack(&placed.body.tree, &placed.body.pose));
-    let margins = pair[0].body.margin + pair[1].body.margin;
-    low - STRETCH * (low + margins) - of_a - of_b
+    low - STRETCH * (low + margins(pair)) - of_a - of_b
 }

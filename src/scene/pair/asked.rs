@@ -3,7 +3,7 @@
 use super::state::PairState;
 use crate::query::{Budget, Clock, Mode};
 use crate::scene::body::Bodies;
-use crate::scene::id::{PairKey, bodies_of};
+use crate::scene::id::PairKey;
 use core::time::Duration;
 
 /// The least time of a frame that affords estimates of its stopped queries, the part of it that is kept for them, and the most
@@ -60,7 +60,6 @@ impl Frame<'_> {
 
     /// The last frame in which something about a pair was new.
     pub fn changed(&self, key: PairKey) -> u64 {
-        let [a, b] = bodies_of(key).map(|body| self.bodies.facts(body).changed);
-        a.max(b).max(self.asked_since)
+        self.bodies.last_change(key).max(self.asked_since)
     }
 }

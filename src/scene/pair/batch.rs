@@ -12,7 +12,7 @@ use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::query::{Clock, Deadline, Mode, StopReason, Workspace};
 use crate::scene::ask::Asks;
 use crate::scene::body::Bodies;
-use crate::scene::id::{PairKey, bodies_of};
+use crate::scene::id::PairKey;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::mem;
@@ -130,7 +130,7 @@ pub(crate) enum Ended {
 impl PairState {
     /// Runs the pair as far as the deadline allows.
     fn run(&mut self, bodies: &Bodies, desk: &mut Desk, round: &Round, deadline: &mut Deadline) -> Ended {
-        let [Some(a), Some(b)] = bodies_of(self.turn.key).map(|body| bodies.at(body)) else { return Ended::NotBegun };
+        let Some([a, b]) = bodies.pair(self.turn.key) else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
         self.apart = self.apart.min(0.0);
         if self.turn.asks == Asks::Witness && !desk.held {
@@ -175,8 +175,7 @@ impl PairState {
             let spent = Spent::of(workspace);
             self.turn.spent.add(spent.since(before));
             if let Some(bounds) = answer.bounds {
-                let [x, y] = bodies_of(self.turn.key).map(|body| bodies.facts(body).changed);
-                self.measure(bodies, bounds, round.frame, x.max(y));
+                self.measure(bodies, bounds, round.frame, bodies.last_change(self.turn.key));
             }
             if self.note(&answer, spent, round.frame) {
                 return Ended::Complete;

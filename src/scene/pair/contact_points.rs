@@ -134,8 +134,7 @@ impl Scene {
         let Some(touch) = self.pairs.touch(key).filter(|touch| touch.since > 0) else {
             return Ok(ContactPoints { points: &[], low: 0.0, age: frame });
         };
-        let changed = self.bodies.facts(x.index).changed.max(self.bodies.facts(y.index).changed);
-        let age = if touch.since >= changed { 0 } else { frame - touch.since };
+        let age = if touch.since >= self.bodies.last_change(key) { 0 } else { frame - touch.since };
         Ok(ContactPoints { points: &touch.points, low: touch.low, age })
     }
 }

@@ -6,7 +6,7 @@ use super::bounds::{Bounds, Near};
 use super::state::PairState;
 use super::ways::slack;
 use crate::math::{Aabb, length};
-use crate::scene::body::{Bodies, Placed};
+use crate::scene::body::{Bodies, margins};
 use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
 use glam::DVec3;
@@ -31,31 +31,31 @@ impl Bodies {
 
     /// What is left in `frame` of bounds that were proven in frame `since`.
     pub fn carried(&self, key: PairKey, bounds: Bounds, since: u64, frame: u64) -> Bounds {
-        let [Some(a), Some(b)] = bodies_of(key).map(|body| self.at(body)) else { return Bounds::NOTHING };
+        let Some(pair) = self.pair(key) else { return Bounds::NOTHING };
         let gone = self.gone(key, since, frame);
         if gone == f64::INFINITY {
             return Bounds::NOTHING;
         }
         let way = (gone - bounds.gone).next_up();
-        let low = (room([a, b], bounds.low) - way).max(0.0);
-        let high = (bounds.high + margins([a, b]) + way) * (1.0 + STRETCH) - margins([a, b]);
-        let rounding: f64 = [a, b].map(|placed| slack(&placed.body.tree, &placed.body.pose)).iter().sum();
+        let low = (room(pair, bounds.low) - way).max(0.0);
+        let high = (bounds.high + margins(pair) + way) * (1.0 + STRETCH) - margins(pair);
+        let rounding: f64 = pair.map(|placed| slack(&placed.body.tree, &placed.body.pose)).iter().sum();
         Bounds { low, high: high + rounding, below: 0.0, ..bounds }
     }
 
     /// Bounds of the distance of a pair by its boxes.
     pub fn boxes_apart(&self, key: PairKey, broad: &Broad) -> [f64; 2] {
-        let pair = bodies_of(key);
-        let [Some(a), Some(b)] = pair.map(|body| self.at(body)) else { return [0.0, f64::INFINITY] };
-        if pair.into_iter().any(|body| self.facts(body).is_changed()) {
-            return [0.0, f64::INFINITY];
+        let nothing = [0.0, f64::INFINITY];
+        let Some(pair) = self.pair(key) else { return nothing };
+        if bodies_of(key).into_iter().any(|body| self.facts(body).is_changed()) {
+            return nothing;
         }
-        let [x, y] = pair.map(|body| broad.bounds(body));
+        let [x, y] = bodies_of(key).map(|body| broad.bounds(body));
         if x.is_empty() || y.is_empty() {
             return [f64::INFINITY; 2];
         }
         let [gap, span] = [gap(x, y), span(x, y)].map(length);
-        [(gap - STRETCH * (gap + margins([a, b]))).max(0.0), span * (1.0 + STRETCH)]
+        [(gap - STRETCH * (gap + margins(pair))).max(0.0), span * (1.0 + STRETCH)]
     }
 }
 
@@ -67,8 +67,4 @@ fn gap(x: &Aabb, y: &Aabb) -> DVec3 {
 /// From end to end of both.
 fn span(x: &Aabb, y: &Aabb) -> DVec3 {
     (x.max - y.min).max(y.max - x.min)
-}
-
-fn margins(pair: [&Placed; 2]) -> f64 {
-    pair[0].body.margin + pair[1].body.margin
 }

@@ -12,7 +12,7 @@ use crate::query::{
     StopReason, Verdict, Workspace,
 };
 use crate::scene::ask::measured::Wanted;
-use crate::scene::body::{Bodies, Placed};
+use crate::scene::body::{Bodies, Placed, margins};
 use crate::scene::id::PairKey;
 
 /// What is asked of a pair. A stopped run is resumed by an equal question.
@@ -86,8 +86,8 @@ impl<'t> Question<'t> {
 
     /// Where the bodies of a pair touch.
     #[cold]
-    pub fn contacts([a, b]: [&'t Placed; 2], b_in_a: Pose) -> Self {
-        let query = ContactQuery::new(&a.body.tree, &b.body.tree, b_in_a).margin(a.body.margin + b.body.margin);
+    pub fn contacts(pair @ [a, b]: [&'t Placed; 2], b_in_a: Pose) -> Self {
+        let query = ContactQuery::new(&a.body.tree, &b.body.tree, b_in_a).margin(margins(pair));
         Self::Contacts(query.contact_limit(MOST_CONTACTS))
     }
 

@@ -10,7 +10,7 @@ use crate::model::cost::WORK_PER_WITNESS;
 use crate::query::{PairMemory, Verdict};
 use crate::scene::ask::Asks;
 use crate::scene::body::{Bodies, Placed};
-use crate::scene::id::{PairKey, bodies_of};
+use crate::scene::id::PairKey;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
@@ -154,10 +154,8 @@ impl PairState {
             touch.part(frame);
         }
         let key = self.turn.key;
-        let asks_contacts = bodies.located.any() && bodies.located.has(key) && {
-            let [a, b] = bodies_of(key).map(|body| bodies.facts(body).changed);
-            !self.has_located(a.max(b))
-        };
+        let asks_contacts =
+            bodies.located.any() && bodies.located.has(key) && !self.has_located(bodies.last_change(key));
         self.turn.next = match self.turn.asks {
             Asks::Contacts if asks_contacts => Some(Asks::Contacts),
             Asks::Contacts if !standing.complete => Some(Asks::Meet),

@@ -42,7 +42,7 @@ use super::body::Bodies;
 use super::broad::Broad;
 use super::certificate::PairCertificate;
 use super::events::Events;
-use super::id::{PairKey, bodies_of};
+use super::id::PairKey;
 use super::pair::asked::{Frame, GUARANTEED};
 use super::pair::batch::{Batch, Round};
 use super::pair::question::Question;
@@ -273,7 +273,7 @@ impl Schedule {
         for batch in &self.batches {
             let Some((key, workspace)) = batch.stopped() else { continue };
             let Ok(at) = self.jobs.binary_search_by_key(&key, |job| job.key) else { continue };
-            let [Some(a), Some(b)] = bodies_of(key).map(|body| frame.bodies.at(body)) else { continue };
+            let Some([a, b]) = frame.bodies.pair(key) else { continue };
             if !goes_on() {
                 break;
             }

@@ -70,7 +70,7 @@ impl Revisit {
         if state.completed >= changed || state.is_refuted(changed, number) || !is_plain(key, frame, broad) {
             return WORK_PER_MERGED_PAIR;
         }
-        let [Some(a), Some(b)] = bodies_of(key).map(|body| frame.bodies.at(body)) else { return WORK_PER_MERGED_PAIR };
+        let Some([a, b]) = frame.bodies.pair(key) else { return WORK_PER_MERGED_PAIR };
         self.tests += 1;
         if state.retest([a, b], &a.relative(b), number) {
             self.found.push(key);
