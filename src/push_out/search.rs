@@ -256,11 +256,7 @@ impl<'q, 'c> Search<'q, 'c> {
 
     /// Whether there is room for work besides that of queries.
     fn need_room(&mut self, work: u64) -> Step<()> {
-        if self.deadline.has_room(work) {
-            return Ok(());
-        }
-        let is_work = self.deadline.work_left() < work;
-        Err(if is_work { StopReason::WorkLimit } else { StopReason::Deadline })
+        if self.deadline.has_room(work) { Ok(()) } else { Err(self.deadline.why(work)) }
     }
 
     fn pay(&mut self, work: u64) -> Step<()> {

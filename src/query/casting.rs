@@ -21,6 +21,17 @@ pub enum RayMode {
     All,
 }
 
+impl RayMode {
+    /// A parameter of the ray before which there is no hit that was not found; `open`: the same of what is not looked at yet.
+    pub(crate) fn free_until(self, ray: &Ray, hit: Option<RayHit>, open: f64) -> f64 {
+        match (self, hit) {
+            (Self::All, _) | (_, None) => open,
+            (Self::Nearest, Some(hit)) => open.min(hit.t),
+            (Self::Any, Some(_)) => ray.limits()[0],
+        }
+    }
+}
+
 named!(Side { Front => "front", Back => "back", Edge => "edge" });
 named!(RayMode { Nearest => "nearest", Any => "any", All => "all" });
 

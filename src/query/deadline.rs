@@ -47,24 +47,20 @@ impl<'c> Deadline<'c> {
 
     /// The end at a moment of the clock, if any, and after so much work, the last step of a query included.
     pub fn at(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
-        let safe = if end.is_some() { 0 } else { u64::MAX };
-        let (poll_interval, reserve, after) = (MAX_STEP_WORK, MAX_STEP_WORK - 1, 0);
-        let (at, next_look, first_look, done) = (0, 0, None, 0);
-        let slowest = [SLOWEST_UNIT, SLOWEST_TO_MEAN];
         Self {
             clock,
             started: None,
             end,
             left: work,
-            reserve,
-            after,
-            safe,
-            slowest,
-            first_look,
-            done,
-            at,
-            next_look,
-            poll_interval,
+            reserve: MAX_STEP_WORK - 1,
+            after: 0,
+            safe: if end.is_some() { 0 } else { u64::MAX },
+            slowest: [SLOWEST_UNIT, SLOWEST_TO_MEAN],
+            first_look: None,
+            done: 0,
+            at: 0,
+            next_look: 0,
+            poll_interval: MAX_STEP_WORK,
         }
     }
 
@@ -131,6 +127,11 @@ impl<'c> Deadline<'c> {
             self.safe = self.safe_work().unwrap_or(0);
         }
         self.left >= work && self.safe >= work
+    }
+
+    /// Why there is no room for so much work.
+    pub fn why(&self, work: u64) -> StopReason {
+        if self.left < work { StopReason::WorkLimit } else { StopReason::Deadline }
     }
 
     /// Work that there is room for, done as slowly as it may be.

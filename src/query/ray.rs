@@ -117,11 +117,7 @@ impl<'t> RayQuery<'t> {
         let rays = core::slice::from_ref(&self.ray);
         let (stop, open) = spend(self.tree, workspace, rays, &mut [None], deadline);
         let (hit, found) = (workspace.casting.hit, workspace.run.found);
-        let free_until = match (self.mode, hit) {
-            (RayMode::All, _) | (_, None) => open,
-            (RayMode::Nearest, Some(hit)) => open.min(hit.t),
-            (RayMode::Any, Some(_)) => self.ray.limits()[0],
-        };
+        let free_until = self.mode.free_until(&self.ray, hit, open);
         let is_first = self.mode == RayMode::Any && hit.is_some() && stop.is_final();
         let stop = if is_first { StopReason::FirstHit } else { stop };
         RayCast { hit, found, free_until, stop, stats: workspace.stats() }

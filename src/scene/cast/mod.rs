@@ -99,10 +99,9 @@ struct Known {
 
 impl Casting<'_> {
     pub fn run(mut self, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
-        let started = budget.time_limit().map(|_| clock.now());
-        let end = started.zip(budget.time_limit()).map(|(now, limit)| now.saturating_add(limit));
-        let limit = budget.work_limit().unwrap_or(u64::MAX);
-        let mut deadline = Deadline::at(end, limit, clock);
+        let mut deadline = Deadline::of(budget, MAX_STEP_WORK, clock);
+        deadline.leave(MAX_STEP_WORK);
+        let limit = deadline.work_left();
         self.rays.queue.clear();
         // Each body may wait in a node of the tree, and as one that has left its place there.
         self.rays.queue.reserve_exact(2 * self.bodies.room());
@@ -113,18 +112,14 @@ impl Casting<'_> {
             self.search(&line, &mut known, &mut deadline)?;
         } else {
             known.open = 0.0;
-            known.stop = why(&deadline, WORK_PER_BOX);
+            known.stop = deadline.why(WORK_PER_BOX);
         }
         let next = self.rays.queue.peek().map_or(f64::INFINITY, |Reverse(entry)| f64::from_bits(entry.enter));
         let open = if known.stop == StopReason::Finished { f64::INFINITY } else { known.open.min(next) };
-        let free_until = match (self.asked.mode, known.hit) {
-            (RayMode::All, _) | (_, None) => open,
-            (RayMode::Nearest, Some(hit)) => open.min(hit.on_body.t),
-            (RayMode::Any, Some(_)) => self.asked.ray.limits()[0],
-        };
         let Known { hit, found, stop, .. } = known;
-        let elapsed = started.map(|started| clock.now().saturating_sub(started));
-        Ok(SceneCast { hit, found, free_until, stop, work: limit - deadline.work_left(), elapsed })
+        let free_until = self.asked.mode.free_until(&self.asked.ray, hit.map(|hit| hit.on_body), open);
+        let (work, elapsed) = (limit - deadline.work_left(), deadline.elapsed());
+        Ok(SceneCast { hit, found, free_until, stop, work, elapsed })
     }
 
     /// Queues the roots, and what is not in the tree; whether there was room for it all.
@@ -165,7 +160,7 @@ impl Casting<'_> {
             }
             let least = if matches!(entry.what, What::Node(_)) { WORK_PER_SEARCH } else { MAX_STEP_WORK };
             if !deadline.has_room(least) {
-                known.stop = why(deadline, least);
+                known.stop = deadline.why(least);
                 return Ok(());
             }
             self.rays.queue.pop();
@@ -239,9 +234,4 @@ impl Rays {
     fn push(&mut self, line: &Line, what: What, bounds: &Aabb) {
         self.queue.extend(line.enter(bounds).map(|enter| Reverse(Entry { enter: enter.to_bits(), what })));
     }
-}
-
-/// Why there is no room for a step of so much work.
-fn why(deadline: &Deadline, work: u64) -> StopReason {
-    if deadline.work_left() < work { StopReason::WorkLimit } else { StopReason::Deadline }
 }
