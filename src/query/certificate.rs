@@ -1,6 +1,6 @@
 //! What an unfinished query can still say: how much it may have missed, and where.
 
-use super::ahead::Ahead;
+use super::motion::ahead::Ahead;
 use super::options::MotionOptions;
 use super::queue::Pair;
 use super::views::rounding;

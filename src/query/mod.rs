@@ -1,20 +1,27 @@
 //! The budgeted query: two trees, a pose and a budget in, an [`Outcome`] out.
 //!
-//! [`traversal`] has the one loop, the stop rule and the guarantee; [`expand`] what a node pair is replaced by, [`boxes`] and
-//! [`views`] the overlap test, [`leaf`] the triangle tests; [`queue`] the front, [`strategy`] the choices of a run,
-//! [`deadline`] its end, [`certificate`] what an unfinished query can still say.
+//! [`traversal`] has the one loop, the stop rule and the guarantee. Around it:
+//!
+//! | what | where |
+//! |---|---|
+//! | whether surfaces meet, or where: [`Query`] | here; [`intersection`], [`leaf`], [`refinement`], [`march`] |
+//! | how far apart they are: [`DistanceQuery`] | [`distance`]; [`nearest`], [`gaps`], [`interval`], [`search`] |
+//! | where they meet or are close: [`ContactQuery`] | [`contacts`], asked as one of these two |
+//! | when they meet on the way: [`MotionQuery`] | [`motion`] |
+//! | what rays hit: [`RayQuery`], [`RayBatch`] | [`ray`] |
+//! | what a node pair is replaced by, whatever is asked | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
+//! | pairs that wait | [`queue`], by [`order`]; [`triangle_pairs`] |
+//! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`deadline`] |
+//! | all that changes during a query; what is kept for the next | [`workspace`]; [`memory`], [`clearance`] |
+//! | what an unfinished query can still say | [`certificate`], [`narrow`] |
+//! | what a query costs | [`estimate`], [`probe`], [`measure`] |
 
-mod ahead;
-mod beam;
 mod boxes;
 mod budget;
-mod cast;
-mod casting;
 mod certificate;
 mod clearance;
 mod contacts;
 mod corners;
-mod course;
 mod deadline;
 mod distance;
 mod edge_axes;
@@ -24,7 +31,6 @@ mod flushing;
 mod gaps;
 mod intersection;
 mod interval;
-mod journey;
 mod leaf;
 mod march;
 mod measure;
@@ -43,15 +49,12 @@ mod ray;
 mod refinement;
 mod search;
 mod strategy;
-mod sweep;
 mod traversal;
 #[cfg(all(test, feature = "std"))]
 mod triangle_bounds_tests;
 mod triangle_pairs;
 mod views;
 mod visited;
-mod volley;
-mod windows;
 mod workspace;
 
 #[cfg(feature = "std")]
@@ -59,7 +62,6 @@ pub use budget::SystemClock;
 #[cfg(feature = "std")]
 pub(crate) use budget::by_system_clock;
 pub use budget::{Budget, Clock, ManualClock};
-pub use casting::{RayHit, RayMode};
 pub use certificate::Certificate;
 pub(crate) use clearance::way;
 pub use contacts::{ContactQuery, Contacts};
@@ -72,7 +74,7 @@ pub use options::Mode;
 use options::Options;
 pub use order::Order;
 pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
-pub use ray::{RayBatch, RayBatchOutcome, RayCast, RayQuery};
+pub use ray::{RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery};
 pub(crate) use strategy::Strategy;
 pub use workspace::{ResumeError, Workspace};
 

@@ -1,8 +1,8 @@
 //! The one loop over node pairs, its stop rule, and what it guarantees.
 //!
-//! Every query runs through [`Traversal::run`], whatever it asks ([`Question`]): do the surfaces meet, or where
-//! ([`intersection`]), how far apart are they, or where are they close ([`nearest`]), or when do they meet on the way
-//! ([`sweep`]), or what does a ray hit ([`cast`]); with and without a budget, in every order. Each turn does one
+//! Every query runs through [`Traversal::advance`], whatever it asks ([`Question`]): do the surfaces meet, or where
+//! ([`intersection`]), how far apart are they, or where are they close ([`nearest`]), when do they meet on the way
+//! ([`motion`]), or what does a ray hit ([`ray`]); with and without a budget, in every order. Each turn does one
 //! step of bounded work: it tests triangle pairs, or opens a node pair of the front ([`expand`]). Before each step the
 //! deadline may end the call. Whatever is not done by then is still in the buffers:
 //!
@@ -10,11 +10,11 @@
 //! or is in doubt, or lies under a pair of the front. So an empty rest proves that nothing was missed, and a stopped run can
 //! say what may be missing and go on later as if it had never stopped.
 //!
-//! [`cast`]: super::cast
 //! [`expand`]: super::expand
 //! [`intersection`]: super::intersection
+//! [`motion`]: super::motion
 //! [`nearest`]: super::nearest
-//! [`sweep`]: super::sweep
+//! [`ray`]: super::ray
 
 use super::boxes::Keys;
 use super::corners::Corners;

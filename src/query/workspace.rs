@@ -1,13 +1,13 @@
 //! Every buffer that a query needs, owned by the caller.
 
-use super::casting::{Casting, RayHit};
 use super::corners::Corners;
-use super::journey::Journey;
 use super::march::March;
+use super::motion::journey::Journey;
 use super::options::{ContactOptions, DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
+use super::ray::casting::{Casting, RayHit};
 use super::refinement::Refinement;
 use super::search::Search;
 use super::strategy::Strategy;

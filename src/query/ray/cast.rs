@@ -8,10 +8,6 @@
 //! The rays of a batch are cast one after the other in the same run.
 
 use super::casting::{RayHit, RayMode, Suspect};
-use super::expand;
-use super::outcome::{LEVELS, StopReason};
-use super::queue::{Origin, Pair};
-use super::traversal::{Question, Traversal, bits};
 use super::volley::{Ready, make_ready};
 use crate::math::Ray;
 use crate::math::lanes::Lanes;
@@ -19,6 +15,10 @@ use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE, WORK_PER_RAY_TEST,
     WORK_PER_RAY_TRIANGLE,
 };
+use crate::query::expand;
+use crate::query::outcome::{LEVELS, StopReason};
+use crate::query::queue::{Origin, Pair};
+use crate::query::traversal::{Question, Traversal, bits};
 use crate::tree::WIDTH;
 use crate::triangle::ray::Aim;
 use crate::triangle::ray::batch::candidates;

@@ -4,10 +4,10 @@
 //! within 1 and 2. So all numbers are near 1, wherever the ray begins. A bound on all rounding is in the margin of the boxes:
 //! `docs/numerics.md`, "Rays".
 
-use super::views::transposed;
 use crate::math::Ray;
 use crate::math::lanes::{Column, F8, Lanes, per_axis};
 use crate::math::tolerance::ROUNDING;
+use crate::query::views::transposed;
 use crate::tree::{Node, Unit, WIDTH, power_of_two};
 use crate::triangle::ray::Aim;
 use crate::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
@@ -16,7 +16,7 @@ use wide::f32x4;
 
 /// A ray near a mesh.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Beam {
+pub(crate) struct Beam {
     pub shaft: Shaft,
     /// Nothing before this local parameter matters, and nothing after the other.
     pub from: f32,

@@ -1,21 +1,29 @@
 //! What rays hit: a tree, a ray and a budget in, a [`RayCast`] out; and the same for many rays.
+//!
+//! [`cast`] is the question that the traversal asks, [`beam`] a ray among the boxes of a tree, [`volley`] eight of them at once,
+//! [`casting`] what is kept between calls.
 
-use super::Deadline;
-use super::beam::Beam;
-#[cfg(feature = "std")]
-use super::budget::by_system_clock;
-use super::budget::{Budget, Clock};
-use super::cast::{Cast, ROOT, entered, entry};
-use super::casting::{RayHit, RayMode};
-use super::flushing;
-use super::outcome::{Stats, StopReason};
-use super::strategy::Strategy;
-use super::traversal::Traversal;
-use super::views::Relation;
-use super::workspace::{Asked, Key, ResumeError, Workspace};
+mod beam;
+mod cast;
+pub(super) mod casting;
+mod volley;
+
 use crate::math::{Pose, Ray};
 use crate::model::cost::MAX_STEP_WORK;
+use crate::query::Deadline;
+#[cfg(feature = "std")]
+use crate::query::budget::by_system_clock;
+use crate::query::budget::{Budget, Clock};
+use crate::query::flushing;
+use crate::query::outcome::{Stats, StopReason};
+use crate::query::strategy::Strategy;
+use crate::query::traversal::Traversal;
+use crate::query::views::Relation;
+use crate::query::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::tree::Tree;
+use beam::Beam;
+use cast::{Cast, ROOT, entered, entry};
+pub use casting::{RayHit, RayMode};
 
 /// The question what a ray or a segment hits. Cheap to make; one for each ray.
 ///

@@ -1,25 +1,34 @@
 //! Until when a motion is free: two trees, how one moves, and a budget in, a [`Passage`] with proven times out.
+//!
+//! [`course`] cuts the motion into pieces that all but go straight. Of each piece the traversal asks the question of [`sweep`],
+//! with the box test of [`windows`]. What is proven so far is the [`journey`]; [`ahead`] bounds what is left of it.
 
-use super::Deadline;
-#[cfg(feature = "std")]
-use super::budget::by_system_clock;
-use super::budget::{Budget, Clock};
-use super::certificate::Certificate;
-use super::course::Course;
-use super::memory::PairMemory;
-use super::options::{MotionOptions, thickness};
-use super::outcome::{Stats, StopReason};
-use super::queue::Pair;
-use super::search::Bounded;
-use super::strategy::Strategy;
-use super::sweep::Sweep;
-use super::traversal::Traversal;
-use super::views::Relation;
-use super::windows::glide;
-use super::workspace::{Asked, Key, ResumeError, Workspace};
+pub(super) mod ahead;
+mod course;
+pub(super) mod journey;
+mod sweep;
+mod windows;
+
 use crate::math::{Motion, Pose};
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_PIECE};
+use crate::query::Deadline;
+#[cfg(feature = "std")]
+use crate::query::budget::by_system_clock;
+use crate::query::budget::{Budget, Clock};
+use crate::query::certificate::Certificate;
+use crate::query::memory::PairMemory;
+use crate::query::options::{MotionOptions, thickness};
+use crate::query::outcome::{Stats, StopReason};
+use crate::query::queue::Pair;
+use crate::query::search::Bounded;
+use crate::query::strategy::Strategy;
+use crate::query::traversal::Traversal;
+use crate::query::views::Relation;
+use crate::query::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::tree::Tree;
+use course::Course;
+use sweep::Sweep;
+use windows::glide;
 
 /// The question until when a motion is free, and when the surfaces meet: continuous collision detection. Cheap to make; one
 /// for each motion.

@@ -2,16 +2,16 @@
 //! a third of the instructions.
 
 use super::beam::{Beam, CUBE_MARGIN, LARGEST_SLOP, LEAST_COMPONENT, MARGIN, NEAR};
-use super::expand::transposed;
 use crate::math::Ray;
 use crate::math::lanes::{Column, D8, F8, Lanes, V8, per_axis, unrolled};
+use crate::query::expand::transposed;
 use crate::tree::{Node, Tree, Unit, WIDTH, power_of_two, xyz};
 use crate::triangle::ray::EXPONENTS;
 use crate::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
 
 /// A ray, and what it does at the root of the tree.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ready {
+pub(crate) struct Ready {
     pub beam: Beam,
     /// Where it enters the boxes of the root's children, and which of them.
     pub enter: [f32; WIDTH],

@@ -60,14 +60,14 @@ impl RayHit {
 
 /// A triangle (tree order) that `f32` could not exclude, and where the ray enters its box.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Suspect {
+pub(crate) struct Suspect {
     pub triangle: u32,
     pub enter: f32,
 }
 
 /// What a ray query keeps in its workspace.
 #[derive(Clone, Debug)]
-pub(super) struct Casting {
+pub(crate) struct Casting {
     pub mode: RayMode,
     /// The ray at hand where a run was stopped, and how many of the batch are done, or come after it.
     pub ray: Option<Ray>,

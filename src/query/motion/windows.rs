@@ -5,13 +5,13 @@
 //! units, with the views and margins of the overlap test, and with the length of the piece of motion as unit of time, from -1/2
 //! to 1/2; the proof is in `docs/numerics.md`, "Motion".
 
-use super::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, Triangles, splat};
 use super::course::{Course, Piece};
-use super::edge_axes;
-use super::views::{Relation, View, Views, cross, yzx, zxy};
 use crate::math::bits;
 use crate::math::lanes::{Column, F8, Kernel, Lanes, add, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
+use crate::query::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, Triangles, splat};
+use crate::query::edge_axes;
+use crate::query::views::{Relation, View, Views, cross, yzx, zxy};
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::swept::Glide;
 use glam::DVec3;

@@ -5,15 +5,8 @@
 //! time in `f32`; those that may meet earlier than all before are *followed* in `f64`, one at a time and a step of bounded work
 //! after the other: over ever shorter spans of time, until an exact test proves a contact.
 
-use super::boxes::Keys;
 use super::course::{Course, Piece};
-use super::expand::{Sink, expand};
 use super::journey::{Contact, Followed, Journey, MOMENTS, Phase, bucket, least_key};
-use super::leaf::rows;
-use super::outcome::{LEVELS, StopReason};
-use super::queue::{Origin, Pair};
-use super::search::{Bounded, least_key as least_of_column};
-use super::traversal::{Question, Traversal};
 use super::windows::{BEGIN, Windows};
 use crate::math::bits;
 use crate::math::lanes::Lanes;
@@ -22,6 +15,13 @@ use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_SWEPT_EXPANSION, WORK_PER_SWEPT_TEST,
     WORK_PER_WINDOW, WORK_PER_WINDOW_TEST,
 };
+use crate::query::boxes::Keys;
+use crate::query::expand::{Sink, expand};
+use crate::query::leaf::rows;
+use crate::query::outcome::{LEVELS, StopReason};
+use crate::query::queue::{Origin, Pair};
+use crate::query::search::{Bounded, least_key as least_of_column};
+use crate::query::traversal::{Question, Traversal};
 use crate::tree::WIDTH;
 use crate::triangle::distance::closest;
 use crate::triangle::swept::{Glide, Swept, windows};

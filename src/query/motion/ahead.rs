@@ -2,14 +2,14 @@
 
 use super::course::Course;
 use super::journey::Journey;
-use super::options::MotionOptions;
 use crate::math::{Aabb, Pose};
+use crate::query::options::MotionOptions;
 use crate::tree::Tree;
 use glam::DVec3;
 
 /// The rest of a motion: from the time until which it is free to that of the contact that was found.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ahead {
+pub(crate) struct Ahead {
     course: Course,
     margin: f64,
     /// The piece at hand.

@@ -1,13 +1,13 @@
 //! The state of a motion query: how far the motion is proven to be free, and the earliest contact found.
 
 use super::course::Piece;
-use super::options::MotionOptions;
-use super::queue::{BUCKETS, Front};
-use super::search::Search;
+use crate::query::options::MotionOptions;
+use crate::query::queue::{BUCKETS, Front};
+use crate::query::search::Search;
 
 /// A triangle pair (tree order) that is followed through time.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Followed {
+pub(crate) struct Followed {
     pub pair: [u32; 2],
     /// It does not meet before, nor, in this piece, after.
     pub from: f64,
@@ -30,7 +30,7 @@ impl Followed {
 
 /// What is asked of a pair next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Phase {
+pub(crate) enum Phase {
     /// When it may meet, by the normals and edges of its triangles.
     Window,
     /// The same by the direction in which the triangles are closest: where they are coplanar or degenerate, or turn.
@@ -45,14 +45,14 @@ pub(super) const MOMENTS: [f64; 4] = [0.0, 1.0, 1.0 / 2.0, 1.0 / 16.0];
 
 /// A proven contact: the surfaces meet at this time, where these triangles (tree order) do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Contact {
+pub(crate) struct Contact {
     pub time: f64,
     pub pair: [u32; 2],
 }
 
 /// What is known of a motion, times from 0 to 1.
 #[derive(Clone, Debug)]
-pub(super) struct Journey {
+pub(crate) struct Journey {
     /// What was asked.
     pub options: Option<MotionOptions>,
     /// The piece of the motion at hand.
