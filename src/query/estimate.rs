@@ -6,7 +6,6 @@
 use super::Query;
 use super::distance::DistanceQuery;
 use super::memory::{PairMemory, Sought};
-use super::motion::MotionQuery;
 use super::options::Mode;
 use super::probe::Probe;
 use super::queue::Pair;
@@ -17,10 +16,8 @@ use crate::model::closing::{self, Closing};
 use crate::model::confidence;
 use crate::model::cost::{CostModel, Counts};
 use crate::model::front::{FrontSummary, pair_cost};
-use crate::model::passing::{self, Passing};
 use crate::model::prediction::{self, Quantiles};
 use core::time::Duration;
-use glam::DVec3;
 
 /// What a query, or the rest of one, is expected to take.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -134,6 +131,7 @@ impl Query<'_> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
+    #[doc(hidden)]
     pub fn front(&self, workspace: &Workspace) -> Result<FrontSummary, ResumeError> {
         self.front_while(workspace, &|| true)
     }
@@ -168,6 +166,7 @@ impl Query<'_> {
     }
 
     /// The front before the query: its root, opened on trial.
+    #[doc(hidden)]
     pub fn front_before(&self) -> FrontSummary {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
         let mut probe = Probe::new([self.a, self.b], &relation, FrontSummary::default(), &|| true);
@@ -267,57 +266,5 @@ impl DistanceQuery<'_> {
     fn work_left(&self, closing: &Closing, memory: Option<&PairMemory>) -> Quantiles {
         let previous = memory.and_then(|memory| memory.last_work_of(Sought::Distance, self.a, self.b));
         closing::work_left(closing, previous.filter(|_| closing.limit.is_none()).map(|work| work as f64))
-    }
-}
-
-impl MotionQuery<'_> {
-    /// Units of work that this query will take if nothing stops it, given what is remembered of the pair. Constant time, no
-    /// allocation; the same bits on every machine.
-    ///
-    /// Not much can be told beforehand: half of the queries are within a factor of 1.9 of the median, nine of ten within 8
-    /// (`docs/model.md`).
-    #[must_use]
-    pub fn predict(&self, memory: Option<&PairMemory>) -> Quantiles {
-        self.work_left(&self.passing(0, 0.0, None), memory)
-    }
-
-    /// Units of work that the last run of this query in `workspace` has still to do, given what is remembered of the pair.
-    /// Constant time, no allocation; the same bits on every machine.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this motion and these options.
-    pub fn estimate(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> Result<Quantiles, ResumeError> {
-        self.holds(workspace)?;
-        let journey = &workspace.journey;
-        let touching_at = journey.contact().map(|contact| contact.time);
-        let passing = self.passing(workspace.work(), journey.free_until(), touching_at);
-        Ok(if workspace.run.stopped { self.work_left(&passing, memory) } else { Quantiles::default() })
-    }
-
-    #[doc(hidden)]
-    pub fn passing(&self, work: u64, free_until: f64, touching_at: Option<f64>) -> Passing {
-        let course = self.course();
-        let until = touching_at.unwrap_or(1.0);
-        let (from, left) = (free_until.min(until), (until - free_until).max(0.0));
-        let size = self.a.unit().length() + self.b.unit().length();
-        let [first, last] =
-            [from, until].map(|time| course.pose(time).transform_point(self.b.unit().origin) - self.a.unit().origin);
-        let way = last - first;
-        let nearest = first + way * (-first.dot(way) / way.length_squared()).clamp(0.0, 1.0);
-        let pairs = self.a.mesh().len() as f64 * self.b.mesh().len() as f64;
-        Passing {
-            pairs,
-            pieces: f64::from(course.pieces) * left,
-            way: course.speed * left / size,
-            apart: first.length() / size,
-            nearest: if way == DVec3::ZERO { first.length() } else { nearest.length() } / size,
-            work: work as f64,
-            open: touching_at.map(|_| left / self.tolerance_in_time(&course)),
-        }
-    }
-
-    fn work_left(&self, passing: &Passing, memory: Option<&PairMemory>) -> Quantiles {
-        let previous = memory.and_then(|memory| memory.last_work_of(Sought::Motion, self.a, self.b));
-        passing::work_left(passing, previous.map(|work| work as f64))
     }
 }

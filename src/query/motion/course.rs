@@ -9,7 +9,7 @@ use glam::DVec3;
 
 /// The velocity of a point of B at `y`, in A's frame: `shift + turn x y`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Twist {
+pub(super) struct Twist {
     pub shift: DVec3,
     pub turn: DVec3,
 }
@@ -22,7 +22,7 @@ impl Twist {
 
 /// The motion of B in A from time 0 to 1, with bounds for all points of B. Lengths in the unit of the meshes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Course {
+pub(super) struct Course {
     of_a: Option<Motion>,
     of_b: Motion,
     /// Of how many radians B turns against A at most.
@@ -181,7 +181,7 @@ impl Course {
 
 /// A piece of the motion.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
+pub(super) struct Piece {
     pub begin: f64,
     pub end: f64,
     pub middle: f64,

@@ -138,7 +138,7 @@ impl Journey {
     }
 
     /// Takes note of what is proven when so much of a piece is left; of the node pair at hand, if there is one, `at_hand`.
-    pub fn bound(&mut self, front: &Front, search: &Search, piece: &Piece, at_hand: f32) {
+    pub(super) fn bound(&mut self, front: &Front, search: &Search, piece: &Piece, at_hand: f32) {
         let nodes = match front.least_bucket() {
             None => f32::INFINITY,
             Some(bucket) => least_key(bucket),

@@ -1,10 +1,12 @@
 //! Until when a motion is free: two trees, how one moves, and a budget in, a [`Passage`] with proven times out.
 //!
 //! [`course`] cuts the motion into pieces that all but go straight. Of each piece the traversal asks the question of [`sweep`],
-//! with the box test of [`windows`]. What is proven so far is the [`journey`]; [`ahead`] bounds what is left of it.
+//! with the box test of [`windows`]. What is proven so far is the [`journey`]; [`ahead`] bounds what is left of it, and
+//! [`estimate`] tells what that may cost.
 
 pub(super) mod ahead;
 mod course;
+mod estimate;
 pub(super) mod journey;
 mod sweep;
 mod windows;
@@ -53,8 +55,8 @@ use windows::glide;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct MotionQuery<'t> {
-    pub(super) a: &'t Tree,
-    pub(super) b: &'t Tree,
+    a: &'t Tree,
+    b: &'t Tree,
     options: MotionOptions,
 }
 
@@ -220,12 +222,12 @@ impl<'t> MotionQuery<'t> {
     }
 
     /// Whether the workspace has the last run of this query.
-    pub(super) fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
+    fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
         workspace.run.holds(&self.key())?;
         if workspace.journey.options == Some(self.options) { Ok(()) } else { Err(ResumeError) }
     }
 
-    pub(super) fn course(&self) -> Course {
+    fn course(&self) -> Course {
         Course::new(self.a, self.b, self.options.of_a, self.options.of_b)
     }
 
@@ -236,7 +238,7 @@ impl<'t> MotionQuery<'t> {
 
     /// Half of it: a contact is looked for so much after the time at which it may be. Others that may be as much earlier do
     /// not matter then, so that neighbours which meet at the same time are not looked at one by one.
-    pub(super) fn tolerance_in_time(&self, course: &Course) -> f64 {
+    fn tolerance_in_time(&self, course: &Course) -> f64 {
         let [of_a, of_b] = [self.a, self.b].map(|tree| if tree.unit().is_point { 0.0 } else { tree.unit().length() });
         let length = self.options.length.unwrap_or(DEFAULT_TOLERANCE * (of_a + of_b));
         // Nothing is known better than places are.
