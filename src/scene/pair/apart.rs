@@ -4,7 +4,7 @@
 //! not asked whether it meets, but whether it is closer than some of these steps; that takes a few times the work, and
 //! then nothing for as many frames. Why it holds: `docs/numerics.md`.
 
-use super::batch::{Desk, Ended, Round};
+use super::batch::{Desk, Ended};
 use super::question::Question;
 use super::spent::Spent;
 use super::state::PairState;
@@ -12,7 +12,7 @@ use super::ways::{Way, slack};
 use crate::math::Pose;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use crate::model::cost::WORK_PER_QUERY;
-use crate::query::{Deadline, Mode, Verdict};
+use crate::query::{Mode, Verdict};
 use crate::scene::body::{Bodies, Placed, margins};
 use crate::scene::id::{PairKey, bodies_of};
 
@@ -67,21 +67,15 @@ impl PairState {
 
     /// Whether it may be worth a proof by how much they are apart, as far as is seen from here. A stopped run is gone on with.
     #[inline]
-    pub fn may_part(&self, desk: &Desk, frame: u64) -> bool {
-        desk.looks_ahead && !desk.held && self.verdict == Verdict::Separated && -self.apart <= frame as f64
+    pub fn may_part(&self, desk: &Desk) -> bool {
+        let is_due = -self.apart <= desk.round.frame as f64;
+        desk.looks_ahead && !desk.held && self.verdict == Verdict::Separated && is_due
     }
 
     /// Asks bodies that go slowly by how much they are apart, if they were. `None`: whether they meet is still to be asked.
     #[inline(never)]
-    pub fn part(
-        &mut self,
-        bodies: &Bodies,
-        pair: [&Placed; 2],
-        b_in_a: Pose,
-        desk: &mut Desk,
-        round: &Round,
-        deadline: &mut Deadline,
-    ) -> Option<Ended> {
+    pub fn part(&mut self, pair: [&Placed; 2], b_in_a: Pose, desk: &mut Desk) -> Option<Ended> {
+        let Desk { bodies, round, deadline, workspace, .. } = desk;
         let (key, frame) = (self.turn.key, round.frame);
         let Some(limit) = reach(bodies, key, pair, frame) else {
             self.apart = -((frame + BREAK) as f64);
@@ -92,10 +86,10 @@ impl PairState {
         }
         self.apart = -((frame + PAUSE) as f64);
         let question = Question::apart(pair, b_in_a, limit);
-        question.begin(desk.workspace, &self.memory, round.to_the_end);
+        question.begin(workspace, &self.memory, round.to_the_end);
         deadline.spend(WORK_PER_QUERY);
-        let answer = question.go_on(desk.workspace, &mut self.memory, deadline);
-        self.turn.spent.add(Spent::of(desk.workspace));
+        let answer = question.go_on(workspace, &mut self.memory, deadline);
+        self.turn.spent.add(Spent::of(workspace));
         self.turn.spent.work += WORK_PER_QUERY;
         match answer.verdict {
             Verdict::Separated => {

@@ -90,13 +90,15 @@ impl Batch {
             }
             let held = self.held == Some(key);
             let kept = self.workspace.as_mut().filter(|_| held);
-            let mut desk = Desk {
+            let ended = state.run(&mut Desk {
+                bodies,
+                round,
+                deadline: &mut deadline,
                 workspace: kept.unwrap_or(scratch),
                 held,
                 patches: self.patches.as_deref_mut(),
                 looks_ahead: self.looks_ahead,
-            };
-            let ended = state.run(bodies, &mut desk, round, &mut deadline);
+            });
             state.end_turn(bodies, round.frame);
             match ended {
                 Ended::Complete if held => self.held = None,
@@ -110,8 +112,11 @@ impl Batch {
     }
 }
 
-/// The buffers of a turn.
-pub(crate) struct Desk<'d> {
+/// What a turn has to work with.
+pub(crate) struct Desk<'d, 'c> {
+    pub bodies: &'d Bodies,
+    pub round: &'d Round,
+    pub deadline: &'d mut Deadline<'c>,
     pub workspace: &'d mut Workspace,
     /// Whether the workspace has a stopped run of the pair.
     pub held: bool,
@@ -129,14 +134,15 @@ pub(crate) enum Ended {
 
 impl PairState {
     /// Runs the pair as far as the deadline allows.
-    fn run(&mut self, bodies: &Bodies, desk: &mut Desk, round: &Round, deadline: &mut Deadline) -> Ended {
+    fn run(&mut self, desk: &mut Desk) -> Ended {
+        let Desk { bodies, round, .. } = *desk;
         let Some([a, b]) = bodies.pair(self.turn.key) else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
         self.apart = self.apart.min(0.0);
         if self.turn.asks == Asks::Witness && !desk.held {
             self.turn.asks = Asks::Meet;
             self.turn.spent.work += WORK_PER_WITNESS;
-            deadline.spend(WORK_PER_WITNESS);
+            desk.deadline.spend(WORK_PER_WITNESS);
             if self.retest([a, b], &b_in_a, round.frame) {
                 return Ended::Complete;
             }
@@ -145,8 +151,8 @@ impl PairState {
             return Ended::NotBegun;
         }
         if self.turn.asks == Asks::Meet
-            && self.may_part(desk, round.frame)
-            && let Some(ended) = self.part(bodies, [a, b], b_in_a, desk, round, deadline)
+            && self.may_part(desk)
+            && let Some(ended) = self.part([a, b], b_in_a, desk)
         {
             self.turn.is_blank = false;
             return ended;
@@ -155,14 +161,14 @@ impl PairState {
             Asks::Contacts => Question::contacts([a, b], b_in_a),
             Asks::Witness | Asks::Meet => Question::new(bodies, self.turn.key, [a, b], b_in_a, round.mode),
         };
-        if !deadline.has_room(question.least_work()) {
+        if !desk.deadline.has_room(question.least_work()) {
             return Ended::NotBegun;
         }
         self.turn.is_blank = false;
         if self.turn.asks == Asks::Contacts {
-            return self.locate(&question, bodies, [a, b], desk, round, deadline);
+            return self.locate(&question, [a, b], desk);
         }
-        let Desk { workspace, held, .. } = desk;
+        let Desk { workspace, held, deadline, .. } = desk;
         if !(*held && question.is_stopped_in(workspace)) {
             self.pending = Spent::default();
             question.begin(workspace, &self.memory, round.to_the_end);

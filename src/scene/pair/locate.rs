@@ -1,28 +1,21 @@
 //! A turn that finds where two bodies touch.
 
-use super::batch::{Desk, Ended, Round};
+use super::batch::{Desk, Ended};
 use super::question::Question;
 use super::spent::Spent;
 use super::state::PairState;
 use crate::model::cost::{WORK_PER_PATCHED_CONTACT, WORK_PER_QUERY};
-use crate::query::{Deadline, Mode, StopReason, Verdict};
-use crate::scene::body::{Bodies, Placed};
+use crate::query::{Mode, StopReason, Verdict};
+use crate::scene::body::Placed;
 
 impl PairState {
     /// Goes on finding where the bodies touch, as far as the deadline allows, and patches what was found.
     #[inline(never)]
-    pub fn locate(
-        &mut self,
-        question: &Question,
-        bodies: &Bodies,
-        pair: [&Placed; 2],
-        desk: &mut Desk,
-        round: &Round,
-        deadline: &mut Deadline,
-    ) -> Ended {
-        let (Some(touch), Some(patches)) = (&mut self.touch, &mut desk.patches) else { return Ended::NotBegun };
-        let (workspace, frame) = (&mut *desk.workspace, round.frame);
-        let resumed = desk.held && question.is_stopped_in(workspace);
+    pub fn locate(&mut self, question: &Question, pair: [&Placed; 2], desk: &mut Desk) -> Ended {
+        let Desk { bodies, round, deadline, workspace, held, patches, .. } = desk;
+        let (Some(touch), Some(patches)) = (&mut self.touch, patches) else { return Ended::NotBegun };
+        let (key, frame) = (self.turn.key, round.frame);
+        let resumed = *held && question.is_stopped_in(workspace);
         if !resumed {
             touch.pending = Spent::default();
             question.begin(workspace, &self.memory, round.to_the_end);
@@ -58,7 +51,6 @@ impl PairState {
             // It takes more than that.
             touch.cost = touch.cost.max(2 * (spent.work + patching));
         }
-        let key = self.turn.key;
         let is_all = round.mode == Mode::Any && !bodies.measured.has(key) && !bodies.is_moving(key);
         if is_all && self.completed < frame && answer.verdict != Verdict::Undecided {
             (self.decided, self.completed) = (frame, frame);
