@@ -6,7 +6,7 @@ use super::ask::measured::Measured;
 use super::error::SceneError;
 use super::facts::{Change, Facts};
 use super::filter::Filter;
-use super::id::{BodyId, CompoundId, PairKey, bodies_of};
+use super::id::{BodyId, CompoundId, PairKey, bodies_of, pair_key};
 use super::pair::ways::Way;
 use super::room::reserve;
 use super::waiting::Waiting;
@@ -346,6 +346,12 @@ impl Bodies {
 
     pub fn at(&self, index: u32) -> Option<&Placed> {
         self.slots.get(index as usize)?.as_ref()
+    }
+
+    /// The pair of two bodies that are there.
+    pub fn key(&self, x: BodyId, y: BodyId) -> Result<PairKey, SceneError> {
+        self.get(x).and(self.get(y))?;
+        Ok(pair_key(x.index, y.index))
     }
 
     /// Both bodies of a pair, if they are there.

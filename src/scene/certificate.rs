@@ -21,8 +21,8 @@ pub struct PairCertificate {
 impl Scene {
     /// Whether the last frame looked at two bodies, by themselves or their boxes.
     pub(super) fn is_looked_at(&self, a: BodyId, b: BodyId) -> Result<bool, SceneError> {
-        let [placed_a, placed_b] = [self.bodies.get(a)?, self.bodies.get(b)?];
-        let moving = [placed_a, placed_b].iter().any(|placed| placed.body.kind == BodyKind::Moving);
+        let pair = [self.bodies.get(a)?, self.bodies.get(b)?];
+        let moving = pair.iter().any(|placed| placed.body.kind == BodyKind::Moving);
         let may_meet = self.bodies.may_meet([a.index, b.index]);
         let known = self.partners_known(a)? && self.partners_known(b)? && self.report.unlisted == 0;
         Ok(moving && may_meet && (known || self.report.pair(a, b).is_some()))
@@ -36,28 +36,22 @@ impl Scene {
     /// If one of them is not in the scene.
     pub fn certificate(&self, x: BodyId, y: BodyId) -> Result<PairCertificate, SceneError> {
         let (a, b) = if x.index() < y.index() { (x, y) } else { (y, x) };
-        let (placed_a, placed_b) = (self.bodies.get(a)?, self.bodies.get(b)?);
-        let trees = [placed_a, placed_b].map(|placed| &*placed.body.tree);
-        let [triangles_a, triangles_b] = trees.map(|tree| tree.mesh().len() as u64);
+        let pair @ [placed_a, placed_b] = [self.bodies.get(a)?, self.bodies.get(b)?];
+        let (key, trees) = (pair_key(a.index, b.index), pair.map(|placed| &*placed.body.tree));
         let nothing = PairCertificate { upper_bound: 0, largest_extent: 0.0 };
-        let whole = |common: &Aabb| PairCertificate {
-            upper_bound: triangles_a * triangles_b,
-            largest_extent: common.extents().max_element(),
+        let whole = |[x, y]: [Aabb; 2]| PairCertificate {
+            upper_bound: trees.iter().map(|tree| tree.mesh().len() as u64).product(),
+            largest_extent: x.intersection(&y).extents().max_element(),
         };
-        let [index_a, index_b] = [a, b].map(|body| body.index() as u32);
-        let (facts_a, facts_b) = (self.bodies.facts(index_a), self.bodies.facts(index_b));
-        let looked_at = self.is_looked_at(a, b)?;
-        if !looked_at || facts_a.changed.max(facts_b.changed).max(self.asked_since) > self.report.frame {
-            let [here, there] = [placed_a, placed_b].map(|placed| bounds::at(&placed.body.tree, &placed.body.pose));
-            return Ok(whole(&here.intersection(&there)));
+        if !self.is_looked_at(a, b)? || self.bodies.last_change(key).max(self.asked_since) > self.report.frame {
+            return Ok(whole(pair.map(|placed| bounds::at(&placed.body.tree, &placed.body.pose))));
         }
         let Some(pair) = self.report.pair(a, b) else { return Ok(nothing) };
-        let key = pair_key(index_a, index_b);
         let counts_all = self.mode == Mode::All && !self.bodies.is_special(key);
         if pair.complete && (counts_all || pair.verdict == Verdict::Separated) {
             return Ok(PairCertificate { upper_bound: pair.found, ..nothing });
         }
         let held = self.schedule.certificate(key, trees, placed_a.relative(placed_b), self.mode);
-        Ok(held.unwrap_or_else(|| whole(&self.broad.bounds(index_a).intersection(self.broad.bounds(index_b)))))
+        Ok(held.unwrap_or_else(|| whole([a, b].map(|id| *self.broad.bounds(id.index)))))
     }
 }

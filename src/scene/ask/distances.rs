@@ -1,10 +1,15 @@
-//! Margins of bodies, and distances that are asked for.
+//! Margins of bodies, and distances that are asked for, of pairs and of groups.
 
+use super::measured::Asker;
+use crate::model::cost::WORK_PER_PAIR_APART;
+use crate::query::Deadline;
 use crate::scene::Scene;
+use crate::scene::body::Bodies;
+use crate::scene::broad::Broad;
 use crate::scene::checks;
 use crate::scene::error::SceneError;
 use crate::scene::facts::Change;
-use crate::scene::id::{BodyId, MeasureId, pair_key};
+use crate::scene::id::{BodyId, MeasureId, bodies_of, pair_key};
 use alloc::vec::Vec;
 
 impl Scene {
@@ -66,9 +71,12 @@ impl Scene {
         if x == y {
             return Err(SceneError::OneBody { body: x });
         }
-        let frame = self.next_frame();
-        self.bodies_mut().measure([x, y], Some(tolerance), frame)?;
-        self.pairs.insert(&[pair_key(x.index, y.index)]);
+        let key = self.bodies.key(x, y)?;
+        let (frame, bodies) = (self.next_frame(), self.bodies_mut());
+        bodies.measured.insert(key, Asker::Pair, tolerance);
+        bodies.renew(x.index, true, frame)?;
+        bodies.renew(y.index, true, frame)?;
+        self.pairs.insert(&[key]);
         Ok(())
     }
 
@@ -77,11 +85,10 @@ impl Scene {
     /// # Errors
     /// If a body is not in the scene.
     pub fn stop_measuring(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
-        let frame = self.next_frame();
-        self.bodies_mut().measure([x, y], None, frame)?;
-        // The pair stays known only if the broad phase finds it.
-        [x, y].into_iter().for_each(|id| self.bodies_mut().set_pending(id.index, Change::Place));
-        Ok(())
+        let key = self.bodies.key(x, y)?;
+        let (frame, bodies) = (self.next_frame(), self.bodies_mut());
+        bodies.measured.remove(key, Asker::Pair);
+        [x, y].into_iter().try_for_each(|id| bodies.stop_measuring(id.index, frame))
     }
 
     /// Asks for the least distance between two groups of bodies in every frame from now on: a robot and what stands around it,
@@ -128,8 +135,9 @@ impl Scene {
         }
         keys.sort_unstable();
         keys.dedup();
-        let frame = self.next_frame();
-        let id = self.bodies_mut().measure_groups(&keys, x.iter().chain(y), tolerance, frame)?;
+        let (frame, bodies) = (self.next_frame(), self.bodies_mut());
+        let id = bodies.measured.insert_groups(&keys, tolerance);
+        x.iter().chain(y).try_for_each(|body| bodies.renew(body.index, true, frame))?;
         self.pairs.insert(&keys);
         self.schedule.reserve_groups(self.bodies.measured.groups.len(), &mut self.report);
         Ok(id)
@@ -138,7 +146,54 @@ impl Scene {
     /// Asks for the distance of two groups no more; if that is asked for. Of the pairs of their bodies what is known is found anew
     /// once.
     pub fn stop_measuring_groups(&mut self, id: MeasureId) {
-        let frame = self.next_frame();
-        self.bodies_mut().stop_measuring_groups(id, frame);
+        let (frame, bodies) = (self.next_frame(), self.bodies_mut());
+        for body in bodies.measured.remove_groups(id) {
+            let _ = bodies.stop_measuring(body, frame);
+        }
+    }
+}
+
+impl Bodies {
+    /// Takes note of whether distances of a body are asked for. What was found of it is the answer to another question.
+    fn renew(&mut self, body: u32, is_measured: bool, frame: u64) -> Result<(), SceneError> {
+        self.facts_mut(body).is_measured = is_measured;
+        self.change(self.id(body), frame, |_| ())
+    }
+
+    /// Takes note that a distance of a body is asked for no more. A pair of it stays known only if the broad phase finds it.
+    fn stop_measuring(&mut self, body: u32, frame: u64) -> Result<(), SceneError> {
+        self.renew(body, self.measured.has_body(body), frame)?;
+        self.set_pending(body, Change::Place);
+        Ok(())
+    }
+
+    /// Finds out what of the last frame's upper bounds is left for the groups; where nothing is, boxes tell, as far as there is
+    /// room to look at them.
+    pub fn begin_groups(&mut self, broad: &Broad, frame: u64, deadline: &mut Deadline) {
+        for number in 0..self.measured.groups.len() {
+            let closest = self.measured.groups[number].closest;
+            let closest = closest.filter(|&(key, ..)| self.may_meet(bodies_of(key)));
+            let of_last = closest.map_or(f64::INFINITY, |(key, bounds, since)| {
+                if self.last_change(key) <= since { bounds.high } else { self.carried(key, bounds, since, frame).high }
+            });
+            let ceiling = if of_last < f64::INFINITY { of_last } else { self.farthest(number, broad, deadline) };
+            let group = &mut self.measured.groups[number];
+            (group.ceiling, group.closest) = (ceiling, closest.filter(|_| of_last < f64::INFINITY));
+        }
+    }
+
+    /// An upper bound of the distance of groups, by the boxes of their bodies.
+    fn farthest(&self, number: usize, broad: &Broad, deadline: &mut Deadline) -> f64 {
+        let mut ceiling = f64::INFINITY;
+        for key in self.measured.keys(Asker::Groups(number as u32)) {
+            if !deadline.has_room(WORK_PER_PAIR_APART) {
+                break;
+            }
+            deadline.spend(WORK_PER_PAIR_APART);
+            if self.may_meet(bodies_of(key)) {
+                ceiling = ceiling.min(self.boxes_apart(key, broad)[1]);
+            }
+        }
+        ceiling
     }
 }

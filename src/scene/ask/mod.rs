@@ -1,6 +1,5 @@
 //! The questions that are asked of pairs, and how much they matter.
 
-mod asking;
 mod distances;
 pub(crate) mod group;
 mod importance;

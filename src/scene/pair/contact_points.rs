@@ -3,7 +3,7 @@
 use crate::query::Verdict;
 use crate::scene::Scene;
 use crate::scene::error::SceneError;
-use crate::scene::id::{BodyId, pair_key};
+use crate::scene::id::BodyId;
 use glam::DVec3;
 
 /// A place where two bodies touch, in the coordinates of the scene, rounded: one of the few that stand for a patch of
@@ -84,12 +84,11 @@ impl Scene {
     /// # Errors
     /// If a body is not in the scene, or both are the same.
     pub fn find_contacts_of(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
-        self.bodies.get(x)?;
-        self.bodies.get(y)?;
+        let key = self.bodies.key(x, y)?;
         if x == y {
             return Err(SceneError::OneBody { body: x });
         }
-        self.bodies_mut().located.insert(pair_key(x.index, y.index));
+        self.bodies_mut().located.insert(key);
         self.make_room_for_contacts();
         Ok(())
     }
@@ -99,9 +98,8 @@ impl Scene {
     /// # Errors
     /// If a body is not in the scene.
     pub fn stop_finding_contacts_of(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
-        self.bodies.get(x)?;
-        self.bodies.get(y)?;
-        self.bodies_mut().located.remove(pair_key(x.index, y.index));
+        let key = self.bodies.key(x, y)?;
+        self.bodies_mut().located.remove(key);
         Ok(())
     }
 
@@ -120,9 +118,7 @@ impl Scene {
     /// # Errors
     /// If one of the bodies is not in the scene.
     pub fn contact_points(&self, x: BodyId, y: BodyId) -> Result<ContactPoints<'_>, SceneError> {
-        self.bodies.get(x)?;
-        self.bodies.get(y)?;
-        let frame = self.report.frame;
+        let (key, frame) = (self.bodies.key(x, y)?, self.report.frame);
         let is_apart = match self.report.pair(x, y) {
             Some(pair) => pair.verdict == Verdict::Separated,
             None => self.is_looked_at(x, y)? && frame > 0,
@@ -130,7 +126,6 @@ impl Scene {
         if is_apart {
             return Ok(ContactPoints { points: &[], low: f64::INFINITY, age: 0 });
         }
-        let key = pair_key(x.index, y.index);
         let Some(touch) = self.pairs.touch(key).filter(|touch| touch.since > 0) else {
             return Ok(ContactPoints { points: &[], low: 0.0, age: frame });
         };
