@@ -162,30 +162,20 @@ impl Listing<'_> {
         let mut probability = 0.0;
         if look.nearness.is_some() || !((complete || look.is_apart) && located) {
             let is_known = complete && look.nearness.is_none();
-            let hit = mode == Mode::Any && !SPECIAL && met;
-            let asks = match () {
-                () if !located && (is_known || asks_contacts_first(self.frame.bodies, self.turns, key)) => {
-                    Asks::Contacts
-                }
-                () if hit && !state.is_refuted(changed, number) => Asks::Witness,
-                () => Asks::Meet,
+            let has_witness = mode == Mode::Any && !SPECIAL && met;
+            let refuted = has_witness && state.is_refuted(changed, number);
+            let asks = match has_witness && !refuted {
+                _ if !located && (is_known || asks_contacts_first(bodies, self.turns, key)) => Asks::Contacts,
+                true => Asks::Witness,
+                false => Asks::Meet,
             };
             if is_known {
                 state.completed = number;
             }
             let (forecast, rank) = outlook(self.frame, key, state, asks, look.nearness, forecasts);
-            probability = if hit && state.is_refuted(changed, number) { forecast.chance } else { forecast.still };
-            self.jobs.push(Job {
-                key,
-                listed: self.report.pairs.len() as u32,
-                place: place as u32,
-                forecast,
-                rank,
-                home: None,
-                asks,
-                measures: look.nearness.is_some(),
-                open: true,
-            });
+            probability = if refuted { forecast.chance } else { forecast.still };
+            let (listed, place, measures) = (self.report.pairs.len() as u32, place as u32, look.nearness.is_some());
+            self.jobs.push(Job { key, listed, place, forecast, rank, home: None, asks, measures, open: true });
         }
         self.report.push([a, b].map(|body| bodies.id(body)), state, probability, complete);
         if look.is_apart && !complete {

@@ -203,7 +203,19 @@ impl Schedule {
                 break;
             }
         }
-        let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, pairs, report));
+        self.tell(frame, found, report, estimates, lap)
+    }
+
+    /// Tells what is known at the end of the rounds, which was at `lap`, and learns how long that takes. Returns when it ended.
+    fn tell(
+        &mut self,
+        frame: &Frame,
+        found: &mut Found,
+        report: &mut Report,
+        estimates: Option<Duration>,
+        mut lap: Option<Duration>,
+    ) -> Option<Duration> {
+        let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, found.pairs, report));
         self.turns.end_frame(&self.jobs);
         found.pairs.tell_bounds(frame, report);
         self.tell_groups(frame, found, report);
