@@ -149,7 +149,7 @@ impl<'w> Certificate<'w> {
     fn open(&self) -> impl Iterator<Item = Open> + 'w {
         let workspace = self.workspace;
         let triangles = workspace.waiting.as_slice().iter().chain(&workspace.doubtful).copied();
-        let followed = workspace.journey.followed.iter().map(|followed| followed.pair);
+        let followed = workspace.motion.followed.iter().map(|followed| followed.pair);
         let in_meshes = |[i, j]: [u32; 2]| [self.a.ids()[i as usize], self.b.ids()[j as usize]];
         let triangles = triangles.chain(workspace.search.pairs()).chain(followed);
         let triangles = triangles.map(move |pair| Open::Triangles(in_meshes(pair)));
@@ -166,7 +166,7 @@ impl<'w> Certificate<'w> {
 
     /// What is left of a motion.
     fn ahead(&self, options: &MotionOptions) -> Ahead {
-        Ahead::new([self.a, self.b], options, &self.workspace.journey)
+        Ahead::new([self.a, self.b], options, &self.workspace.motion)
     }
 
     /// Of a motion that is finished nothing matters that is still in the buffers.

@@ -2,12 +2,12 @@
 
 use super::corners::Corners;
 use super::march::March;
-use super::motion::journey::Journey;
+use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Outcome, Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
-use super::ray::casting::{Casting, RayHit};
+use super::ray::state::{RayHit, RayState};
 use super::refinement::Refinement;
 use super::search::Search;
 use super::strategy::Strategy;
@@ -52,8 +52,8 @@ pub struct Workspace {
     /// The state of a distance query.
     pub(super) search: Search,
     /// What is known of a motion.
-    pub(super) journey: Journey,
-    pub(super) casting: Casting,
+    pub(super) motion: MotionState,
+    pub(super) rays: RayState,
     pub(super) contacts: ContactList,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
@@ -191,10 +191,10 @@ pub(super) struct Key {
 pub(super) enum Asked {
     Intersection(Options),
     Distance(DistanceOptions),
-    /// Its options are in the journey.
+    /// Its options are in the [`MotionState`].
     Motion,
     Contacts(ContactOptions),
-    /// What else is asked is in the casting.
+    /// What else is asked is in the [`RayState`].
     Ray,
 }
 
@@ -224,8 +224,8 @@ impl Workspace {
             sample: Sample::default(),
             march: March::new(VISITS),
             search: Search::new(),
-            journey: Journey::NOTHING,
-            casting: Casting::default(),
+            motion: MotionState::NOTHING,
+            rays: RayState::default(),
             contacts: ContactList::default(),
             found: Vec::with_capacity(found.max(1)),
             run: NO_RUN,
@@ -269,18 +269,18 @@ impl Workspace {
     /// The hits that the last query found, if it was a [`crate::RayQuery`] for all hits: in order of discovery, which is nearly
     /// that of `t`; without those drained.
     pub fn ray_hits(&self) -> &[RayHit] {
-        &self.casting.hits
+        &self.rays.hits
     }
 
     /// Takes the hits of a ray out, so that a query that stopped with [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_ray_hits(&mut self) -> impl ExactSizeIterator<Item = RayHit> + '_ {
-        self.casting.hits.drain(..)
+        self.rays.hits.drain(..)
     }
 
     /// Makes room for at least so many hits of a ray, 24 bytes each; the first query for all hits does so for 4,096 if there is
     /// no room at all.
     pub fn reserve_ray_hits(&mut self, hits: usize) {
-        self.casting.reserve(hits);
+        self.rays.reserve(hits);
     }
 
     /// What a BV test, a triangle pair, an opened node pair and a query cost on this machine, in nanoseconds, as far as
@@ -344,9 +344,9 @@ impl Workspace {
             && self.waiting.len() == 0
             && self.doubtful.is_empty()
             && self.search.is_done()
-            && self.journey.followed.is_none()
-            && self.casting.suspects.is_empty()
-            && self.casting.after == 0
+            && self.motion.followed.is_none()
+            && self.rays.suspects.is_empty()
+            && self.rays.after == 0
     }
 
     /// The node pairs that the last query left open.
@@ -368,8 +368,8 @@ impl Workspace {
         self.sample.clear();
         self.march.clear();
         self.search.clear();
-        self.journey.followed = None;
-        self.casting.clear();
+        self.motion.followed = None;
+        self.rays.clear();
         self.contacts.clear();
         self.found.clear();
     }
@@ -380,8 +380,8 @@ impl Clone for Workspace {
         // A cloned vector has no room beyond what it holds.
         let mut found = Vec::with_capacity(self.found.capacity());
         found.extend_from_slice(&self.found);
-        let mut casting = self.casting.clone();
-        casting.reserve(self.casting.hits.capacity());
+        let mut rays = self.rays.clone();
+        rays.reserve(self.rays.hits.capacity());
         Self {
             front: self.front.clone(),
             waiting: self.waiting.clone(),
@@ -392,8 +392,8 @@ impl Clone for Workspace {
             sample: self.sample.clone(),
             march: self.march.clone(),
             search: self.search.clone(),
-            journey: self.journey.clone(),
-            casting,
+            motion: self.motion.clone(),
+            rays,
             contacts: self.contacts.clone(),
             found,
             ..*self

@@ -1,7 +1,7 @@
 //! What a query of a motion has still before it when it was stopped: where B's parts may be while they may meet A first.
 
 use super::course::Course;
-use super::journey::Journey;
+use super::state::MotionState;
 use crate::math::{Aabb, Pose};
 use crate::query::options::MotionOptions;
 use crate::tree::Tree;
@@ -19,10 +19,10 @@ pub(crate) struct Ahead {
 }
 
 impl Ahead {
-    pub fn new([a, b]: [&Tree; 2], options: &MotionOptions, journey: &Journey) -> Self {
+    pub fn new([a, b]: [&Tree; 2], options: &MotionOptions, state: &MotionState) -> Self {
         let (course, margin) = (Course::new(a, b, options.of_a, options.of_b), options.margin);
-        let until = journey.contact().map_or(1.0, |contact| contact.time);
-        Self { course, margin, piece: journey.piece, from: journey.free_until(), until }
+        let until = state.contact().map_or(1.0, |contact| contact.time);
+        Self { course, margin, piece: state.piece, from: state.free_until(), until }
     }
 
     /// The pieces after the one at hand in which the meshes may meet first.

@@ -25,9 +25,9 @@ impl MotionQuery<'_> {
     /// If the last run in this workspace was not of these trees, this motion and these options.
     pub fn estimate(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> Result<Quantiles, ResumeError> {
         self.holds(workspace)?;
-        let journey = &workspace.journey;
-        let touching_at = journey.contact().map(|contact| contact.time);
-        let passing = self.passing(workspace.work(), journey.free_until(), touching_at);
+        let state = &workspace.motion;
+        let touching_at = state.contact().map(|contact| contact.time);
+        let passing = self.passing(workspace.work(), state.free_until(), touching_at);
         Ok(if workspace.run.stopped { self.work_left(&passing, memory) } else { Quantiles::default() })
     }
 

@@ -1,13 +1,13 @@
 //! Until when a motion is free: two trees, how one moves, and a budget in, a [`Passage`] with proven times out.
 //!
 //! [`course`] cuts the motion into pieces that all but go straight. Of each piece the traversal asks the question of [`sweep`],
-//! with the box test of [`windows`]. What is proven so far is the [`journey`]; [`ahead`] bounds what is left of it, and
+//! with the box test of [`windows`]. What is proven so far is the [`state`]; [`ahead`] bounds what is left of it, and
 //! [`estimate`] tells what that may cost.
 
 pub(super) mod ahead;
 mod course;
 mod estimate;
-pub(super) mod journey;
+pub(super) mod state;
 mod sweep;
 mod windows;
 
@@ -184,9 +184,9 @@ impl<'t> MotionQuery<'t> {
     fn begin(&self, course: &Course, workspace: &mut Workspace, memory: Option<&PairMemory>) {
         workspace.clear();
         workspace.run.begin(self.key(), Strategy::NONE);
-        workspace.journey.begin(self.options, self.tolerance_in_time(course));
+        workspace.motion.begin(self.options, self.tolerance_in_time(course));
         let is_empty = self.a.nodes().is_empty() || self.b.nodes().is_empty();
-        workspace.journey.piece = if is_empty { course.pieces } else { 0 };
+        workspace.motion.piece = if is_empty { course.pieces } else { 0 };
         if !is_empty {
             workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));
         }
@@ -209,7 +209,7 @@ impl<'t> MotionQuery<'t> {
 
     /// Whether the workspace holds a stopped run of this query.
     pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
-        workspace.run.holds_stopped(&self.key()).is_ok() && workspace.journey.options == Some(self.options)
+        workspace.run.holds_stopped(&self.key()).is_ok() && workspace.motion.options == Some(self.options)
     }
 
     /// Where the surfaces may still meet before the contact that the last run of this query in `workspace` found, if any.
@@ -224,7 +224,7 @@ impl<'t> MotionQuery<'t> {
     /// Whether the workspace has the last run of this query.
     fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
         workspace.run.holds(&self.key())?;
-        if workspace.journey.options == Some(self.options) { Ok(()) } else { Err(ResumeError) }
+        if workspace.motion.options == Some(self.options) { Ok(()) } else { Err(ResumeError) }
     }
 
     fn course(&self) -> Course {
@@ -255,21 +255,21 @@ impl<'t> MotionQuery<'t> {
         deadline: &mut Deadline,
     ) -> Passage {
         let mut stop = StopReason::Finished;
-        while workspace.journey.piece < course.pieces {
+        while workspace.motion.piece < course.pieces {
             stop = self.spend_on_piece(course, workspace, deadline);
-            if !stop.is_final() || workspace.journey.contact().is_some() {
+            if !stop.is_final() || workspace.motion.contact().is_some() {
                 break;
             }
-            workspace.journey.piece += 1;
-            if workspace.journey.piece < course.pieces {
+            workspace.motion.piece += 1;
+            if workspace.motion.piece < course.pieces {
                 workspace.begin_piece(None);
             }
         }
-        if workspace.journey.piece == course.pieces {
-            workspace.journey.end();
+        if workspace.motion.piece == course.pieces {
+            workspace.motion.end();
         }
         if let Some(memory) = memory {
-            let contact = workspace.journey.contact();
+            let contact = workspace.motion.contact();
             let work = stop.is_final().then_some(workspace.work());
             memory.remember_motion(self.a, self.b, contact.map(|contact| contact.pair), work);
         }
@@ -278,17 +278,17 @@ impl<'t> MotionQuery<'t> {
     }
 
     fn spend_on_piece(&self, course: &Course, workspace: &mut Workspace, deadline: &mut Deadline) -> StopReason {
-        let piece = course.piece(workspace.journey.piece);
+        let piece = course.piece(workspace.motion.piece);
         let trees = [self.a, self.b];
         if course.is_clear(&piece, trees, self.options.margin) {
             workspace.front.clear();
             workspace.search.clear();
-            workspace.journey.followed = None;
+            workspace.motion.followed = None;
             deadline.begin(workspace.work());
             let stop = deadline.stop(workspace.work());
             if stop.is_none() {
                 workspace.run.stats.work += WORK_PER_PIECE;
-                workspace.journey.bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
+                workspace.motion.bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
             }
             deadline.end(workspace.work());
             workspace.run.stopped = stop.is_some();
@@ -296,17 +296,17 @@ impl<'t> MotionQuery<'t> {
         }
         let relation = Relation::new(self.a, self.b, &piece.pose);
         let glide = glide(course, &piece, &relation, self.a.unit().origin, self.options.margin);
-        let question = Sweep::new(course, piece, &glide, self.options.margin, &workspace.journey);
+        let question = Sweep::new(course, piece, &glide, self.options.margin, &workspace.motion);
         let stop = Traversal::new(question, trees, &piece.pose, &relation, workspace, deadline).advance();
-        workspace.journey.bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
+        workspace.motion.bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
         stop
     }
 
     fn outcome(&self, workspace: &Workspace, stop: StopReason) -> Passage {
-        let journey = &workspace.journey;
-        let contact = journey.contact();
+        let state = &workspace.motion;
+        let contact = state.contact();
         Passage {
-            free_until: journey.free_until(),
+            free_until: state.free_until(),
             touching_at: contact.map(|contact| contact.time),
             triangles: contact.map(|contact| {
                 let [a, b] = contact.pair;

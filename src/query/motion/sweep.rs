@@ -6,7 +6,7 @@
 //! after the other: over ever shorter spans of time, until an exact test proves a contact.
 
 use super::course::{Course, Piece};
-use super::journey::{Contact, Followed, Journey, MOMENTS, Phase, bucket, least_key};
+use super::state::{Contact, Followed, MOMENTS, MotionState, Phase, bucket, least_key};
 use super::windows::{BEGIN, Windows};
 use crate::math::bits;
 use crate::math::lanes::Lanes;
@@ -43,15 +43,15 @@ pub(super) struct Sweep<'q> {
 }
 
 impl<'q> Sweep<'q> {
-    pub fn new(course: &'q Course, piece: Piece, glide: &'q Glide, margin: f64, journey: &Journey) -> Self {
-        let mut sweep = Self { course, piece, glide, margin, tolerance: journey.tolerance(), cut: 0.0 };
-        sweep.update(journey);
+    pub fn new(course: &'q Course, piece: Piece, glide: &'q Glide, margin: f64, state: &MotionState) -> Self {
+        let mut sweep = Self { course, piece, glide, margin, tolerance: state.tolerance(), cut: 0.0 };
+        sweep.update(state);
         sweep
     }
 
     /// After a contact was found.
-    fn update(&mut self, journey: &Journey) {
-        let cut = self.piece.local(journey.cut().min(self.piece.end));
+    fn update(&mut self, state: &MotionState) {
+        let cut = self.piece.local(state.cut().min(self.piece.end));
         self.cut = cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING;
     }
 }
@@ -73,12 +73,12 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
                     // So do all others that wait.
                     self.workspace.front.clear_queue();
                 }
-                return self.workspace.journey.pass(self.question.piece.time(windows.least));
+                return self.workspace.motion.pass(self.question.piece.time(windows.least));
             }
             // What goes on the stack for lack of room has no bound any more.
             if self.workspace.front.room() < WIDTH * WIDTH {
                 let workspace = &mut *self.workspace;
-                workspace.journey.bound(&workspace.front, &workspace.search, &self.question.piece, windows.least);
+                workspace.motion.bound(&workspace.front, &workspace.search, &self.question.piece, windows.least);
             }
         }
         expand(lanes, pair, [self.a, self.b], self.relation, &mut windows, self);
@@ -90,23 +90,23 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
         let workspace = &*self.workspace;
         let left = workspace.search.waiting.len();
         left >= WIDTH
-            || any && (left > 0 || !workspace.search.proposed.is_empty() || workspace.journey.followed.is_some())
+            || any && (left > 0 || !workspace.search.proposed.is_empty() || workspace.motion.followed.is_some())
     }
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
         let workspace = &mut *self.workspace;
-        if let Some(followed) = workspace.journey.followed.take() {
+        if let Some(followed) = workspace.motion.followed.take() {
             self.follow(followed);
         } else {
             self.test_batch(lanes);
         }
         let workspace = &mut *self.workspace;
-        let (search, journey) = (&workspace.search, &workspace.journey);
+        let (search, state) = (&workspace.search, &workspace.motion);
         let last = workspace.front.is_empty() && !search.waiting.is_empty();
         workspace.testing =
-            journey.followed.is_some() || !search.proposed.is_empty() || search.waiting.len() >= WIDTH || last;
-        journey.is_decided().then_some(StopReason::Finished)
+            state.followed.is_some() || !search.proposed.is_empty() || search.waiting.len() >= WIDTH || last;
+        state.is_decided().then_some(StopReason::Finished)
     }
 }
 
@@ -115,17 +115,17 @@ impl Traversal<'_, '_, Sweep<'_>> {
     /// followed then: if it goes around an axis by a closer look at each eighth of the piece.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
-        let (search, journey) = (&mut self.workspace.search, &mut self.workspace.journey);
+        let (search, state) = (&mut self.workspace.search, &mut self.workspace.motion);
         let Sweep { piece, glide, cut, .. } = &self.question;
         let first = search.proposed.pop();
         if let Some(Bounded { pair, low }) = first.filter(|_| glide.curl == 0.0 || glide.spin == 0.0) {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
-            journey.followed = Some(Followed::new(pair, [piece.time(low), piece.end], 1.0));
+            state.followed = Some(Followed::new(pair, [piece.time(low), piece.end], 1.0));
             return;
         }
         let (pairs, keys, count) = match first {
             Some(Bounded { pair, low }) => ([pair; WIDTH], [low; WIDTH], WIDTH),
-            None => search.pop_batch(*cut, |low| journey.pass(piece.time(low))),
+            None => search.pop_batch(*cut, |low| state.pass(piece.time(low))),
         };
         if count == 0 {
             return;
@@ -148,7 +148,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
                 let until = piece.end_of_part(last, WIDTH as u32);
                 if from < until {
                     let followed = Followed::new(pair, [from, until], piece.length() / WIDTH as f64);
-                    self.workspace.journey.followed = Some(followed);
+                    self.workspace.motion.followed = Some(followed);
                 }
             }
             None => self.propose(&pairs[..count], &keys, &enter, alive),
@@ -160,7 +160,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
     #[inline(always)]
     fn pass_rest(&mut self, known: f32) {
         let Sweep { piece, cut, .. } = &self.question;
-        self.workspace.journey.pass_rest(piece.time(larger_known(*cut, known)));
+        self.workspace.motion.pass_rest(piece.time(larger_known(*cut, known)));
     }
 
     #[inline(never)]
@@ -176,13 +176,13 @@ impl Traversal<'_, '_, Sweep<'_>> {
     /// Goes on with a pair by one step.
     #[inline(never)]
     fn follow(&mut self, followed: Followed) {
-        let journey = &mut self.workspace.journey;
-        if !journey.matters(followed.from) {
+        let state = &mut self.workspace.motion;
+        if !state.matters(followed.from) {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
-            return journey.pass(followed.from);
+            return state.pass(followed.from);
         }
         self.deadline.look_next();
-        self.workspace.journey.followed = match followed.phase {
+        self.workspace.motion.followed = match followed.phase {
             Phase::Contact(moment) => self.look_for_contact(followed, moment),
             Phase::Window | Phase::Direction => self.narrow(followed),
         };
@@ -192,7 +192,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
     fn narrow(&mut self, mut followed: Followed) -> Option<Followed> {
         let Followed { pair, from, until, span, phase, .. } = followed;
         let Sweep { course, margin, tolerance, .. } = &self.question;
-        let (stats, journey) = (&mut self.workspace.run.stats, &mut self.workspace.journey);
+        let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
         let [of_a, of_b] = &mut self.workspace.corners;
         let (a, of_b) = (of_a.of(self.a, pair[0], |v| v), of_b.of(self.b, pair[1], |v| v));
         let at = |time| placed(course, of_b, time);
@@ -212,7 +212,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
             swept.on(closest(a, &at(from)).direction, [-half, half])
         } else {
             stats.work += WORK_PER_WINDOW;
-            swept.window(if journey.cut() > 0.0 { journey.cut() - middle } else { f64::INFINITY })
+            swept.window(if state.cut() > 0.0 { state.cut() - middle } else { f64::INFINITY })
         };
         let Some([enter, leave]) = window else {
             // Free for this span.
@@ -221,8 +221,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
         };
         let (enter, leave) = ((middle + enter).max(from), (middle + leave).min(from + span));
         followed.from = enter;
-        if !journey.matters(enter) {
-            journey.pass(enter);
+        if !state.matters(enter) {
+            state.pass(enter);
             return None;
         }
         followed.longest = tolerance.min(leave - enter);
@@ -243,16 +243,16 @@ impl Traversal<'_, '_, Sweep<'_>> {
     fn look_for_contact(&mut self, mut followed: Followed, moment: usize) -> Option<Followed> {
         let Followed { pair, from, until, longest, .. } = followed;
         let Sweep { course, margin, tolerance, .. } = &self.question;
-        let (stats, journey) = (&mut self.workspace.run.stats, &mut self.workspace.journey);
+        let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
         let [of_a, of_b] = &mut self.workspace.corners;
         let (a, of_b) = (of_a.of(self.a, pair[0], |v| v), of_b.of(self.b, pair[1], |v| v));
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST + if *margin > 0.0 { WORK_PER_CLOSEST_POINTS } else { 0 };
         let time = from + longest * MOMENTS[moment];
         if meet(a, &placed(course, of_b, time), *margin) {
-            journey.pass(from);
-            journey.touch(Contact { time, pair });
-            self.question.update(&self.workspace.journey);
+            state.pass(from);
+            state.touch(Contact { time, pair });
+            self.question.update(&self.workspace.motion);
             return None;
         }
         followed.phase = match moment {
@@ -260,7 +260,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
             _ if moment + 1 < MOMENTS.len() => Phase::Contact(moment + 1),
             _ => {
                 // Whether they meet could not be told; on to where it can.
-                journey.pass(from);
+                state.pass(from);
                 let further = (tolerance * libm::ldexp(1.0, followed.doubts)).max(f64::EPSILON);
                 if from + further >= until {
                     return None;

@@ -7,7 +7,7 @@
 //!
 //! The rays of a batch are cast one after the other in the same run.
 
-use super::casting::{RayHit, RayMode, Suspect};
+use super::state::{RayHit, RayMode, Suspect};
 use super::volley::{Ready, make_ready};
 use crate::math::Ray;
 use crate::math::lanes::Lanes;
@@ -94,17 +94,17 @@ impl Question for Traversal<'_, '_, Cast<'_>> {
 
     #[inline(always)]
     fn waits(&self, _any: bool) -> bool {
-        !self.workspace.casting.suspects.is_empty()
+        !self.workspace.rays.suspects.is_empty()
     }
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, _lanes: L) -> Option<StopReason> {
-        let casting = &mut self.workspace.casting;
-        if self.question.mode == RayMode::All && casting.hits.len() == casting.hits.capacity() {
+        let state = &mut self.workspace.rays;
+        if self.question.mode == RayMode::All && state.hits.len() == state.hits.capacity() {
             return Some(StopReason::PairsFull);
         }
-        let suspect = casting.suspects.pop();
-        self.workspace.testing = !self.workspace.casting.suspects.is_empty();
+        let suspect = state.suspects.pop();
+        self.workspace.testing = !self.workspace.rays.suspects.is_empty();
         suspect
             .filter(|suspect| suspect.enter <= self.ready().beam.to)
             .and_then(|suspect| self.examine(suspect.triangle))
@@ -122,7 +122,7 @@ impl Traversal<'_, '_, Cast<'_>> {
             return None;
         }
         let node = &self.a.nodes()[index as usize];
-        let Ready { beam, enter, entered } = &self.workspace.casting.ready[self.question.lane];
+        let Ready { beam, enter, entered } = &self.workspace.rays.ready[self.question.lane];
         let (enter, entered) = if index == ROOT { (*enter, *entered) } else { beam.enter(lanes, node, entry) };
         let stats = &mut self.workspace.run.stats;
         stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] += u64::from(node.children);
@@ -139,7 +139,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         let suspected = candidates(lanes, expand::rows(self.a, node), &beam.shaft, [beam.from, beam.to]) & entered;
         for lane in bits(suspected) {
             let triangle = node.first_child + lane as u32;
-            self.workspace.casting.suspects.push(Suspect { triangle, enter: enter[lane] });
+            self.workspace.rays.suspects.push(Suspect { triangle, enter: enter[lane] });
         }
         None
     }
@@ -198,15 +198,15 @@ impl Traversal<'_, '_, Cast<'_>> {
         let hit = RayHit { triangle: id, t, side };
         let workspace = &mut *self.workspace;
         workspace.run.found += 1;
-        let casting = &mut workspace.casting;
-        if casting.hit.is_none_or(|before| hit.is_before(&before)) {
-            casting.hit = Some(hit);
+        let state = &mut workspace.rays;
+        if state.hit.is_none_or(|before| hit.is_before(&before)) {
+            state.hit = Some(hit);
         }
         match self.question.mode {
-            RayMode::Nearest => casting.ready[self.question.lane].beam.cut(t),
-            RayMode::All => casting.hits.push(hit),
+            RayMode::Nearest => state.ready[self.question.lane].beam.cut(t),
+            RayMode::All => state.hits.push(hit),
             RayMode::Any => {
-                casting.suspects.clear();
+                state.suspects.clear();
                 workspace.front.clear();
                 workspace.testing = false;
             }
@@ -219,9 +219,9 @@ impl Traversal<'_, '_, Cast<'_>> {
     fn next_ray(&mut self) -> Option<(Pair, Origin)> {
         let Cast { rays, hits, lane, is_first, .. } = &mut self.question;
         let rest = rays.get(1..).filter(|rest| !rest.is_empty())?;
-        let casting = &mut self.workspace.casting;
-        *hits.next()? = casting.hit.take();
-        (casting.done, casting.after) = (casting.done + 1, rest.len() - 1);
+        let state = &mut self.workspace.rays;
+        *hits.next()? = state.hit.take();
+        (state.done, state.after) = (state.done + 1, rest.len() - 1);
         (*rays, *lane, *is_first) = (rest, (*lane + 1) % WIDTH, false);
         Some((entered(ROOT, 0.0), Origin::Stack))
     }
@@ -229,7 +229,7 @@ impl Traversal<'_, '_, Cast<'_>> {
     /// What is known of the ray at hand.
     #[inline(always)]
     fn ready(&self) -> &Ready {
-        &self.workspace.casting.ready[self.question.lane]
+        &self.workspace.rays.ready[self.question.lane]
     }
 
     /// Finds out what the ray at hand does at the root, and those that are made ready with it.
@@ -237,7 +237,7 @@ impl Traversal<'_, '_, Cast<'_>> {
     fn meet_root<L: Lanes>(&mut self, lanes: L) {
         let Cast { rays, lane, is_first, .. } = self.question;
         self.workspace.run.stats.work += WORK_PER_RAY;
-        let ready = &mut self.workspace.casting.ready;
+        let ready = &mut self.workspace.rays.ready;
         if is_first {
             ready[lane].meet_root(lanes, &self.a.nodes()[ROOT as usize]);
         } else if lane == 0 {

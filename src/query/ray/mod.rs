@@ -1,11 +1,11 @@
 //! What rays hit: a tree, a ray and a budget in, a [`RayCast`] out; and the same for many rays.
 //!
 //! [`cast`] is the question that the traversal asks, [`beam`] a ray among the boxes of a tree, [`volley`] eight of them at once,
-//! [`casting`] what is kept between calls.
+//! [`state`] what is kept between calls.
 
 mod beam;
 mod cast;
-pub(super) mod casting;
+pub(super) mod state;
 mod volley;
 
 use crate::math::{Pose, Ray};
@@ -23,7 +23,7 @@ use crate::query::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::tree::Tree;
 use beam::Beam;
 use cast::{Cast, ROOT, entered, entry};
-pub use casting::{RayHit, RayMode};
+pub use state::{RayHit, RayMode};
 
 /// The question what a ray or a segment hits. Cheap to make; one for each ray.
 ///
@@ -124,7 +124,7 @@ impl<'t> RayQuery<'t> {
     pub(crate) fn spend(&self, workspace: &mut Workspace, deadline: &mut Deadline) -> RayCast {
         let rays = core::slice::from_ref(&self.ray);
         let (stop, open) = spend(self.tree, workspace, rays, &mut [None], deadline);
-        let (hit, found) = (workspace.casting.hit, workspace.run.found);
+        let (hit, found) = (workspace.rays.hit, workspace.run.found);
         let free_until = self.mode.free_until(&self.ray, hit, open);
         let is_first = self.mode == RayMode::Any && hit.is_some() && stop.is_final();
         let stop = if is_first { StopReason::FirstHit } else { stop };
@@ -234,7 +234,7 @@ impl<'t> RayBatch<'t> {
         deadline: &mut Deadline,
     ) -> RayBatchOutcome {
         let (stop, _) = spend(self.tree, workspace, self.answered(hits), hits, deadline);
-        RayBatchOutcome { done: workspace.casting.done, stop, stats: workspace.stats() }
+        RayBatchOutcome { done: workspace.rays.done, stop, stats: workspace.stats() }
     }
 }
 
@@ -246,12 +246,12 @@ fn key(tree: &Tree) -> Key {
 fn begin(tree: &Tree, workspace: &mut Workspace, rays: &[Ray], mode: RayMode) {
     workspace.clear();
     workspace.run.begin(key(tree), Strategy::NONE);
-    let casting = &mut workspace.casting;
-    casting.mode = mode;
-    if mode == RayMode::All && casting.hits.capacity() == 0 {
-        casting.reserve(DEFAULT_ROOM);
+    let state = &mut workspace.rays;
+    state.mode = mode;
+    if mode == RayMode::All && state.hits.capacity() == 0 {
+        state.reserve(DEFAULT_ROOM);
     }
-    casting.after = rays.len().saturating_sub(1);
+    state.after = rays.len().saturating_sub(1);
     if !rays.is_empty() && !tree.nodes().is_empty() {
         workspace.front.push(entered(ROOT, 0.0));
     }
@@ -260,10 +260,9 @@ fn begin(tree: &Tree, workspace: &mut Workspace, rays: &[Ray], mode: RayMode) {
 /// Whether the workspace holds a stopped run of these rays.
 fn holds(tree: &Tree, workspace: &Workspace, rays: &[Ray], mode: RayMode) -> Result<(), ResumeError> {
     workspace.run.holds_stopped(&key(tree))?;
-    let casting = &workspace.casting;
-    let is_same = casting.mode == mode
-        && casting.done + casting.after + 1 == rays.len()
-        && rays.get(casting.done) == casting.ray.as_ref();
+    let state = &workspace.rays;
+    let is_same =
+        state.mode == mode && state.done + state.after + 1 == rays.len() && rays.get(state.done) == state.ray.as_ref();
     if is_same { Ok(()) } else { Err(ResumeError) }
 }
 
@@ -276,22 +275,22 @@ fn spend(
     hits: &mut [Option<RayHit>],
     deadline: &mut Deadline,
 ) -> (StopReason, f64) {
-    let done = workspace.casting.done.min(rays.len());
+    let done = workspace.rays.done.min(rays.len());
     if done == rays.len() {
         return (StopReason::Finished, f64::INFINITY);
     }
     if tree.nodes().is_empty() {
         hits[..rays.len()].fill(None);
-        (workspace.casting.done, workspace.casting.after) = (rays.len(), 0);
+        (workspace.rays.done, workspace.rays.after) = (rays.len(), 0);
         return (StopReason::Finished, f64::INFINITY);
     }
     let stop = if flushing::matters_to_rays(tree, &rays[done..]) {
         workspace.run.stopped = true;
         StopReason::FlushedToZero
     } else {
-        let (mode, hit) = (workspace.casting.mode, workspace.casting.hit);
+        let (mode, hit) = (workspace.rays.mode, workspace.rays.hit);
         let question = Cast::new(&rays[done..], mode, &mut hits[done..]);
-        let beam = &mut workspace.casting.ready[question.lane].beam;
+        let beam = &mut workspace.rays.ready[question.lane].beam;
         beam.follow(tree.unit(), &rays[done]);
         if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
             beam.cut(hit.t);
@@ -299,16 +298,16 @@ fn spend(
         Traversal::new(question, [tree; 2], &Pose::IDENTITY, &Relation::BLIND, workspace, deadline).advance()
     };
     workspace.run.took(deadline.elapsed());
-    let casting = &mut workspace.casting;
+    let state = &mut workspace.rays;
     if stop.is_final() {
-        hits[casting.done] = casting.hit;
-        casting.done += 1;
+        hits[state.done] = state.hit;
+        state.done += 1;
         return (stop, f64::INFINITY);
     }
     let entries = workspace.front.iter().map(|pair| entry(&pair));
-    let first = entries.chain(casting.suspects.iter().map(|suspect| suspect.enter)).fold(f32::INFINITY, f32::min);
-    let ray = &rays[casting.done];
-    casting.ray = Some(*ray);
+    let first = entries.chain(state.suspects.iter().map(|suspect| suspect.enter)).fold(f32::INFINITY, f32::min);
+    let ray = &rays[state.done];
+    state.ray = Some(*ray);
     (stop, Beam::new(tree.unit(), ray).t(first))
 }
 

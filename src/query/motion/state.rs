@@ -52,7 +52,7 @@ pub(crate) struct Contact {
 
 /// What is known of a motion, times from 0 to 1.
 #[derive(Clone, Debug)]
-pub(crate) struct Journey {
+pub(crate) struct MotionState {
     /// What was asked.
     pub options: Option<MotionOptions>,
     /// The piece of the motion at hand.
@@ -67,7 +67,7 @@ pub(crate) struct Journey {
     pub followed: Option<Followed>,
 }
 
-impl Journey {
+impl MotionState {
     /// Nothing is known yet.
     pub const NOTHING: Self = Self {
         options: None,

@@ -67,7 +67,7 @@ pub(crate) struct Suspect {
 
 /// What a ray query keeps in its workspace.
 #[derive(Clone, Debug)]
-pub(crate) struct Casting {
+pub(crate) struct RayState {
     pub mode: RayMode,
     /// The ray at hand where a run was stopped, and how many of the batch are done, or come after it.
     pub ray: Option<Ray>,
@@ -82,7 +82,7 @@ pub(crate) struct Casting {
     pub hits: Vec<RayHit>,
 }
 
-impl Default for Casting {
+impl Default for RayState {
     fn default() -> Self {
         Self {
             mode: RayMode::default(),
@@ -97,7 +97,7 @@ impl Default for Casting {
     }
 }
 
-impl Casting {
+impl RayState {
     /// Nothing is asked.
     #[inline(always)]
     pub fn clear(&mut self) {
