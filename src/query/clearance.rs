@@ -28,14 +28,15 @@ impl Clearance {
     /// How far apart the same surfaces are at least at another pose: less by the longest way of a point of B. Not more than 0:
     /// nothing is known.
     pub fn at(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
-        if self.trees == [a.identity(), b.identity()] { self.distance - way(b, &self.b_in_a, b_in_a) } else { 0.0 }
+        let are_same = self.trees == [a.identity(), b.identity()];
+        if are_same { self.distance - displacement(b, &self.b_in_a, b_in_a) } else { 0.0 }
     }
 }
 
 /// A bound on the way of a mesh's points from one pose to another. With `D` the difference of the rotations and `d` that of the
 /// translations a point `c + h` goes by `D c + d + D h`, where `c` is the middle of the mesh's box and `h` within its half
 /// extents.
-pub(crate) fn way(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
+pub(crate) fn displacement(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
     let bounds = mesh.mesh().aabb();
     let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
     let (middle, half) = (min + max, max - min);

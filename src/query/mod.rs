@@ -63,7 +63,7 @@ pub use budget::SystemClock;
 pub(crate) use budget::by_system_clock;
 pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
-pub(crate) use clearance::way;
+pub(crate) use clearance::displacement;
 pub use contacts::{ContactQuery, Contacts};
 pub(crate) use deadline::Deadline;
 pub use distance::{Distance, DistanceQuery, Nearest};

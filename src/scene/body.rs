@@ -7,7 +7,7 @@ use super::error::SceneError;
 use super::facts::{Change, Facts};
 use super::filter::Filter;
 use super::id::{BodyId, CompoundId, PairKey, bodies_of, pair_key};
-use super::pair::ways::Way;
+use super::pair::travel::Travel;
 use super::room::reserve;
 use super::waiting::Waiting;
 use crate::math::{Motion, Pose};
@@ -114,7 +114,7 @@ pub(super) fn margins([a, b]: [&Placed; 2]) -> f64 {
 pub(super) struct Bodies {
     slots: Vec<Option<Placed>>,
     facts: Vec<Facts>,
-    pub ways: Vec<Way>,
+    pub travels: Vec<Travel>,
     free: Vec<u32>,
     /// Slots with a pending change, each once, and how many of them are not just to settle.
     pending: Waiting,
@@ -145,7 +145,7 @@ impl Bodies {
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.slots, bodies);
         reserve(&mut self.facts, bodies);
-        reserve(&mut self.ways, bodies);
+        reserve(&mut self.travels, bodies);
         reserve(&mut self.free, bodies);
         self.pending.reserve(bodies);
         reserve(&mut self.settling, bodies);
@@ -173,12 +173,12 @@ impl Bodies {
         if index == self.slots.len() {
             self.slots.push(None);
             self.facts.push(Facts::default());
-            self.ways.push(Way::default());
+            self.travels.push(Travel::default());
             self.reserve(self.room());
             self.grown = frame;
         }
         self.slots[index] = Some(placed);
-        self.ways[index] = Way { remade: frame as u32, ..Way::default() };
+        self.travels[index] = Travel { remade: frame as u32, ..Travel::default() };
         self.len += 1;
         self.note(index, frame);
         self.set_pending(index as u32, Change::Body);
@@ -211,7 +211,7 @@ impl Bodies {
             change(placed);
         })?;
         self.facts[id.index()].changed = frame;
-        self.ways[id.index()].remade = frame as u32;
+        self.travels[id.index()].remade = frame as u32;
         self.set_pending(id.index, Change::None);
         Ok(())
     }
@@ -225,7 +225,7 @@ impl Bodies {
         let facts = &mut self.facts[id.index()];
         let is_first = mem::replace(&mut facts.changed, frame) < frame;
         if let Some(placed) = &mut self.slots[id.index()] {
-            self.ways[id.index()].go(&placed.body.tree, &placed.body.pose, &pose, is_first);
+            self.travels[id.index()].go(&placed.body.tree, &placed.body.pose, &pose, is_first);
             if is_first {
                 placed.last = placed.body.pose;
             }

@@ -3,8 +3,8 @@
 use super::body::{Bodies, Placed};
 use super::broad::bounds;
 use super::facts::Facts;
-use super::pair::asked::Frame;
 use super::pair::batch::{Batch, Round};
+use super::pair::frame::Frame;
 use super::schedule::Found;
 use super::schedule::share::{Share, Step};
 use super::{BodyKind, Reach, Scene};

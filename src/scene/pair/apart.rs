@@ -8,7 +8,7 @@ use super::batch::{Desk, Ended};
 use super::question::Question;
 use super::spent::Spent;
 use super::state::PairState;
-use super::ways::{Way, slack};
+use super::travel::{Travel, slack};
 use crate::math::Pose;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use crate::model::cost::WORK_PER_QUERY;
@@ -39,18 +39,18 @@ impl Bodies {
     /// `frame`.
     #[inline]
     pub fn gone(&self, key: PairKey, since: u64, frame: u64) -> f64 {
-        let [x, y] = self.ways_of(key);
+        let [x, y] = self.travels_of(key);
         if x.is_of(since, frame) && y.is_of(since, frame) { (x.gone + y.gone).next_up() } else { f64::INFINITY }
     }
 
     /// The same, at least.
     pub fn gone_at_least(&self, key: PairKey) -> f64 {
-        let [x, y] = self.ways_of(key);
+        let [x, y] = self.travels_of(key);
         (x.gone + y.gone).next_down()
     }
 
-    fn ways_of(&self, key: PairKey) -> [&Way; 2] {
-        bodies_of(key).map(|body| &self.ways[body as usize])
+    fn travels_of(&self, key: PairKey) -> [&Travel; 2] {
+        bodies_of(key).map(|body| &self.travels[body as usize])
     }
 }
 
@@ -107,7 +107,7 @@ impl PairState {
 
 /// How far apart bodies are to be proven; `None` if they rest or go too fast, or if more is asked than whether they meet.
 fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Option<f64> {
-    let step = |body: u32| if bodies.facts(body).changed == frame { bodies.ways[body as usize].step } else { 0.0 };
+    let step = |body: u32| if bodies.facts(body).changed == frame { bodies.travels[body as usize].step } else { 0.0 };
     let [a, b] = bodies_of(key);
     let step = f64::from(step(a)) + f64::from(step(b));
     if step == 0.0 {

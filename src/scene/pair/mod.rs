@@ -1,18 +1,18 @@
-//! A pair of bodies: what is asked of it ([`asked`]), the query that answers ([`question`]), and what is kept of it ([`state`]).
+//! A pair of bodies: what a frame asks of it ([`frame`]), the query that answers ([`question`]), and what is kept ([`state`]).
 //!
 //! A turn ([`batch`]) re-tests the last witnesses, then goes on with the query, as far as its share of the frame allows. A pair
-//! that stays apart needs none ([`apart`]), nor does one of two groups that have a nearer pair ([`near`]); of one that meets, a
-//! second query finds where ([`locate`], [`touch`]).
+//! that stays apart as far as its bodies have gone ([`travel`]) needs none ([`apart`]), nor does one of two groups that have a
+//! nearer pair ([`near`]); of one that meets, a second query finds where ([`locate`], [`touch`]).
 
 pub(crate) mod apart;
-pub(crate) mod asked;
 pub(crate) mod batch;
 pub(crate) mod bounds;
 pub(crate) mod contact_points;
+pub(crate) mod frame;
 mod locate;
 pub(crate) mod near;
 pub(crate) mod question;
 pub(crate) mod spent;
 pub(crate) mod state;
 pub(crate) mod touch;
-pub(crate) mod ways;
+pub(crate) mod travel;

@@ -4,7 +4,7 @@
 use super::apart::{STRETCH, room};
 use super::bounds::{Bounds, Near};
 use super::state::PairState;
-use super::ways::slack;
+use super::travel::slack;
 use crate::math::{Aabb, length};
 use crate::scene::body::{Bodies, margins};
 use crate::scene::broad::Broad;

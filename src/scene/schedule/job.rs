@@ -3,7 +3,7 @@
 use super::forecast::Forecast;
 use crate::scene::ask::Asks;
 use crate::scene::id::{PairKey, bodies_of};
-use crate::scene::pair::asked::Frame;
+use crate::scene::pair::frame::Frame;
 use crate::scene::pair::state::{PairState, Turn};
 
 /// A pair that was not at its end when the frame began.

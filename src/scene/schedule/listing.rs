@@ -13,7 +13,7 @@ use crate::scene::ask::Asks;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
-use crate::scene::pair::asked::Frame;
+use crate::scene::pair::frame::Frame;
 use crate::scene::pair::spent::Spent;
 use crate::scene::pair::state::Standing;
 use crate::scene::report::Report;

@@ -8,7 +8,7 @@ use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_WITNESS};
 use crate::query::{Deadline, Mode};
 use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
-use crate::scene::pair::asked::Frame;
+use crate::scene::pair::frame::Frame;
 use alloc::vec::Vec;
 use core::mem;
 

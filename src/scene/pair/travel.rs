@@ -2,12 +2,12 @@
 
 use crate::math::tolerance::UNDERFLOW;
 use crate::math::{Pose, largest};
-use crate::query::way;
+use crate::query::displacement;
 use crate::tree::Tree;
 
 /// How far a body has gone.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Way {
+pub(crate) struct Travel {
     /// A bound on the way of every point of its mesh, of all moves together, with what rounding may add.
     pub gone: f64,
     /// The part of its last frame.
@@ -16,10 +16,10 @@ pub(crate) struct Way {
     pub remade: u32,
 }
 
-impl Way {
+impl Travel {
     /// Adds a move of a mesh, the first of its frame or another one.
     pub fn go(&mut self, mesh: &Tree, from: &Pose, to: &Pose, is_first: bool) {
-        let step = way(mesh, from, to) + slack(mesh, to);
+        let step = displacement(mesh, from, to) + slack(mesh, to);
         self.gone = (self.gone + step).next_up();
         self.step = step as f32 + if is_first { 0.0 } else { self.step };
     }
