@@ -32,13 +32,13 @@ mod schedule;
 mod waiting;
 
 pub use ask::PairQuestion;
+pub use ask::contacts::{ContactPoint, ContactPoints};
 pub use body::{Body, BodyKind};
 pub use cast::ray::{BodyHit, SceneCast, SceneRay};
 pub use certificate::PairCertificate;
 pub use error::SceneError;
 pub use filter::Filter;
 pub use id::{BodyId, CompoundId, MeasureId};
-pub use pair::contact_points::{ContactPoint, ContactPoints};
 pub use report::{BodyContact, ContactPhase, GroupDistance, PairDistance, PairPassage, PairReport, Report};
 
 use crate::math::Pose;

@@ -1,5 +1,7 @@
-//! The questions that are asked of pairs, and how much they matter.
+//! The questions that are asked of pairs: how far apart they are ([`distances`]), until when they are free ([`motions`]), where
+//! they touch ([`contacts`]); and how much each matters ([`importance`]).
 
+pub(crate) mod contacts;
 mod distances;
 pub(crate) mod group;
 mod importance;

@@ -7,7 +7,6 @@
 pub(crate) mod apart;
 pub(crate) mod batch;
 pub(crate) mod bounds;
-pub(crate) mod contact_points;
 pub(crate) mod frame;
 mod locate;
 pub(crate) mod near;

@@ -1,11 +1,11 @@
 //! Where two bodies touch: the few points that stand for their contacts, kept from frame to frame.
 
-use super::contact_points::ContactPoint;
 use super::spent::Spent;
 use crate::contact::{Contact, Patch, PatchMemory, Patches};
 use crate::math::Pose;
 use crate::model::cost::{WORK_PER_PATCHED_CONTACT, WORK_PER_TOUCH};
 use crate::query::{Deadline, ManualClock, Workspace};
+use crate::scene::ask::contacts::ContactPoint;
 use crate::scene::body::Placed;
 use crate::scene::room::{Room, reserve};
 use alloc::boxed::Box;
