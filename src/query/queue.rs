@@ -94,14 +94,8 @@ impl Front {
 
     pub fn clear(&mut self) {
         self.paths.clear();
-        self.height = 0;
-        self.base = 0;
-        self.occupied = 0;
-        self.free = NONE;
-        self.touched = 0;
-        self.queued = 0;
-        self.peak = 0;
-        self.jumps = 0;
+        self.clear_queue();
+        (self.height, self.base, self.peak, self.jumps) = (0, 0, 0, 0);
     }
 
     /// Puts a pair on the paths to the witnesses below it, if there are any, and room for what will come of it.

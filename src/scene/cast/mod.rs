@@ -80,12 +80,12 @@ pub(crate) struct Rays {
 }
 
 /// One cast.
-pub(crate) struct Casting<'c> {
-    pub asked: &'c SceneRay,
-    pub bodies: &'c Bodies,
-    pub broad: &'c Broad,
-    pub workspace: &'c mut Workspace,
-    pub rays: &'c mut Rays,
+struct Casting<'c> {
+    asked: &'c SceneRay,
+    bodies: &'c Bodies,
+    broad: &'c Broad,
+    workspace: &'c mut Workspace,
+    rays: &'c mut Rays,
 }
 
 /// What is known so far.
@@ -98,7 +98,7 @@ struct Known {
 }
 
 impl Casting<'_> {
-    pub fn run(mut self, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
+    fn run(mut self, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
         let mut deadline = Deadline::of(budget, MAX_STEP_WORK, clock);
         deadline.leave(MAX_STEP_WORK);
         let limit = deadline.work_left();

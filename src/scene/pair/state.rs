@@ -177,7 +177,7 @@ impl PairState {
     }
 
     /// Whether probabilities were told whose truth has not come out.
-    pub fn has_told(&self) -> bool {
+    fn has_told(&self) -> bool {
         matches!(&self.said, Said::Estimates(told) if !told.is_empty())
     }
 

@@ -28,7 +28,7 @@ const STEP: usize = 32;
 const MANY: usize = 8192;
 
 /// The most pairs that are kept if no other limit is set, and the most that there may be: places and slots are 32-bit numbers.
-pub(crate) const MOST_PAIRS: usize = 1 << 20;
+const MOST_PAIRS: usize = 1 << 20;
 pub(crate) const LIMIT: usize = BLANK as usize - 1;
 
 /// Two bodies whose fat AABBs overlap, and where their state is.
