@@ -43,14 +43,12 @@ impl Place {
 }
 
 impl ContactList {
-    /// Makes room for at least so many.
     pub fn reserve(&mut self, contacts: usize) {
         let contacts = contacts.min(u32::MAX as usize);
         self.contacts.reserve(contacts.saturating_sub(self.contacts.len()));
         self.order.reserve(contacts.saturating_sub(self.order.len()));
     }
 
-    /// How many there is room for.
     pub fn capacity(&self) -> usize {
         self.contacts.capacity().min(self.order.capacity())
     }

@@ -147,12 +147,10 @@ impl<'c> Deadline<'c> {
         }
     }
 
-    /// Work that may still be done.
     pub fn work_left(&self) -> u64 {
         self.left
     }
 
-    /// Whether a clock ends it.
     pub fn is_timed(&self) -> bool {
         self.end.is_some()
     }

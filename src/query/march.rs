@@ -28,7 +28,6 @@ pub(super) struct March {
 }
 
 impl March {
-    /// Room for so many visits.
     pub fn new(capacity: usize) -> Self {
         Self { visited: Visited::new(capacity), leads: [[0; 2]; LEADS], waiting: 0 }
     }

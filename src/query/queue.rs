@@ -182,7 +182,6 @@ impl Front {
         self.base = self.height;
     }
 
-    /// The next pair, and where it comes from.
     #[inline(always)]
     pub fn pop(&mut self) -> Option<(Pair, Origin)> {
         match self.pop_stack() {
@@ -253,7 +252,6 @@ impl Front {
         self.peak
     }
 
-    /// Drops all queued pairs.
     pub fn clear_queue(&mut self) {
         (self.occupied, self.free, self.touched, self.queued) = (0, NONE, 0, 0);
     }

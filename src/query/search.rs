@@ -151,7 +151,6 @@ impl Search {
         (bits.saturating_sub(first) as usize).min(BUCKETS - 1)
     }
 
-    /// The least key of a bucket.
     fn least_key(&self, bucket: usize) -> f32 {
         let first = self.first_bucket.unwrap_or(0);
         if bucket == 0 { 0.0 } else { f32::from_bits((first + bucket as u32) << BUCKET_BITS) }

@@ -99,7 +99,6 @@ impl Strategy {
         strategy
     }
 
-    /// Whether node pairs are queued.
     pub fn queues(&self) -> bool {
         self.queue_threshold < f32::INFINITY
     }

@@ -62,7 +62,6 @@ impl TrianglePairs {
         }
     }
 
-    /// Becomes a copy of another stack.
     pub fn copy_from(&mut self, other: &Self) {
         self.len = other.len;
         self.pairs[..self.len].copy_from_slice(other.as_slice());

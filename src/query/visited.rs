@@ -19,7 +19,6 @@ pub(super) struct Visited {
 }
 
 impl Visited {
-    /// Room for so many pairs.
     pub fn new(capacity: usize) -> Self {
         let slots = (2 * capacity).next_power_of_two().max(2);
         Self { slots: alloc::vec![FREE; slots].into(), used: Vec::with_capacity(capacity), room: capacity }

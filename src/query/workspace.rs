@@ -305,12 +305,10 @@ impl Workspace {
         self.run.stats.work
     }
 
-    /// BV tests of the last query.
     pub(crate) fn bv_tests(&self) -> u64 {
         self.run.bv_tests()
     }
 
-    /// Pairs that the last query found.
     pub(crate) fn found(&self) -> u64 {
         self.run.found
     }
@@ -355,7 +353,6 @@ impl Workspace {
         self.front.iter().filter(move |pair| !marched || !self.march.has_visited(pair.nodes))
     }
 
-    /// Empties the buffers.
     #[inline(always)]
     pub(super) fn clear(&mut self) {
         self.front.clear();

@@ -151,7 +151,6 @@ impl Bodies {
         reserve(&mut self.settling, bodies);
     }
 
-    /// How many bodies there is room for.
     pub fn room(&self) -> usize {
         self.slots.capacity()
     }
@@ -309,7 +308,6 @@ impl Bodies {
         self.settling.push(index);
     }
 
-    /// Ends the changes of a frame.
     pub fn end_changes(&mut self) {
         while let Some(index) = self.settling.pop() {
             self.set_pending(index, Change::Settle);
@@ -331,7 +329,6 @@ impl Bodies {
         0..self.slots.len() as u32
     }
 
-    /// Takes the next pending change.
     pub fn take_pending(&mut self) -> Option<(u32, Change)> {
         let index = self.pending.pop()?;
         let facts = &mut self.facts[index as usize];
@@ -379,7 +376,6 @@ impl Bodies {
         &mut self.facts[index as usize]
     }
 
-    /// The id of the body in a slot.
     pub fn id(&self, index: u32) -> BodyId {
         BodyId { index, generation: self.facts.get(index as usize).map_or(0, |facts| facts.generation) }
     }

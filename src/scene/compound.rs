@@ -28,7 +28,6 @@ impl Compounds {
         self.parts.get(&id).ok_or(SceneError::NoSuchCompound { compound: id })
     }
 
-    /// Forgets a body that was a part.
     pub fn forget(&mut self, compound: Option<CompoundId>, body: BodyId) {
         if let Some(parts) = compound.and_then(|id| self.parts.get_mut(&id)) {
             parts.retain(|part| part.body != body);

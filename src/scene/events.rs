@@ -65,7 +65,6 @@ impl Events {
         self.last.len()
     }
 
-    /// Tells the contacts of a frame.
     pub fn tell(&mut self, bodies: &Bodies, broad: &Broad, report: &mut Report) {
         if !self.on {
             return;

@@ -227,7 +227,6 @@ impl Report {
         pair.recall = f64::from(u8::from(pair.complete));
     }
 
-    /// Stores the estimate of a stopped query.
     pub(super) fn estimate(&mut self, place: usize, estimate: &Estimate) {
         let pair = &mut self.pairs[place];
         (pair.probability, pair.recall) = (estimate.probability, estimate.recall);

@@ -19,7 +19,6 @@ pub(super) struct Joined {
 }
 
 impl Joined {
-    /// Makes room for so many contacts.
     pub fn reserve(&mut self, contacts: usize) {
         self.parents.reserve(contacts);
         self.corners.iter_mut().for_each(|corners| corners.reserve(3 * contacts));

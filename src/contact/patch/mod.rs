@@ -108,7 +108,6 @@ impl Patches {
         self.identities.before.forget();
     }
 
-    /// Makes room for so many contacts.
     pub(crate) fn reserve(&mut self, contacts: usize) {
         self.patches.reserve(contacts);
         self.contacts.reserve(contacts);

@@ -142,7 +142,6 @@ impl Course {
         f64::from(i) / f64::from(self.pieces)
     }
 
-    /// Piece `i` of all.
     pub fn piece(&self, i: u32) -> Piece {
         let (begin, end) = (self.begin(i), self.begin(i + 1));
         let middle = begin + (end - begin) / 2.0;

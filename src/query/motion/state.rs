@@ -111,7 +111,6 @@ impl MotionState {
         self.contact.is_some_and(|contact| contact.time <= 0.0)
     }
 
-    /// Takes note of a contact.
     pub fn touch(&mut self, contact: Contact) {
         if self.contact.is_none_or(|known| contact.time < known.time) {
             self.contact = Some(contact);

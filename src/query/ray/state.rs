@@ -98,7 +98,6 @@ impl Default for RayState {
 }
 
 impl RayState {
-    /// Nothing is asked.
     #[inline(always)]
     pub fn clear(&mut self) {
         self.ray = None;
@@ -109,7 +108,6 @@ impl RayState {
         self.hits.clear();
     }
 
-    /// Makes room for at least so many hits.
     pub fn reserve(&mut self, hits: usize) {
         self.hits.reserve_exact(hits.saturating_sub(self.hits.len()));
     }

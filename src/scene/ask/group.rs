@@ -18,7 +18,6 @@ pub(crate) struct Group {
 impl Group {
     pub const FREE: Self = Self { id: None, pairs: 0, closest: None, ceiling: f64::INFINITY };
 
-    /// Forgets a pair.
     pub fn forget(&mut self, key: PairKey) {
         self.pairs -= 1;
         self.closest = self.closest.filter(|&(closest, ..)| closest != key);

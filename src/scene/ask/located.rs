@@ -12,7 +12,6 @@ pub(crate) struct Located {
 }
 
 impl Located {
-    /// Whether there may be one.
     #[inline]
     pub fn any(&self) -> bool {
         self.all || !self.chosen.is_empty()
@@ -35,7 +34,6 @@ impl Located {
         }
     }
 
-    /// Forgets a body.
     pub fn forget(&mut self, body: u32) {
         self.chosen.retain(|&key| !bodies_of(key).contains(&body));
     }

@@ -121,7 +121,6 @@ impl Measured {
         bodies
     }
 
-    /// Forgets a body.
     pub fn forget(&mut self, body: u32) {
         let Self { pairs, groups, .. } = self;
         pairs.retain(|&(key, asker, _)| {
@@ -133,12 +132,10 @@ impl Measured {
         });
     }
 
-    /// Whether a body is in one of them.
     pub fn has_body(&self, body: u32) -> bool {
         self.pairs.iter().any(|&(key, ..)| bodies_of(key).contains(&body))
     }
 
-    /// The pairs that one asks for.
     pub fn keys(&self, of: Asker) -> impl Iterator<Item = PairKey> {
         self.pairs.iter().filter(move |&&(_, asker, _)| asker == of).map(|&(key, ..)| key)
     }

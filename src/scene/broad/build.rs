@@ -57,7 +57,6 @@ impl Build {
         reserve(&mut self.ranges, 256);
     }
 
-    /// Begins a new tree.
     pub fn begin(&mut self) {
         *self = Self {
             order: core::mem::take(&mut self.order),

@@ -62,7 +62,6 @@ impl Batch {
         Self { workspace: Some(workspace()), ..Self::default() }
     }
 
-    /// Makes room for patches.
     pub fn make_patches(&mut self) {
         self.patches.get_or_insert_with(Touch::patches);
     }
@@ -72,7 +71,6 @@ impl Batch {
         self.held.zip(self.workspace.as_deref())
     }
 
-    /// Swaps stopped runs with another batch.
     pub fn swap_held(&mut self, other: &mut Self) {
         mem::swap(&mut self.held, &mut other.held);
         mem::swap(&mut self.workspace, &mut other.workspace);

@@ -91,7 +91,6 @@ impl<'t> Question<'t> {
         Self::Contacts(query.contact_limit(MOST_CONTACTS))
     }
 
-    /// The least work of a turn.
     #[inline]
     pub fn least_work(&self) -> u64 {
         match self {

@@ -50,7 +50,6 @@ impl Touch {
         Box::new(patches)
     }
 
-    /// Forgets the pair.
     pub fn clear(&mut self) {
         self.part(0);
         (self.low, self.completed, self.cost, self.left_out) = (0.0, 0, 0, 0);
@@ -137,7 +136,6 @@ impl Touches {
         self.free.pop().unwrap_or_else(Touch::new)
     }
 
-    /// Takes back what a pair had.
     pub fn take_back(&mut self, mut touch: Box<Touch>) {
         touch.clear();
         self.lent -= 1;

@@ -26,7 +26,6 @@ pub(crate) struct Job {
 }
 
 impl Job {
-    /// Work that it is expected to take, median.
     pub fn median(&self) -> u64 {
         self.forecast.median.into()
     }

@@ -107,7 +107,6 @@ impl Schedule {
         Self { batches: (0..BATCHES).map(|_| Batch::new()).collect(), ..Self::default() }
     }
 
-    /// Makes room for this many pairs.
     pub fn reserve(&mut self, pairs: usize, report: &mut Report) {
         reserve(&mut self.jobs, pairs);
         reserve(&mut report.pairs, pairs);
@@ -118,13 +117,11 @@ impl Schedule {
         }
     }
 
-    /// Makes room for the distances of groups.
     pub fn reserve_groups(&mut self, groups: usize, report: &mut Report) {
         self.tallies.reserve(groups);
         reserve(&mut report.group_distances, groups);
     }
 
-    /// Makes room for the patches of contacts.
     pub fn make_patches(&mut self) {
         self.batches.iter_mut().for_each(Batch::make_patches);
     }
@@ -230,7 +227,6 @@ impl Schedule {
         lap
     }
 
-    /// Tells the distances of groups.
     fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) {
         let Frame { bodies, number, .. } = *frame;
         if bodies.measured.groups.is_empty() {
