@@ -152,10 +152,8 @@ impl Casting<'_> {
     /// Follows the ray until nothing nearer is left, or the deadline comes.
     fn search(&mut self, line: &Line, known: &mut Known, deadline: &mut Deadline) -> Result<(), SceneError> {
         while let Some(&Reverse(entry)) = self.rays.queue.peek() {
-            if known
-                .hit
-                .is_some_and(|hit| self.asked.mode == RayMode::Nearest && f64::from_bits(entry.enter) > hit.on_body.t)
-            {
+            let is_nearer = |hit: BodyHit| hit.on_body.t < f64::from_bits(entry.enter);
+            if self.asked.mode == RayMode::Nearest && known.hit.is_some_and(is_nearer) {
                 break;
             }
             let least = if matches!(entry.what, What::Node(_)) { WORK_PER_SEARCH } else { MAX_STEP_WORK };

@@ -163,10 +163,16 @@ impl PairState {
             return Ended::NotBegun;
         }
         self.turn.is_blank = false;
-        if self.turn.asks == Asks::Contacts {
-            return self.locate(&question, [a, b], desk);
+        match self.turn.asks {
+            Asks::Contacts => self.locate(&question, [a, b], desk),
+            Asks::Witness | Asks::Meet => self.answer(&question, desk),
         }
-        let Desk { workspace, held, deadline, .. } = desk;
+    }
+
+    /// Goes on with any other question, as far as the deadline allows.
+    #[inline(always)]
+    fn answer(&mut self, question: &Question, desk: &mut Desk) -> Ended {
+        let Desk { bodies, round, deadline, workspace, held, .. } = desk;
         if !(*held && question.is_stopped_in(workspace)) {
             self.pending = Spent::default();
             question.begin(workspace, &self.memory, round.to_the_end);
