@@ -26,9 +26,10 @@ impl Scene {
         let started = budget.time_limit().map(|_| clock.now());
         self.report.frame += 1;
         let (number, mode, asked_since) = (self.report.frame, self.mode, self.asked_since);
-        let Self { pairs, broad, bodies, schedule, .. } = self;
+        let Self { pairs, broad, bodies, schedule, scratch, report, .. } = self;
         let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
-        let left = schedule.revisit(&frame, broad, pairs);
+        let searches = threads == 1 && !report.is_whole();
+        let left = schedule.revisit(&frame, broad, pairs, searches.then_some(scratch));
         let mut share = Share::new(budget, left, clock);
         share.run(Step::Place, |deadline| self.place_changed(deadline));
         let Self { pairs, broad, bodies, schedule, scratch, report, events, .. } = self;

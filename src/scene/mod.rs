@@ -312,7 +312,9 @@ impl Scene {
     ///
     /// Nothing runs past the budget: placing bodies, finding pairs and listing them are work like the queries, stop when their
     /// part of the frame is spent, and go on in the next frame. Under a budget of time, pairs that met are tested before them by
-    /// their last witnesses, for half of the frame at most; of what is left they have up to three quarters.
+    /// their last witnesses, for half of the frame at most. If the last report [is not whole](Report::is_whole), and on one
+    /// thread, known pairs are then searched too, until three quarters of the frame are over. Of what is left they have up to
+    /// three quarters.
     /// Under a budget of work, `B` units are for queries, as if all pairs were known, and the broad phase may do `B + 65,536`
     /// units of its own ([`Report::broad_phase_work`]); the report is the same on any number of threads and on every machine.
     ///
@@ -336,7 +338,7 @@ impl Scene {
     /// pairs that met last.
     ///
     /// **Guarantee: no question starves.** Let `B` be the budget of each frame, of work (at least `L`) or the time that the
-    /// broad phase and the tests before it leave; `R = B/8`; and `C` the sum over the overlapping pairs, and over the questions
+    /// broad phase and what comes before it leave; `R = B/8`; and `C` the sum over the overlapping pairs, and over the questions
     /// asked of each, of what they take to their ends, or are expected to take if that is more, with `L` units for every frame
     /// in which one goes on: `L` is 602, or 1,290 if [margins](Scene::set_margin), [distances](Scene::measure) or
     /// [motions](Scene::set_motion) are asked for, or 3,690 if contacts are. Then each question of each pair has a turn within

@@ -207,10 +207,15 @@ impl Report {
         }
     }
 
-    /// Takes note of what became of a pair, and of the work and BV tests for it.
-    pub(super) fn note(&mut self, place: usize, standing: Standing, spent: Spent) {
+    /// Counts what was spent.
+    pub(super) fn spend(&mut self, spent: Spent) {
         self.work += spent.work;
         self.bv_tests += spent.bv_tests;
+    }
+
+    /// Takes note of what became of a pair, and of the work and BV tests for it.
+    pub(super) fn note(&mut self, place: usize, standing: Standing, spent: Spent) {
+        self.spend(spent);
         let Standing { verdict, found, complete } = standing;
         let pair = &mut self.pairs[place];
         if verdict != Verdict::Undecided {

@@ -132,7 +132,7 @@ pub(crate) enum Ended {
 
 impl PairState {
     /// Runs the pair as far as the deadline allows.
-    fn run(&mut self, desk: &mut Desk) -> Ended {
+    pub fn run(&mut self, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, .. } = *desk;
         let Some([a, b]) = bodies.pair(self.turn.key) else { return Ended::NotBegun };
         let b_in_a = a.relative(b);

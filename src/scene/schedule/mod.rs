@@ -3,8 +3,9 @@
 //! A pair that was decided and whose bodies have not moved since needs nothing. Of the others the cost is expected
 //! ([`forecast`]), and the frame goes in rounds:
 //!
-//! - Under a budget of time the last witnesses of pairs that met are tested before the broad phase ([`revisit`]): what is found so
-//!   is told however little of the frame is left.
+//! - Under a budget of time the last witnesses of pairs that met are tested before the broad phase, and on one thread, if the
+//!   last frame was cut short, known pairs are searched ([`revisit`]): what is found so is told however little of the frame is
+//!   left.
 //! - A job asks one question. That of a pair which is found to meet goes on with its contacts, if they are asked for, and is
 //!   ranked anew: in the next round.
 //! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends.
@@ -51,7 +52,7 @@ use super::room::reserve;
 use crate::math::Pose;
 use crate::model::calibration::Calibration;
 use crate::model::cost::{LEAST_WORK, WORK_PER_PLANNED_PAIR};
-use crate::query::{Deadline, Mode, Query};
+use crate::query::{Deadline, Mode, Query, Workspace};
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use core::cell::Cell;
@@ -67,9 +68,13 @@ use share::Share;
 use tally::Tallies;
 use turns::RoundRobin;
 
-/// Testing the last witnesses first takes at most this part of the time of a frame, and listing what was found so is not
-/// expected to take more than that one.
-const REVISIT: u32 = 2;
+/// When tests of last witnesses end that come before the broad phase, searches for what they leave open, and those for other
+/// pairs, in eighths of the time of a frame.
+const TEST: u32 = 4;
+const SEARCH: u32 = 6;
+const SEARCH_OTHERS: u32 = 5;
+
+/// Listing what was found so is not expected to take more than this part of it.
 const LIST_OF_FOUND: u32 = 4;
 
 /// Most rounds of a frame. Leftovers are small after two or three.
@@ -111,7 +116,7 @@ impl Schedule {
         reserve(&mut self.jobs, pairs);
         reserve(&mut report.pairs, pairs);
         reserve(&mut self.order, pairs);
-        reserve(&mut self.revisit.found, pairs);
+        self.revisit.reserve(pairs);
         for batch in &mut self.batches {
             reserve(&mut batch.turns, pairs);
         }
@@ -135,16 +140,27 @@ impl Schedule {
         Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
     }
 
-    /// Tests the last witnesses of pairs that met, if time alone is limited. Under a budget of time, when that ended, and what of
-    /// the frame is then left if those found are to be listed.
-    pub fn revisit(&mut self, frame: &Frame, broad: &Broad, pairs: &mut Pairs) -> Option<[Duration; 2]> {
+    /// Tests the last witnesses of pairs that met, if time alone is limited, and with a workspace searches for what they leave
+    /// open. Under a budget of time, when that ended, and what of the frame is then left if those found are to be listed.
+    pub fn revisit(
+        &mut self,
+        frame: &Frame,
+        broad: &Broad,
+        pairs: &mut Pairs,
+        workspace: Option<&mut Workspace>,
+    ) -> Option<[Duration; 2]> {
         let whole = frame.started.zip(frame.budget.time_limit()).map(|(began, limit)| [began, limit]);
         let Some([began, limit]) = whole.filter(|_| revisit::is_due(frame)) else {
             self.revisit.skip();
             return whole;
         };
-        let mut deadline = Deadline::of_a_part(Some(began.saturating_add(limit / REVISIT)), u64::MAX, frame.clock);
-        self.revisit.run(frame, broad, pairs, &mut deadline);
+        let part =
+            |eighths| Deadline::of_a_part(Some(began.saturating_add(limit / 8 * eighths)), u64::MAX, frame.clock);
+        let searches = workspace.is_some();
+        self.revisit.test(frame, broad, pairs, &mut part(if searches { SEARCH } else { TEST }), searches);
+        if let Some(workspace) = workspace {
+            self.revisit.search(frame, pairs, workspace, [part(SEARCH), part(SEARCH_OTHERS)]);
+        }
         let (ended, of_list) = (frame.clock.now(), self.overhead.listing(self.revisit.found.len()));
         let end = began.saturating_add(limit - of_list.min(limit / LIST_OF_FOUND));
         Some([ended, end.saturating_sub(ended)])
@@ -164,7 +180,7 @@ impl Schedule {
         let persisting = self.revisit.found.len();
         share.list(&mut overhead, persisting, |deadline| self.list(frame, found, report, deadline));
         self.overhead = overhead;
-        report.work += self.revisit.work();
+        report.spend(self.revisit.spent());
         let pairs = &mut *found.pairs;
         let estimates = frame.for_estimates();
         let rest = self.rest.times(1.0) + estimates.unwrap_or_default();

@@ -1,7 +1,7 @@
 //! The pairs of bodies whose fat AABBs overlap, and where the states of those are that had a turn.
 
 use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
-use crate::query::{Deadline, ManualClock, Verdict};
+use crate::query::{Deadline, ManualClock};
 use crate::scene::ask::measured::Asker;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
@@ -132,14 +132,6 @@ impl Pairs {
             self.release(slot);
         }
         None
-    }
-
-    /// What is known about a pair that met when it was last decided.
-    #[inline]
-    pub fn state_of_met(&mut self, place: usize) -> Option<&mut PairState> {
-        let slot = self.at(place).slot;
-        let state = self.states.get_mut(slot as usize)?.as_mut()?;
-        matches!(state.verdict, Verdict::Intersecting { .. }).then_some(state)
     }
 
     /// Whether the boxes of a pair overlapped when they were last compared.
