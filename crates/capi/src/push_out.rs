@@ -3,7 +3,8 @@
 use crate::clock::punctual_clock;
 use crate::mesh::punctual_point;
 use crate::pose::punctual_pose;
-use crate::query::{answer, nanoseconds, punctual_budget, punctual_stop_reason};
+use crate::outcome::{nanoseconds, punctual_stop_reason};
+use crate::query::{answer, punctual_budget};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;

@@ -1,28 +1,17 @@
-//! Queries: budget, clock, options in; outcome and certificate out.
+//! Queries: budget, clock and options in; an outcome or a certificate out.
 
 use crate::arrays::fill;
 use crate::clock::{AnyClock, punctual_clock};
 use crate::memory::punctual_memory;
 use crate::mesh::punctual_aabb;
+use crate::outcome::{punctual_certificate, punctual_outcome};
 use crate::pose::punctual_pose;
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
-use crate::workspace::{punctual_triangle_pair, punctual_workspace};
+use crate::workspace::punctual_workspace;
 use core::mem::MaybeUninit;
 use core::time::Duration;
-use punctual::{
-    Budget, Certificate, DEFAULT_PRIOR, LEVELS, MAX_STEP_WORK, Mode, Order, Outcome, PairMemory, Query, Stats,
-    StopReason, Verdict, Workspace,
-};
-
-/// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
-pub const PUNCTUAL_LEVELS: usize = 32;
-
-/// The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the default
-/// poll interval.
-pub const PUNCTUAL_MAX_STEP_WORK: u64 = 352;
-
-const _: () = assert!(PUNCTUAL_LEVELS == LEVELS && PUNCTUAL_MAX_STEP_WORK == MAX_STEP_WORK);
+use punctual::{Budget, DEFAULT_PRIOR, MAX_STEP_WORK, Mode, Order, PairMemory, Query, Workspace};
 
 /// What a query looks for.
 #[repr(u32)]
@@ -62,37 +51,6 @@ pub enum punctual_budget_kind {
     Time = 1,
     /// Units of work: where it stops depends on the input alone.
     Work = 2,
-}
-
-/// Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_verdict {
-    /// The budget ended first. It says nothing about contact: do not treat it as separated.
-    Undecided = 0,
-    /// Proven: the witness triangles share a point.
-    Intersecting = 1,
-    /// Proven: no triangle of A shares a point with one of B.
-    Separated = 2,
-}
-
-/// Why a query returned.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_stop_reason {
-    /// Nothing is left to visit: the answer is complete.
-    Finished = 0,
-    /// The first intersection was found, which is all that MODE_ANY asks for.
-    FirstHit = 1,
-    /// The time was up.
-    Deadline = 2,
-    /// The work was spent.
-    WorkLimit = 3,
-    /// The pair buffer was full. Drain it and resume.
-    PairsFull = 4,
-    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small, below
-    /// about 2^-960, that this could make an answer false. Clear the setting and resume.
-    FlushedToZero = 5,
 }
 
 /// What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and `punctual_budget_work`.
@@ -135,54 +93,6 @@ pub struct punctual_query<'t> {
     /// The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
     /// `punctual_query_estimate`; by default that of the poses for which the model was fitted.
     pub prior: f64,
-}
-
-/// What a query has done, resumed calls included.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct punctual_stats {
-    /// Box overlap tests.
-    pub bv_tests: u64,
-    /// Triangle pairs tested.
-    pub primitive_tests: u64,
-    /// Those among them that needed exact arithmetic.
-    pub exact_tests: u64,
-    /// Units of work; one is about 0.3 ns.
-    pub work: u64,
-    /// BV tests by level; the last entry has all deeper levels.
-    pub bv_tests_per_level: [u64; PUNCTUAL_LEVELS],
-    /// Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under a time budget.
-    pub elapsed: i64,
-    /// Most node pairs that waited in the queue at once.
-    pub queue_peak: u32,
-}
-
-/// The answer of a query. The found pairs stay in the workspace: `punctual_workspace_pairs`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct punctual_outcome {
-    /// Whether the surfaces meet.
-    pub verdict: punctual_verdict,
-    /// Why the query returned.
-    pub stop: punctual_stop_reason,
-    /// If they meet, two triangles that do; else zeros.
-    pub witness: punctual_triangle_pair,
-    /// Intersecting pairs found, resumed calls and drained pairs included; at most 1 for MODE_ANY.
-    pub found: u64,
-    /// What it has done.
-    pub stats: punctual_stats,
-}
-
-/// What a query left open; of a distance query, what may be closer than its `high`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_certificate {
-    /// Open pairs, of nodes or triangles; 0 means that nothing was missed.
-    pub open_pairs: usize,
-    /// No more triangle pairs than this intersect (or are closer), those found included.
-    pub upper_bound: u64,
-    /// Every missed intersection lies in a box with no edge longer than this, in the length unit of the meshes.
-    pub largest_extent: f64,
 }
 
 /// As much as it takes.
@@ -415,55 +325,5 @@ impl punctual_budget {
             x if x == punctual_budget_kind::Work as u32 => Ok(Budget::work(self.limit)),
             unknown => Err(Fault::Value("budget.kind", unknown)),
         }
-    }
-}
-
-/// In nanoseconds; -1 for none.
-pub(crate) fn nanoseconds(time: Option<Duration>) -> i64 {
-    time.map_or(-1, |time| i64::try_from(time.as_nanos()).unwrap_or(i64::MAX))
-}
-
-/// Verdict and witness.
-pub(crate) fn verdict(verdict: Verdict) -> (punctual_verdict, punctual_triangle_pair) {
-    match verdict {
-        Verdict::Undecided => (punctual_verdict::Undecided, [0; 2].into()),
-        Verdict::Intersecting { witness } => (punctual_verdict::Intersecting, witness.into()),
-        Verdict::Separated => (punctual_verdict::Separated, [0; 2].into()),
-    }
-}
-
-impl From<Certificate<'_>> for punctual_certificate {
-    fn from(open: Certificate) -> Self {
-        Self { open_pairs: open.open_pairs(), upper_bound: open.upper_bound(), largest_extent: open.largest_extent() }
-    }
-}
-
-impl From<Outcome> for punctual_outcome {
-    fn from(outcome: Outcome) -> Self {
-        let (verdict, witness) = verdict(outcome.verdict);
-        Self { verdict, stop: outcome.stop.into(), witness, found: outcome.found, stats: outcome.stats.into() }
-    }
-}
-
-impl From<StopReason> for punctual_stop_reason {
-    fn from(stop: StopReason) -> Self {
-        match stop {
-            StopReason::Finished => Self::Finished,
-            StopReason::FirstHit => Self::FirstHit,
-            StopReason::Deadline => Self::Deadline,
-            StopReason::WorkLimit => Self::WorkLimit,
-            StopReason::PairsFull => Self::PairsFull,
-            StopReason::FlushedToZero => Self::FlushedToZero,
-            // A reason that is added without a number here may be taken for one that is not final either.
-            _ => Self::WorkLimit,
-        }
-    }
-}
-
-impl From<Stats> for punctual_stats {
-    fn from(stats: Stats) -> Self {
-        let Stats { bv_tests, primitive_tests, exact_tests, work, bv_tests_per_level, queue_peak, elapsed, .. } = stats;
-        let elapsed = nanoseconds(elapsed);
-        Self { bv_tests, primitive_tests, exact_tests, work, bv_tests_per_level, elapsed, queue_peak }
     }
 }

@@ -3,7 +3,8 @@
 use crate::arrays::{array, fill, find_room, room};
 use crate::clock::punctual_clock;
 use crate::mesh::punctual_point;
-use crate::query::{answer, punctual_budget, punctual_stats, punctual_stop_reason};
+use crate::outcome::{punctual_stats, punctual_stop_reason};
+use crate::query::{answer, punctual_budget};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;

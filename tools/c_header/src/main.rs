@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::{env, error::Error, fs};
 
 /// In the order of the header.
-const SOURCES: [&str; 21] = [
+const SOURCES: [&str; 22] = [
     "status",
     "pose",
     "mesh",
@@ -19,6 +19,7 @@ const SOURCES: [&str; 21] = [
     "memory",
     "clock",
     "query",
+    "outcome",
     "distance",
     "motion",
     "estimate",
