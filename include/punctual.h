@@ -2452,6 +2452,22 @@ punctual_status punctual_distance_query_open_boxes(const struct punctual_distanc
                                                    size_t *count);
 
 /**
+ * `punctual_distance_query_certificate` and `punctual_distance_query_open_boxes` after `work` units of work that open the largest of the
+ * boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`. `high` stays as
+ * it is, and before there is one nothing is gained.
+ *
+ * Fails as `punctual_distance_query_certificate`.
+ */
+punctual_status punctual_distance_query_narrowed_certificate(const struct punctual_distance_query *query,
+                                                             const struct punctual_workspace *workspace,
+                                                             struct punctual_workspace *aside,
+                                                             uint64_t work,
+                                                             struct punctual_certificate *certificate,
+                                                             struct punctual_aabb *boxes,
+                                                             size_t capacity,
+                                                             size_t *count);
+
+/**
  * Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
  * guess: nine of ten queries are within a factor of 5.6 of the median. Takes constant time and allocates nothing.
  */
@@ -2631,6 +2647,21 @@ punctual_status punctual_contact_query_open_boxes(const struct punctual_contact_
                                                   struct punctual_aabb *boxes,
                                                   size_t capacity,
                                                   size_t *count);
+
+/**
+ * `punctual_contact_query_certificate` and `punctual_contact_query_open_boxes` after `work` units of work that open the largest of the
+ * boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`.
+ *
+ * Fails as `punctual_contact_query_certificate`.
+ */
+punctual_status punctual_contact_query_narrowed_certificate(const struct punctual_contact_query *query,
+                                                            const struct punctual_workspace *workspace,
+                                                            struct punctual_workspace *aside,
+                                                            uint64_t work,
+                                                            struct punctual_certificate *certificate,
+                                                            struct punctual_aabb *boxes,
+                                                            size_t capacity,
+                                                            size_t *count);
 
 /**
  * The contacts that the last query found, if it was a contact query, without those drained: the nearest first. As many as

@@ -402,6 +402,15 @@ struct DistanceQuery : punctual_distance_query {
       return punctual_distance_query_open_boxes(this, workspace.get(), boxes, capacity, count);
     });
   }
+  /** After so much work in another workspace. Writes up to `capacity` boxes, and how many there are to `count`. */
+  Result<punctual_certificate> narrowed_certificate(const Workspace &workspace, Workspace &aside, std::uint64_t work,
+                                                    punctual_aabb *boxes, std::size_t capacity,
+                                                    std::size_t &count) const noexcept {
+    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
+      return punctual_distance_query_narrowed_certificate(this, workspace.get(), aside.get(), work, certificate, boxes,
+                                                  capacity, &count);
+    });
+  }
 };
 
 /** Until when is a motion free? The fields of punctual_motion_query are public; the trees must outlive it. */
@@ -473,6 +482,15 @@ struct ContactQuery : punctual_contact_query {
                                  std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>([&](std::size_t *count) {
       return punctual_contact_query_open_boxes(this, workspace.get(), boxes, capacity, count);
+    });
+  }
+  /** After so much work in another workspace. Writes up to `capacity` boxes, and how many there are to `count`. */
+  Result<punctual_certificate> narrowed_certificate(const Workspace &workspace, Workspace &aside, std::uint64_t work,
+                                                    punctual_aabb *boxes, std::size_t capacity,
+                                                    std::size_t &count) const noexcept {
+    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
+      return punctual_contact_query_narrowed_certificate(this, workspace.get(), aside.get(), work, certificate, boxes,
+                                                  capacity, &count);
     });
   }
 };

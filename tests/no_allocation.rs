@@ -56,13 +56,14 @@ fn use_query(query: &Query, [workspace, aside]: [&mut Workspace; 2], mut memory:
 }
 
 /// The same of a distance query.
-fn use_distance(query: &DistanceQuery, workspace: &mut Workspace, mut memory: Option<&mut PairMemory>) {
+fn use_distance(query: &DistanceQuery, [workspace, aside]: [&mut Workspace; 2], mut memory: Option<&mut PairMemory>) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
     for budget in [Budget::work(0), Budget::work(2_000), Budget::time(Duration::from_micros(3)), Budget::unlimited()] {
         black_box(query.predict(memory.as_deref()));
         let mut said = query.run_with(workspace, memory.as_deref_mut(), budget, &clock);
         while said.stop != StopReason::Finished {
             let _ = black_box(query.estimate(workspace, memory.as_deref()));
+            black_box(query.narrowed_certificate(workspace, aside, 2_000).unwrap().boxes().count());
             let more =
                 [Budget::work(5_000), Budget::time(Duration::from_micros(30))][usize::from(said.stats.work % 2 == 1)];
             said = query.resume_with(workspace, memory.as_deref_mut(), more, &clock).unwrap();
@@ -84,12 +85,13 @@ fn use_motion(query: &MotionQuery, workspace: &mut Workspace, memory: &mut PairM
 }
 
 /// The same of a contact query, in a workspace that has room.
-fn use_contacts(query: &ContactQuery, workspace: &mut Workspace) {
+fn use_contacts(query: &ContactQuery, [workspace, aside]: [&mut Workspace; 2]) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
     for budget in [Budget::work(0), Budget::work(2_000), Budget::time(Duration::from_micros(3)), Budget::unlimited()] {
         let mut said = query.run_with(workspace, budget, &clock);
         while said.stop != StopReason::Finished {
             black_box(query.certificate(workspace).unwrap().boxes().count());
+            black_box(query.narrowed_certificate(workspace, aside, 2_000).unwrap().boxes().count());
             black_box(workspace.contacts().count());
             if said.stop == StopReason::PairsFull {
                 drop(black_box(workspace.drain_contacts()));
@@ -123,9 +125,9 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
         for query in [query, query.absolute_tolerance(0.0), query.margins([0.1, 0.2]), query.closer_than(0.5)] {
             let mut memory = PairMemory::new();
             let calls = allocator_calls(|| {
-                use_distance(&query, &mut workspace, None);
-                use_distance(&query, &mut workspace, Some(&mut memory));
-                use_distance(&query, &mut workspace, Some(&mut memory));
+                use_distance(&query, [&mut workspace, &mut aside], None);
+                use_distance(&query, [&mut workspace, &mut aside], Some(&mut memory));
+                use_distance(&query, [&mut workspace, &mut aside], Some(&mut memory));
             });
             assert_eq!(calls, 0, "{query:?}");
         }
@@ -138,7 +140,8 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
         workspace.reserve_contacts(64);
         let query = ContactQuery::new(a, b, pose);
         for query in [query, query.margin(0.01), query.margin(0.01).contact_limit(3)] {
-            assert_eq!(allocator_calls(|| use_contacts(&query, &mut workspace)), 0, "{query:?}");
+            let calls = allocator_calls(|| use_contacts(&query, [&mut workspace, &mut aside]));
+            assert_eq!(calls, 0, "{query:?}");
         }
         let mut patches = Patches::new();
         patches.update(a, b, workspace.contacts());

@@ -15,10 +15,10 @@ use glam::{DMat3, DVec3, Vec3};
 /// the open pairs.
 #[derive(Clone, Copy, Debug)]
 pub struct Certificate<'w> {
-    a: &'w Tree,
-    b: &'w Tree,
-    place: Place<'w>,
-    workspace: &'w Workspace,
+    pub(super) a: &'w Tree,
+    pub(super) b: &'w Tree,
+    pub(super) place: Place<'w>,
+    pub(super) workspace: &'w Workspace,
     /// The run that it is of: another one than `workspace` holds if it was narrowed.
     whole: &'w Workspace,
     is_narrowed: bool,
@@ -28,7 +28,7 @@ pub struct Certificate<'w> {
 
 /// Where B is.
 #[derive(Clone, Copy, Debug)]
-enum Place<'w> {
+pub(super) enum Place<'w> {
     /// At a pose, and how close to one another the points of a missed pair are, at most.
     Still(&'w Pose, f64),
     Moving(&'w MotionOptions),
@@ -44,10 +44,9 @@ impl<'w> Certificate<'w> {
         Self { a, b, place: Place::Moving(options), workspace, whole: workspace, is_narrowed: false, taken: 0 }
     }
 
-    /// The same of what `whole` left open: the first `taken` of its node pairs, and all else, as `self.workspace` went on
-    /// with them.
-    pub(super) fn narrowed(self, whole: &'w Workspace, taken: usize) -> Self {
-        Self { whole, taken, is_narrowed: true, ..self }
+    /// The same, of the first `taken` node pairs and all else that is not one, as another workspace went on with them.
+    pub(super) fn narrowed(self, workspace: &'w Workspace, taken: usize) -> Self {
+        Self { workspace, taken, is_narrowed: true, ..self }
     }
 
     /// Units of work that it took: 0 unless it was narrowed.
@@ -88,8 +87,9 @@ impl<'w> Certificate<'w> {
     /// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. An
     /// open pair of nodes whose boxes are apart has none.
     ///
-    /// Of a distance query, two points of the surfaces that are closer than the upper bound have their middle in one of them;
-    /// boxes reach as far as that bound beyond the surfaces, and without one there are no finite boxes.
+    /// Of a distance query, two points of the surfaces that are closer than the upper bound, by more than the tolerance, have
+    /// their middle in one of them; boxes reach as far as that bound beyond the surfaces, and without one there are no finite
+    /// boxes.
     ///
     /// Of a motion, where the surfaces meet before the contact that was found, if any, they do in one of them: all points of A
     /// there that B touches, or comes as close to as the margins are.
@@ -113,7 +113,7 @@ impl<'w> Certificate<'w> {
             }
             Open::Triangles(pair) | Open::Found(pair) => {
                 let (of_a, of_b) = (triangle_bounds(a, pair[0], &Pose::IDENTITY), triangle_bounds(b, pair[1], b_in_a));
-                Some(widened(&of_a.intersection(&of_b), margin))
+                Some(widened(&of_a.intersection(&of_b), margin)).filter(|common| !common.is_empty())
             }
             Open::Piece(_) => None,
         }

@@ -55,7 +55,7 @@ pub struct ContactQuery<'t> {
     a: &'t Tree,
     b: &'t Tree,
     b_in_a: Pose,
-    options: ContactOptions,
+    pub(super) options: ContactOptions,
 }
 
 /// Room that the first contact query makes in a workspace that has none.

@@ -7,7 +7,7 @@
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
 use super::options::{Mode, Options};
-use super::order::{bucket_by_room, overlap_volume};
+use super::order::overlap_volume;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::traversal::{Question, Traversal, bits};
@@ -93,21 +93,11 @@ impl Traversal<'_, '_, Intersection<'_>> {
         })
     }
 
-    /// Queues a pair by the room in which its boxes overlap.
-    // Seldom asked for, and so out of the loop.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn queue_by_room(&mut self, pair: Pair) {
-        let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
-        let bucket = bucket_by_room(a, b, self.relation);
-        self.workspace.front.queue(pair, 0.0, bucket, true);
-    }
-
     /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost is below the threshold.
     fn queue(&mut self, pair: Pair, depth: f32) {
         let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
         if self.strategy.largest_first {
-            self.queue_by_room(pair);
+            self.queue_by_room(pair, 0.0, 0.0);
         } else if libm::sqrtf(a.self_cost * b.self_cost) >= self.strategy.queue_threshold {
             let volume = || overlap_volume(a, b, self.relation);
             let alpha = || a.alpha().element_product() * b.alpha().element_product();
@@ -169,7 +159,7 @@ impl Sink for Traversal<'_, '_, Intersection<'_>> {
     #[inline(always)]
     fn cluster(&mut self, pair: Pair, _column: usize) {
         if self.strategy.largest_first {
-            self.queue_by_room(pair);
+            self.queue_by_room(pair, 0.0, 0.0);
         } else {
             self.workspace.front.push(pair);
         }

@@ -9,7 +9,8 @@
 //! those that may be closer than the closest so far. Those that may only raise the lower bound are put off to the end.
 //!
 //! Contacts ([`super::contacts`]) are the same question with a limit and without an interval that closes in: each pair within
-//! the limit goes to a list.
+//! the limit goes to a list. So are certificates that are narrowed ([`super::narrow`]), of which the list has the triangles
+//! only.
 
 use super::boxes::Keys;
 use super::expand::{Sink, expand};
@@ -21,6 +22,7 @@ use super::queue::{Origin, Pair};
 use super::search::{Bounded, DIVE, least_key, root};
 use super::traversal::{Question, Traversal};
 use super::views::Relation;
+use super::workspace::Workspace;
 use crate::contact::Contact;
 use crate::math::lanes::{Column, F8, Lanes};
 use crate::model::cost::{
@@ -109,15 +111,15 @@ impl Question for Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
         let search = &self.workspace.search;
-        !search.proposed.is_empty() || search.waiting.len() >= WIDTH || any && !search.is_done()
+        search.is_due() || any && !search.is_done()
     }
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
-        let search = &mut self.workspace.search;
-        if self.workspace.contacts.is_full() && !search.proposed.is_empty() {
+        if self.workspace.contacts.margin().is_some() && self.is_full() {
             return Some(StopReason::PairsFull);
         }
+        let search = &mut self.workspace.search;
         if let Some(proposed) = search.proposed.pop() {
             self.consider(proposed);
         } else if !search.waiting.is_empty() {
@@ -127,13 +129,24 @@ impl Question for Traversal<'_, '_, Distance> {
         }
         let search = &self.workspace.search;
         let last = self.workspace.front.is_empty();
-        self.workspace.testing =
-            !search.proposed.is_empty() || search.waiting.len() >= WIDTH || last && !search.is_done();
+        self.workspace.testing = search.is_due() || last && !search.is_done();
         search.interval.is_decided().then_some(StopReason::Finished)
     }
 }
 
 impl Traversal<'_, '_, Distance> {
+    /// Whether there may be no room for what the next step finds.
+    #[cold]
+    #[inline(never)]
+    fn is_full(&self) -> bool {
+        let Workspace { contacts, found, search, .. } = &*self.workspace;
+        if self.strategy.largest_first {
+            found.len() == found.capacity()
+        } else {
+            contacts.is_full() && !search.proposed.is_empty()
+        }
+    }
+
     /// Lower bounds of up to eight waiting pairs.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
@@ -201,7 +214,13 @@ impl Traversal<'_, '_, Distance> {
         self.deadline.look_next();
         if let Some(margin) = workspace.contacts.margin() {
             let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
-            if let Some(contact) = contact(ids, [a, b], proven, margin, stats) {
+            if self.strategy.largest_first {
+                stats.work += WORK_PER_CLOSEST_POINTS;
+                if closest(a, b).low.max(proven) <= margin {
+                    workspace.found.push(ids);
+                    workspace.run.found += 1;
+                }
+            } else if let Some(contact) = contact(ids, [a, b], proven, margin, stats) {
                 workspace.contacts.push(contact);
                 workspace.run.found += 1;
             }
@@ -260,6 +279,9 @@ impl Sink for Traversal<'_, '_, Distance> {
 
     #[inline(always)]
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+        if self.strategy.largest_first {
+            return self.queue_all(hits, child);
+        }
         let mut deepest = (0.0, None);
         let last = if self.strategy.deepest_first { self.closest(hits) } else { 0 };
         for mut hits in [hits & !last, last] {
@@ -278,6 +300,9 @@ impl Sink for Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn cluster(&mut self, pair: Pair, column: usize) {
         let key = least_key(&self.keys, &pair, column);
+        if self.strategy.largest_first {
+            return self.queue_by_room(pair, key, root(self.question.cut));
+        }
         self.place(pair, key, &mut (0.0, None));
     }
 
@@ -295,6 +320,16 @@ impl Sink for Traversal<'_, '_, Distance> {
 }
 
 impl Traversal<'_, '_, Distance> {
+    /// Queues pairs by room.
+    #[cold]
+    #[inline(never)]
+    fn queue_all(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+        for bit in (0..u64::BITS).filter(|bit| hits >> bit & 1 != 0) {
+            let key = self.keys.as_flattened()[bit as usize];
+            self.queue_by_room(child(bit), key, root(self.question.cut));
+        }
+    }
+
     /// The bit of the least key.
     #[inline(never)]
     fn closest(&self, hits: u64) -> u64 {

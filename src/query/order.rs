@@ -59,27 +59,27 @@ impl FromStr for Order {
     }
 }
 
-/// How far the boxes of two nodes overlap along each axis of A's node, A's units, and how far they could. Somewhat more than
-/// nothing, so that products of both tell flat boxes apart.
-fn overlap(a: &Node, b: &Node, relation: &Relation) -> [[f32; 2]; 3] {
+/// How far the boxes of two nodes overlap along each axis of A's node, A's units, and how far they could, one of them thicker
+/// by `reach`. Somewhat more than nothing, so that products of both tell flat boxes apart.
+fn overlap(a: &Node, b: &Node, relation: &Relation, reach: f32) -> [[f32; 2]; 3] {
     let view = Views::between(a, b, relation).of_b;
     let (center, half) = (view.point(b.own_center * relation.scale), view.half(b.own_half * relation.scale));
     let [distance, a, b] = [(center - a.own_center).abs(), a.own_half, half].map(xyz);
     per_axis!(k => {
-        let (least, slack) = (2.0 * a[k].min(b[k]), 1e-3 * (a[k] + b[k]) + 1e-9);
-        [(a[k] + b[k] - distance[k]).clamp(0.0, least) + slack, least + slack]
+        let (least, slack) = (2.0 * a[k].min(b[k]) + reach, 1e-3 * (a[k] + b[k]) + 1e-9);
+        [(a[k] + b[k] + reach - distance[k]).clamp(0.0, least) + slack, least + slack]
     })
 }
 
 /// The volume in which the boxes of two nodes overlap over that of the smaller one, on the axes of A's node; within 0..=1.
 pub(super) fn overlap_volume(a: &Node, b: &Node, relation: &Relation) -> f32 {
-    overlap(a, b, relation).iter().map(|[common, most]| common / most).product()
+    overlap(a, b, relation, 0.0).iter().map(|[common, most]| common / most).product()
 }
 
-/// The bucket of a pair where those come first whose boxes overlap in most room.
-pub(super) fn bucket_by_room(a: &Node, b: &Node, relation: &Relation) -> usize {
+/// The bucket of a pair where those come first whose boxes are within `reach` of one another, A's units, in most room.
+pub(super) fn bucket_by_room(a: &Node, b: &Node, relation: &Relation, reach: f32) -> usize {
     // No two boxes overlap in 64 cubic units of A. Two buckets for each factor of two.
-    let room: f32 = overlap(a, b, relation).iter().map(|[common, _]| common).product();
+    let room: f32 = overlap(a, b, relation, reach).iter().map(|[common, _]| common).product();
     ((-2.0 * libm::log2f(room / 64.0)) as usize).min(BUCKETS - 1)
 }
 

@@ -81,6 +81,14 @@ impl Search {
         }
     }
 
+    /// Begins with all that another search has left, but for its dive, which leaves no trace.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.waiting.clone_from(&other.waiting);
+        self.proposed.clone_from(&other.proposed);
+        self.put_off.clone_from(&other.put_off);
+        (self.interval, self.is_used, self.dropped) = (other.interval, true, other.dropped);
+    }
+
     /// Begins with a triangle pair, if one is known, and without a dive.
     pub fn begin_pairs(&mut self, known: Option<Bounded>) {
         self.clear();
@@ -117,6 +125,12 @@ impl Search {
             pairs[i] = pairs[0];
         }
         (pairs, keys, count)
+    }
+
+    /// Whether as many triangle pairs wait for a test as pay.
+    #[inline(always)]
+    pub fn is_due(&self) -> bool {
+        !self.proposed.is_empty() || self.waiting.len() >= WIDTH
     }
 
     /// Whether no dive and no triangle pair is left.

@@ -4,8 +4,8 @@ use crate::arrays::{fill, find_room};
 use crate::clock::punctual_clock;
 use crate::distance::not_negative;
 use crate::mesh::{punctual_aabb, punctual_point};
-use crate::pose::punctual_pose;
 use crate::outcome::{punctual_certificate, punctual_stats, punctual_stop_reason};
+use crate::pose::punctual_pose;
 use crate::query::{answer, punctual_budget};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
@@ -163,6 +163,35 @@ pub unsafe extern "C" fn punctual_contact_query_open_boxes(
         // SAFETY: the contract of the header for arrays.
         count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
         Ok(())
+    })
+}
+
+/// `punctual_contact_query_certificate` and `punctual_contact_query_open_boxes` after `work` units of work that open the largest of the
+/// boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`.
+///
+/// Fails as `punctual_contact_query_certificate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_contact_query_narrowed_certificate(
+    query: Option<&punctual_contact_query>,
+    workspace: Option<&punctual_workspace>,
+    aside: Option<&mut punctual_workspace>,
+    work: u64,
+    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+    boxes: *mut punctual_aabb,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_contact_query_narrowed_certificate", || {
+        let query = given(query, "query")?.check()?;
+        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
+        let workspace = given(workspace, "workspace")?.0.get("workspace")?;
+        given(aside, "aside")?.0.change("aside", |aside| {
+            let open = query.narrowed_certificate(workspace, aside, work)?;
+            certificate.write(open.into());
+            // SAFETY: the contract of the header for arrays.
+            count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
+            Ok(())
+        })
     })
 }
 

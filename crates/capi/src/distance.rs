@@ -5,8 +5,8 @@ use crate::clock::punctual_clock;
 use crate::estimate::{known, punctual_quantiles};
 use crate::memory::punctual_memory;
 use crate::mesh::{punctual_aabb, punctual_point};
-use crate::pose::punctual_pose;
 use crate::outcome::{punctual_certificate, punctual_stats, punctual_stop_reason};
+use crate::pose::punctual_pose;
 use crate::query::{answer, punctual_budget};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
@@ -192,6 +192,36 @@ pub unsafe extern "C" fn punctual_distance_query_open_boxes(
         // SAFETY: the contract of the header for arrays.
         count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
         Ok(())
+    })
+}
+
+/// `punctual_distance_query_certificate` and `punctual_distance_query_open_boxes` after `work` units of work that open the largest of the
+/// boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`. `high` stays as
+/// it is, and before there is one nothing is gained.
+///
+/// Fails as `punctual_distance_query_certificate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_distance_query_narrowed_certificate(
+    query: Option<&punctual_distance_query>,
+    workspace: Option<&punctual_workspace>,
+    aside: Option<&mut punctual_workspace>,
+    work: u64,
+    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+    boxes: *mut punctual_aabb,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_distance_query_narrowed_certificate", || {
+        let query = given(query, "query")?.check()?;
+        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
+        let workspace = given(workspace, "workspace")?.0.get("workspace")?;
+        given(aside, "aside")?.0.change("aside", |aside| {
+            let open = query.narrowed_certificate(workspace, aside, work)?;
+            certificate.write(open.into());
+            // SAFETY: the contract of the header for arrays.
+            count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
+            Ok(())
+        })
     })
 }
 

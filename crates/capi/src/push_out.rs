@@ -2,8 +2,8 @@
 
 use crate::clock::punctual_clock;
 use crate::mesh::punctual_point;
-use crate::pose::punctual_pose;
 use crate::outcome::{nanoseconds, punctual_stop_reason};
+use crate::pose::punctual_pose;
 use crate::query::{answer, punctual_budget};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;

@@ -332,15 +332,16 @@ static void motions(void) {
 static void distances(void) {
   punctual_mesh *mesh;
   punctual_tree *cube;
-  punctual_workspace *workspace;
+  punctual_workspace *workspace, *aside;
   punctual_memory *memory;
   punctual_distance distance;
-  punctual_certificate open;
+  punctual_certificate open, narrowed;
   punctual_aabb boxes[4];
   size_t count;
   OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
   OK(punctual_tree_new(mesh, NULL, &cube));
   OK(punctual_workspace_new(&workspace));
+  OK(punctual_workspace_new(&aside));
   OK(punctual_memory_new(&memory));
 
   /* Two cubes of edge 2, their middles 3 apart. */
@@ -371,6 +372,8 @@ static void distances(void) {
     OK(punctual_distance_query_certificate(&query, workspace, &open));
     OK(punctual_distance_query_open_boxes(&query, workspace, boxes, 4, &count));
     CHECK(count <= open.open_pairs && (count == 0 || boxes[0].max.x - boxes[0].min.x <= open.largest_extent));
+    OK(punctual_distance_query_narrowed_certificate(&query, workspace, aside, 900, &narrowed, boxes, 4, &count));
+    CHECK(count <= narrowed.open_pairs && (open.open_pairs > 0 || narrowed.open_pairs == 0));
     last = distance;
   }
   CHECK(last.low == before.low && last.high == before.high && open.open_pairs == 0);
@@ -394,6 +397,7 @@ static void distances(void) {
   FAILS(punctual_distance_query_run(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &distance), BAD_ARGUMENT,
         "punctual_distance_query_run: query->margins[1] is -1, which is negative or no number");
   punctual_memory_free(memory);
+  punctual_workspace_free(aside);
   punctual_workspace_free(workspace);
   punctual_tree_free(cube);
   punctual_mesh_free(mesh);
@@ -402,7 +406,7 @@ static void distances(void) {
 static void contacts(void) {
   punctual_mesh *mesh;
   punctual_tree *cube;
-  punctual_workspace *workspace;
+  punctual_workspace *workspace, *aside;
   punctual_patches *patches;
   punctual_contacts said;
   punctual_contact found[64];
@@ -413,6 +417,7 @@ static void contacts(void) {
   OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
   OK(punctual_tree_new(mesh, NULL, &cube));
   OK(punctual_workspace_new(&workspace));
+  OK(punctual_workspace_new(&aside));
   OK(punctual_patches_new(4, &patches));
   OK(punctual_workspace_reserve_contacts(workspace, 10000));
 
@@ -463,6 +468,8 @@ static void contacts(void) {
     OK(punctual_contact_query_open_boxes(&query, workspace, boxes, 4, &count));
     CHECK(count <= open.open_pairs && (said.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT ||
                                        said.stop == PUNCTUAL_STOP_REASON_PAIRS_FULL));
+    OK(punctual_contact_query_narrowed_certificate(&query, workspace, aside, 900, &open, boxes, 4, &count));
+    CHECK(count <= open.open_pairs && open.upper_bound >= all);
     OK(punctual_workspace_contacts(workspace, NULL, 0, &count));
     sum += count;
     OK(punctual_workspace_drain_contacts(workspace));
@@ -474,6 +481,7 @@ static void contacts(void) {
   FAILS(punctual_contact_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &said), BAD_ARGUMENT,
         "punctual_contact_query_run: query->margin is -1, which is negative or no number");
   punctual_patches_free(patches);
+  punctual_workspace_free(aside);
   punctual_workspace_free(workspace);
   punctual_tree_free(cube);
   punctual_mesh_free(mesh);

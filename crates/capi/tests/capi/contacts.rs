@@ -58,6 +58,7 @@ fn contacts_and_patches_are_those_of_rust() {
     let ours = tree_of(&knot());
     let theirs = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
     let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
+    let (mut aside, mut other_aside) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
     let (mut patches, mut expected) = (owned(|out| punctual_patches_new(3, out)), Patches::new().point_limit(3));
     let (mut stops, mut touching, mut room) = (0, 0, vec![NO_CONTACT; 64]);
     for (margin, limit, work) in [(0.0, usize::MAX, 30_000), (0.02, 50, u64::MAX), (0.02, usize::MAX, u64::MAX)] {
@@ -90,6 +91,18 @@ fn contacts_and_patches_are_those_of_rust() {
                 punctual_contact_query_open_boxes(Some(&query), Some(&workspace), null_mut(), 0, out)
             });
             assert_eq!(boxes, certificate.boxes().count());
+            let narrowed = native.narrowed_certificate(&other, &mut other_aside, 700).unwrap();
+            let mut open = MaybeUninit::uninit();
+            // SAFETY: no room is claimed.
+            let boxes = made(|out| unsafe {
+                let (query, workspace, aside) = (Some(&query), Some(&*workspace), Some(&mut *aside));
+                let open = Some(&mut open);
+                punctual_contact_query_narrowed_certificate(query, workspace, aside, 700, open, null_mut(), 0, out)
+            });
+            // SAFETY: written.
+            let open = unsafe { open.assume_init() };
+            assert_eq!((open.open_pairs, open.upper_bound), (narrowed.open_pairs(), narrowed.upper_bound()));
+            assert_eq!(boxes, narrowed.boxes().count());
             if native_said.stop == StopReason::Finished {
                 break;
             }
@@ -178,6 +191,8 @@ fn nulls_and_numbers_are_refused_by_contact_queries() {
     // SAFETY: null.
     unsafe {
         null_is_seen(punctual_contact_query_open_boxes(None, None, null_mut(), 0, None), "query");
+        let status = punctual_contact_query_narrowed_certificate(None, None, None, 0, None, null_mut(), 0, None);
+        null_is_seen(status, "query");
         null_is_seen(punctual_workspace_contacts(None, null_mut(), 0, None), "workspace");
         null_is_seen(punctual_workspace_contacts(Some(&workspace), null_mut(), 0, None), "count");
         null_is_seen(punctual_patches_contacts(None, 0, null_mut(), 0, None), "patches");

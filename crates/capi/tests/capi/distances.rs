@@ -41,6 +41,21 @@ fn same_certificate(query: &punctual_distance_query, workspace: &punctual_worksp
     }
 }
 
+fn same_narrowed_certificate(query: &punctual_distance_query, workspace: &punctual_workspace, theirs: &Certificate) {
+    let mut aside = owned(|out| punctual_workspace_new(out));
+    let (mut open, mut first) = (MaybeUninit::uninit(), punctual_aabb { min: NO_POINT, max: NO_POINT });
+    // SAFETY: there is room for one.
+    let count = made(|count| unsafe {
+        let (aside, open) = (Some(&mut *aside), Some(&mut open));
+        let workspace = Some(workspace);
+        punctual_distance_query_narrowed_certificate(Some(query), workspace, aside, 700, open, &mut first, 1, count)
+    });
+    // SAFETY: written.
+    let open = unsafe { open.assume_init() };
+    assert_eq!((open.open_pairs, open.upper_bound), (theirs.open_pairs(), theirs.upper_bound()));
+    assert!(count == theirs.boxes().count() && theirs.boxes().next().is_none_or(|theirs| first.min.x == theirs.min.x));
+}
+
 fn same_estimate(query: &punctual_distance_query, workspace: &punctual_workspace, theirs: DistanceEstimate) {
     let said = made(|out| punctual_distance_query_estimate(Some(query), Some(workspace), None, out));
     assert_eq!([said.remaining, said.distance], [theirs.remaining, theirs.distance].map(Into::into));
@@ -60,6 +75,7 @@ fn distances_are_those_of_rust() {
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let mut other = Workspace::new();
     let mut stops = 0;
+    let mut room = Workspace::new();
     for (tolerance, share, margins, limit) in [
         (-1.0, 0.0, [0.0; 2], f64::INFINITY),
         (0.0, 0.0, [0.0; 2], f64::INFINITY),
@@ -88,6 +104,8 @@ fn distances_are_those_of_rust() {
                 stops += 1;
                 same(&distance, &expected);
                 same_certificate(&query, &workspace, &native.certificate(&other).unwrap());
+                let narrowed = native.narrowed_certificate(&other, &mut room, 700).unwrap();
+                same_narrowed_certificate(&query, &workspace, &narrowed);
                 same_estimate(&query, &workspace, native.estimate(&other, None).unwrap());
                 distance = made(|out| {
                     let workspace = Some(&mut *workspace);
@@ -143,6 +161,8 @@ fn null_is_refused_by_distance_queries() {
     unsafe {
         null_is_seen(punctual_distance_query_open_boxes(None, None, null_mut(), 0, None), "query");
         null_is_seen(punctual_distance_query_open_boxes(Some(&query), None, null_mut(), 0, None), "count");
+        let status = punctual_distance_query_narrowed_certificate(None, None, None, 0, None, null_mut(), 0, None);
+        null_is_seen(status, "query");
         null_is_seen(punctual_distance_query_run(None, None, None, budget, None, None), "query");
         null_is_seen(punctual_distance_query_resume(None, None, None, budget, None, None), "query");
         let (workspace, clock) = (Some(&mut *workspace), Some(&no_clock));
