@@ -14,7 +14,7 @@ use std::time::Duration;
 use clap::ArgGroup;
 use punctual::{Budget, Mode, PairReport, Verdict};
 use punctual_lab::report::{self, Failure};
-use punctual_view::{Frame, View};
+use punctual_view::{Frame, Known, View};
 
 use crate::Completion;
 use crate::input::parse_microseconds;
@@ -90,10 +90,10 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         writeln!(file, "frame,a,b,verdict,probability,age")?;
     }
     let shown = recording.frames.len().min(args.frames);
-    let mut reported = vec![Vec::new(); if args.view.is_some() { shown } else { 0 }];
+    let mut reported = vec![Known::default(); if args.view.is_some() { shown } else { 0 }];
     let rows = play(&recording, &settings, |frame, report| {
         if let Some(reported) = reported.get_mut(frame) {
-            reported.clone_from(&report.pairs);
+            *reported = Known::of(report);
         }
         pairs_out.as_mut().map_or(Ok(()), |file| report.pairs.iter().try_for_each(|pair| write_pair(file, frame, pair)))
     })?;
@@ -110,7 +110,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 
 impl Args {
     /// The page of a play, with the pairs reported in each frame.
-    fn page(&self, recording: &Recording, reported: &[Vec<PairReport>], rows: &[FrameRow]) -> View {
+    fn page(&self, recording: &Recording, reported: &[Known], rows: &[FrameRow]) -> View {
         let frame = |number: usize| {
             let row = &rows[number];
             let lines = [
@@ -121,12 +121,13 @@ impl Args {
                 ("Work", row.work),
             ];
             let facts = lines.map(|(name, number)| punctual_view::fact(name, punctual_view::count(number))).to_vec();
-            Frame { number, poses: &recording.frames[number], pairs: &reported[number], facts }
+            Frame { number, poses: &recording.frames[number], known: &reported[number], contacts: &[], facts }
         };
         let frames: Vec<_> = (0..rows.len()).step_by(punctual_view::stride(rows.len())).map(frame).collect();
         let folder = self.dir.canonicalize().unwrap_or_else(|_| self.dir.clone());
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
-        punctual_view::scene(format!("Which bodies meet: {name}"), &recording.bodies, &frames)
+        let bodies: Vec<_> = recording.bodies.iter().enumerate().collect();
+        punctual_view::scene(format!("Which bodies meet: {name}"), &bodies, &frames)
     }
 
     fn settings(&self) -> Settings<'_> {

@@ -84,14 +84,11 @@ impl Asked {
             }
             trees.push(tree.arc.clone());
         }
-        let html = py.detach(|| {
+        View::made(py, path, || {
             let trees = [&*trees[0], &*trees[1]];
             let name =
                 |tree: &punctual::Tree| format!("mesh of {} triangles", punctual_view::count(tree.mesh().len() as u64));
             show(&Bodies::new(trees.map(name), trees)).map_err(io::Error::other)?.html()
-        })?;
-        let view = View::new(html);
-        path.map_or(Ok(()), |path| view.save(py, path))?;
-        Ok(view)
+        })
     }
 }

@@ -223,6 +223,8 @@ pub struct DistanceQuery {
     asked: Asked,
     options: DistanceOptions,
     workspace: Box<Workspace>,
+    /// For certificates.
+    aside: Option<Box<Workspace>>,
 }
 
 impl DistanceQuery {
@@ -250,7 +252,7 @@ impl DistanceQuery {
         let options = DistanceOptions::new([absolute_tolerance, relative_tolerance], margins, closer_than)?;
         let trees = [Arc::clone(&a.arc), Arc::clone(&b.arc)];
         let asked = Asked::new(a, b, T.unwrap_or_default().0);
-        Ok(Self { trees, asked, options, workspace: Box::new(Workspace::new()) })
+        Ok(Self { trees, asked, options, workspace: Box::new(Workspace::new()), aside: None })
     }
 
     /// Runs from the start, within a budget of seconds or of units of work.
@@ -263,7 +265,7 @@ impl DistanceQuery {
         mut memory: Option<PyRefMut<'_, Memory>>,
     ) -> PyResult<Bound<'py, Distance>> {
         let limit = Limit::new(budget, work)?;
-        let Self { trees: [a, b], asked, options, workspace } = self;
+        let Self { trees: [a, b], asked, options, workspace, .. } = self;
         let (query, memory) = (options.query(a, b, asked.pose), lent(&mut memory));
         let answer = limit.unlocked(py, || spend(&query, workspace, memory, limit));
         Distance::new(py, answer, asked.clone_ref(py), *options)
@@ -279,7 +281,7 @@ impl DistanceQuery {
         work: Option<u64>,
     ) -> PyResult<Bound<'py, Distance>> {
         let limit = Limit::new(budget, work)?;
-        let Self { trees: [a, b], asked, options, workspace } = self;
+        let Self { trees: [a, b], asked, options, workspace, .. } = self;
         let query = options.query(a, b, asked.pose);
         let answer = limit.unlocked(py, || query.resume(workspace, limit.budget())).map_err(resume_error)?;
         Distance::new(py, answer, asked.clone_ref(py), *options)
@@ -298,8 +300,16 @@ impl DistanceQuery {
         Ok(self.query().estimate(&self.workspace, memory).map_err(resume_error)?.into())
     }
 
-    /// Where the last run may have missed what is closer than its upper bound. Raises ResumeError before the first run.
-    fn certificate(&self) -> PyResult<Certificate> {
-        Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into())
+    /// Where the last run may have missed what is closer than its upper bound, after so many units of work that open the
+    /// largest boxes: the more, the less room is left. The run stays as it is. Raises ResumeError before the first run.
+    #[pyo3(signature = (*, work=0))]
+    fn certificate(&mut self, work: u64) -> PyResult<Certificate> {
+        if work == 0 {
+            return Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into());
+        }
+        let mut aside = self.aside.take().unwrap_or_default();
+        let told = self.query().narrowed_certificate(&self.workspace, &mut aside, work).map(Into::into);
+        self.aside = Some(aside);
+        told.map_err(resume_error)
     }
 }

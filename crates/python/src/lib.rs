@@ -27,6 +27,7 @@ mod scene;
 mod scene_cast;
 mod scene_contacts;
 mod scene_tables;
+mod scene_view;
 mod shapes;
 mod tree;
 mod view;
@@ -51,7 +52,7 @@ mod _punctual {
     #[pymodule_export]
     use super::memory::Memory;
     #[pymodule_export]
-    use super::motion::{Passage, motion};
+    use super::motion::{MotionQuery, Passage, motion};
     #[pymodule_export]
     use super::push_out::{PushOut, push_out};
     #[pymodule_export]

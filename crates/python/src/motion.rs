@@ -2,15 +2,17 @@
 
 use crate::answer::{Answer, Asked};
 use crate::arrays::Transform;
-use crate::errors::{not_negative, value_error};
+use crate::errors::{not_negative, resume_error, value_error};
+use crate::estimate::{Certificate, Quantiles};
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
 use crate::query::WORKSPACE;
 use crate::tree::Tree;
 use crate::view::View;
-use punctual::{Motion, MotionQuery};
+use punctual::{Budget, Motion, PairMemory, Workspace};
 use pyo3::prelude::*;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// What a motion query says; times from 0 to 1.
 #[pyclass(module = "punctual", frozen, extends = Answer)]
@@ -30,8 +32,16 @@ struct Options {
 }
 
 impl Options {
-    fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree) -> MotionQuery<'t> {
-        let mut query = MotionQuery::new(a, b, self.motion).margins(self.margins);
+    fn new(motion: Motion, tolerances: [Option<f64>; 2], margins: Option<[f64; 2]>) -> PyResult<Self> {
+        let margins = margins.unwrap_or_default();
+        let ([tolerance, time_tolerance], [of_a, of_b]) = (tolerances, margins.map(Some));
+        let lengths = [("tolerance", tolerance), ("margins[0]", of_a), ("margins[1]", of_b)];
+        not_negative(lengths.into_iter().chain([("time_tolerance", time_tolerance)]))?;
+        Ok(Self { motion, margins, tolerance, time_tolerance })
+    }
+
+    fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree) -> punctual::MotionQuery<'t> {
+        let mut query = punctual::MotionQuery::new(a, b, self.motion).margins(self.margins);
         if let Some(length) = self.tolerance {
             query = query.tolerance(length);
         }
@@ -39,6 +49,13 @@ impl Options {
             query = query.time_tolerance(time);
         }
         query
+    }
+}
+
+impl Passage {
+    fn new(py: Python<'_>, answer: punctual::Passage, asked: Asked, options: Options) -> PyResult<Bound<'_, Self>> {
+        let base = Answer::new(answer.stop, &answer.stats);
+        Bound::new(py, (Self { answer, asked, options }, base))
     }
 }
 
@@ -99,6 +116,18 @@ pub fn path(
     motion.map_err(value_error)
 }
 
+fn spend(
+    query: &punctual::MotionQuery<'_>,
+    workspace: &mut Workspace,
+    memory: Option<&mut PairMemory>,
+    budget: Budget,
+) -> punctual::Passage {
+    match memory {
+        Some(memory) => query.run_with_memory(workspace, memory, budget),
+        None => query.run(workspace, budget),
+    }
+}
+
 /// Until when b can move without meeting a, and when they meet.
 ///
 /// T: (4, 4) matrix that brings coordinates of b into those of a, at time 0. to: the same at time 1, with a screw from the
@@ -130,22 +159,106 @@ pub fn motion<'py>(
     work: Option<u64>,
     mut memory: Option<PyRefMut<'_, Memory>>,
 ) -> PyResult<Bound<'py, Passage>> {
-    let margins = margins.unwrap_or_default();
-    let [of_a, of_b] = margins.map(Some);
-    let lengths = [("tolerance", tolerance), ("margins[0]", of_a), ("margins[1]", of_b)];
-    not_negative(lengths.into_iter().chain([("time_tolerance", time_tolerance)]))?;
     let start = T.unwrap_or_default();
-    let motion = path(start, to, [velocity, turn, point])?;
+    let options = Options::new(path(start, to, [velocity, turn, point])?, [tolerance, time_tolerance], margins)?;
     let limit = Limit::new(budget, work)?;
-    let options = Options { motion, margins, tolerance, time_tolerance };
     let query = options.query(&a.arc, &b.arc);
     let memory = lent(&mut memory);
-    let answer = limit.unlocked(py, || {
-        WORKSPACE.with_borrow_mut(|workspace| match memory {
-            Some(memory) => query.run_with_memory(workspace, memory, limit.budget()),
-            None => query.run(workspace, limit.budget()),
-        })
-    });
-    let base = Answer::new(answer.stop, &answer.stats);
-    Bound::new(py, (Passage { answer, asked: Asked::new(a, b, start.0), options }, base))
+    let answer =
+        limit.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| spend(&query, workspace, memory, limit.budget())));
+    Passage::new(py, answer, Asked::new(a, b, start.0), options)
+}
+
+/// The same question as that of `motion`, with buffers of its own (930 kB), so that it can be predicted, resumed and
+/// asked for its certificate.
+#[pyclass(module = "punctual")]
+pub struct MotionQuery {
+    trees: [Arc<punctual::Tree>; 2],
+    asked: Asked,
+    options: Options,
+    workspace: Box<Workspace>,
+}
+
+impl MotionQuery {
+    fn query(&self) -> punctual::MotionQuery<'_> {
+        let [a, b] = &self.trees;
+        self.options.query(a, b)
+    }
+}
+
+#[pymethods]
+impl MotionQuery {
+    #[new]
+    #[pyo3(signature = (a, b, T=None, *, to=None, velocity=None, turn=None, point=None, tolerance=None,
+        time_tolerance=None, margins=None))]
+    #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+    fn new(
+        a: PyRef<'_, Tree>,
+        b: PyRef<'_, Tree>,
+        T: Option<Transform>,
+        to: Option<Transform>,
+        velocity: Option<[f64; 3]>,
+        turn: Option<[f64; 3]>,
+        point: Option<[f64; 3]>,
+        tolerance: Option<f64>,
+        time_tolerance: Option<f64>,
+        margins: Option<[f64; 2]>,
+    ) -> PyResult<Self> {
+        let start = T.unwrap_or_default();
+        let options = Options::new(path(start, to, [velocity, turn, point])?, [tolerance, time_tolerance], margins)?;
+        let trees = [Arc::clone(&a.arc), Arc::clone(&b.arc)];
+        Ok(Self { trees, asked: Asked::new(a, b, start.0), options, workspace: Box::new(Workspace::new()) })
+    }
+
+    /// Runs from the start, within a budget of seconds or of units of work.
+    #[pyo3(signature = (*, budget=None, work=None, memory=None))]
+    fn run<'py>(
+        &mut self,
+        py: Python<'py>,
+        budget: Option<f64>,
+        work: Option<u64>,
+        mut memory: Option<PyRefMut<'_, Memory>>,
+    ) -> PyResult<Bound<'py, Passage>> {
+        let limit = Limit::new(budget, work)?;
+        let Self { trees: [a, b], asked, options, workspace } = self;
+        let (query, memory) = (options.query(a, b), lent(&mut memory));
+        let answer = limit.unlocked(py, || spend(&query, workspace, memory, limit.budget()));
+        Passage::new(py, answer, asked.clone_ref(py), *options)
+    }
+
+    /// Goes on with the stopped run, with a fresh budget; what it says is no worse than before. Raises ResumeError if
+    /// there is no stopped run.
+    #[pyo3(signature = (*, budget=None, work=None))]
+    fn resume<'py>(
+        &mut self,
+        py: Python<'py>,
+        budget: Option<f64>,
+        work: Option<u64>,
+    ) -> PyResult<Bound<'py, Passage>> {
+        let limit = Limit::new(budget, work)?;
+        let Self { trees: [a, b], asked, options, workspace } = self;
+        let query = options.query(a, b);
+        let answer = limit.unlocked(py, || query.resume(workspace, limit.budget())).map_err(resume_error)?;
+        Passage::new(py, answer, asked.clone_ref(py), *options)
+    }
+
+    /// Units of work that it will take if nothing stops it.
+    #[pyo3(signature = (*, memory=None))]
+    fn predict(&self, memory: Option<PyRef<'_, Memory>>) -> Quantiles {
+        self.query().predict(memory.as_ref().map(|memory| &memory.0)).into()
+    }
+
+    /// Units of work that the last run has still to do, as far as can be guessed. Raises ResumeError before the first
+    /// run.
+    #[pyo3(signature = (*, memory=None))]
+    fn estimate(&self, memory: Option<PyRef<'_, Memory>>) -> PyResult<Quantiles> {
+        let memory = memory.as_ref().map(|memory| &memory.0);
+        Ok(self.query().estimate(&self.workspace, memory).map_err(resume_error)?.into())
+    }
+
+    /// Where the surfaces may still meet before the contact that the last run found, if any. Raises ResumeError before
+    /// the first run.
+    fn certificate(&self) -> PyResult<Certificate> {
+        Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into())
+    }
 }

@@ -209,7 +209,7 @@ impl Collision {
         self.outcome.stats.primitive_tests
     }
 
-    /// A page that shows which triangles meet, and the boxes not looked at, after each of a ladder of budgets; saved if
+    /// A page that shows which triangles meet, and the boxes still open, after each of a ladder of budgets; saved if
     /// a path is given. The query is run anew for it.
     ///
     /// Raises ValueError if a tree was refitted since, and OSError if the file cannot be written.

@@ -10,11 +10,14 @@ use crate::rays::{not_nan, ray_mode};
 use crate::scene_cast::BodyHits;
 use crate::scene_contacts::ContactPoints;
 use crate::scene_tables::{BodyContacts, GroupDistances, PairDistances, PairPassages, names};
+use crate::scene_view;
 use crate::tree::Tree;
+use crate::view::View;
 use numpy::{PyArray1, PyArray2};
 use punctual::{Body, BodyId, CompoundId, Filter, MeasureId, Mode, PairReport, Ray, SceneRay};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Bodies that move, and the question which of them meet, asked again every frame within a budget for all of them.
@@ -24,7 +27,19 @@ use std::sync::Arc;
 ///
 /// Raises ValueError for no threads, and OSError if the system has no more.
 #[pyclass(module = "punctual")]
-pub struct Scene(punctual::Scene);
+pub struct Scene {
+    scene: punctual::Scene,
+    /// Whether nothing was changed since the last frame.
+    is_current: bool,
+}
+
+impl Scene {
+    /// The scene, of which the last report does not hold any more.
+    fn changed(&mut self) -> &mut punctual::Scene {
+        self.is_current = false;
+        &mut self.scene
+    }
+}
 
 /// What a frame found: a row for each pair of bodies whose boxes overlap, or whose distance is asked for. If whole,
 /// bodies that are not in it together do not meet.
@@ -116,7 +131,7 @@ impl Scene {
         let mode = mode.map_or(Mode::Any, |ModeName(mode)| mode);
         let mut scene = punctual::Scene::new().max_pairs(usize::MAX).mode(mode);
         scene.use_threads(threads)?;
-        Ok(Self(scene))
+        Ok(Self { scene, is_current: false })
     }
 
     /// Puts a body into the scene and returns its name.
@@ -142,18 +157,18 @@ impl Scene {
         let (tree, Transform(pose)) = (Arc::clone(&tree.arc), T.unwrap_or_default());
         let body = if fixed { Body::fixed(tree, pose) } else { Body::moving(tree, pose) };
         let body = body.filter(Filter::new(groups, mask)).importance(importance).margin(margin);
-        self.0.insert(body).map(BodyId::to_bits).map_err(scene_error)
+        self.changed().insert(body).map(BodyId::to_bits).map_err(scene_error)
     }
 
     /// Takes a body out of the scene. Raises KeyError if it is not in it, as all that name one.
     fn remove(&mut self, body: u64) -> PyResult<()> {
-        self.0.remove(BodyId::from_bits(body)).map(drop).map_err(scene_error)
+        self.changed().remove(BodyId::from_bits(body)).map(drop).map_err(scene_error)
     }
 
     /// Moves a body, which rests there.
     #[expect(non_snake_case, reason = "the name of the Python argument")]
     fn set_pose(&mut self, body: u64, T: Transform) -> PyResult<()> {
-        self.0.set_pose(BodyId::from_bits(body), T.0).map_err(scene_error)
+        self.changed().set_pose(BodyId::from_bits(body), T.0).map_err(scene_error)
     }
 
     /// Moves bodies: N names and (N, 4, 4) matrices. Raises ValueError with the row of a matrix that is not rigid,
@@ -164,28 +179,28 @@ impl Scene {
             return Err(value_error(format_args!("{} bodies, but {} poses", bodies.len(), poses.len())));
         }
         for &body in &bodies {
-            self.0.body(BodyId::from_bits(body)).map_err(scene_error)?;
+            self.scene.body(BodyId::from_bits(body)).map_err(scene_error)?;
         }
         bodies
             .into_iter()
             .zip(poses)
-            .try_for_each(|(body, pose)| self.0.set_pose(BodyId::from_bits(body), pose).map_err(scene_error))
+            .try_for_each(|(body, pose)| self.changed().set_pose(BodyId::from_bits(body), pose).map_err(scene_error))
     }
 
     /// Gives a body another tree.
     fn set_tree(&mut self, body: u64, tree: PyRef<'_, Tree>) -> PyResult<()> {
-        self.0.set_tree(BodyId::from_bits(body), Arc::clone(&tree.arc)).map_err(scene_error)
+        self.changed().set_tree(BodyId::from_bits(body), Arc::clone(&tree.arc)).map_err(scene_error)
     }
 
     /// Thickens a body by a margin, a length: bodies meet when they come within the sum of theirs. Then the witness is
     /// the closest pair of triangles that was found. Raises ValueError for a margin that is not from 0 to 2^1000.
     fn set_margin(&mut self, body: u64, margin: f64) -> PyResult<()> {
-        self.0.set_margin(BodyId::from_bits(body), margin).map_err(scene_error)
+        self.changed().set_margin(BodyId::from_bits(body), margin).map_err(scene_error)
     }
 
     /// From the next frame on `Report.contacts` tells which pairs of bodies begin to touch, go on, and part.
     fn track_contacts(&mut self) {
-        self.0.track_contacts();
+        self.scene.track_contacts();
     }
 
     /// Asks for the distance of two bodies in every frame from now on, wherever they are: `Report.distances`. Margins
@@ -193,12 +208,12 @@ impl Scene {
     ///
     /// Raises ValueError for a body and itself, and a tolerance that is not from 0 to 2^1000.
     fn measure(&mut self, x: u64, y: u64, tolerance: f64) -> PyResult<()> {
-        self.0.measure(BodyId::from_bits(x), BodyId::from_bits(y), tolerance).map_err(scene_error)
+        self.scene.measure(BodyId::from_bits(x), BodyId::from_bits(y), tolerance).map_err(scene_error)
     }
 
     /// Asks for the distance of two bodies no more.
     fn stop_measuring(&mut self, x: u64, y: u64) -> PyResult<()> {
-        self.0.stop_measuring(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)
+        self.scene.stop_measuring(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)
     }
 
     /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1: `Report.passages`
@@ -223,7 +238,7 @@ impl Scene {
         point: Option<[f64; 3]>,
     ) -> PyResult<()> {
         let motion = path(T, to, [velocity, turn, point])?;
-        self.0.set_motion(BodyId::from_bits(body), motion).map_err(scene_error)
+        self.changed().set_motion(BodyId::from_bits(body), motion).map_err(scene_error)
     }
 
     /// Puts bodies into the scene as the parts of one compound, which move as one and never meet each other; returns the
@@ -245,25 +260,25 @@ impl Scene {
             Body::moving(Arc::clone(&tree.arc), *place).margin(margin)
         };
         let Transform(pose) = T.unwrap_or_default();
-        self.0.insert_compound(pose, parts.iter().map(body)).map(CompoundId::to_bits).map_err(scene_error)
+        self.changed().insert_compound(pose, parts.iter().map(body)).map(CompoundId::to_bits).map_err(scene_error)
     }
 
     /// The names of the parts of a compound. Raises KeyError if it is not in the scene, as all that name one.
     fn parts(&self, compound: u64) -> PyResult<Vec<u64>> {
-        let parts = self.0.parts(CompoundId::from_bits(compound)).map_err(scene_error)?;
+        let parts = self.scene.parts(CompoundId::from_bits(compound)).map_err(scene_error)?;
         Ok(parts.map(BodyId::to_bits).collect())
     }
 
     /// The compound that a body is a part of; None if it is none.
     fn compound_of(&self, body: u64) -> PyResult<Option<u64>> {
-        let compound = self.0.compound_of(BodyId::from_bits(body)).map_err(scene_error)?;
+        let compound = self.scene.compound_of(BodyId::from_bits(body)).map_err(scene_error)?;
         Ok(compound.map(CompoundId::to_bits))
     }
 
     /// Moves all parts of a compound.
     #[expect(non_snake_case, reason = "the name of the Python argument")]
     fn set_compound_pose(&mut self, compound: u64, T: Transform) -> PyResult<()> {
-        self.0.set_compound_pose(CompoundId::from_bits(compound), T.0).map_err(scene_error)
+        self.changed().set_compound_pose(CompoundId::from_bits(compound), T.0).map_err(scene_error)
     }
 
     /// Gives all parts of a compound one motion, about one axis; arguments as of `set_motion`.
@@ -279,12 +294,12 @@ impl Scene {
         point: Option<[f64; 3]>,
     ) -> PyResult<()> {
         let motion = path(T, to, [velocity, turn, point])?;
-        self.0.set_compound_motion(CompoundId::from_bits(compound), motion).map_err(scene_error)
+        self.changed().set_compound_motion(CompoundId::from_bits(compound), motion).map_err(scene_error)
     }
 
     /// Takes a compound out of the scene, with all of its parts.
     fn remove_compound(&mut self, compound: u64) -> PyResult<()> {
-        self.0.remove_compound(CompoundId::from_bits(compound)).map_err(scene_error)
+        self.changed().remove_compound(CompoundId::from_bits(compound)).map_err(scene_error)
     }
 
     /// Asks for the least distance between two groups of bodies in every frame from now on (`Report.group_distances`):
@@ -292,21 +307,21 @@ impl Scene {
     ///
     /// Raises ValueError for a body in both groups, and a tolerance that is not from 0 to 2^1000.
     fn measure_groups(&mut self, x: Vec<u64>, y: Vec<u64>, tolerance: f64) -> PyResult<u64> {
-        self.0.measure_groups(&ids(&x), &ids(&y), tolerance).map(MeasureId::to_bits).map_err(scene_error)
+        self.scene.measure_groups(&ids(&x), &ids(&y), tolerance).map(MeasureId::to_bits).map_err(scene_error)
     }
 
     /// Asks for the distance of two groups no more.
     fn stop_measuring_groups(&mut self, measure: u64) {
-        self.0.stop_measuring_groups(MeasureId::from_bits(measure));
+        self.scene.stop_measuring_groups(MeasureId::from_bits(measure));
     }
 
     /// Finds where bodies touch from the next frame on (`contact_points`): of all pairs that meet, or of two bodies.
     #[pyo3(signature = (x=None, y=None))]
     fn find_contacts(&mut self, x: Option<u64>, y: Option<u64>) -> PyResult<()> {
         match (x, y) {
-            (None, None) => self.0.find_contacts(),
+            (None, None) => self.scene.find_contacts(),
             (Some(x), Some(y)) => {
-                self.0.find_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
+                self.scene.find_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
             }
             _ => return Err(value_error("x and y: both bodies are needed, or none")),
         }
@@ -315,13 +330,13 @@ impl Scene {
 
     /// Does not ask for the contacts of two bodies any more, but as one of all pairs.
     fn stop_finding_contacts(&mut self, x: u64, y: u64) -> PyResult<()> {
-        self.0.stop_finding_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)
+        self.scene.stop_finding_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)
     }
 
     /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for (`find_contacts`); no
     /// points if they were found apart.
     fn contact_points(&self, py: Python<'_>, x: u64, y: u64) -> PyResult<ContactPoints> {
-        let found = self.0.contact_points(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
+        let found = self.scene.contact_points(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
         ContactPoints::new(py, &found)
     }
 
@@ -329,7 +344,7 @@ impl Scene {
     /// 0 by default. Raises ValueError for another question, and an importance that is not finite.
     fn set_question_importance(&mut self, question: &str, importance: f32) -> PyResult<()> {
         let question = question.parse().map_err(value_error)?;
-        self.0.set_question_importance(question, importance).map_err(scene_error)
+        self.scene.set_question_importance(question, importance).map_err(scene_error)
     }
 
     /// Which bodies a ray or a segment hits, where they are now.
@@ -367,7 +382,7 @@ impl Scene {
         };
         let ray = SceneRay::new(ray.map_err(value_error)?.within(t_min, t_max)).mode(mode);
         let ray = ray.filter(Filter::new(groups, mask));
-        let scene = &mut self.0;
+        let scene = &mut self.scene;
         let cast = limit.unlocked(py, || scene.cast(&ray, limit.budget())).map_err(scene_error)?;
         BodyHits::new(py, cast, scene.ray_hits())
     }
@@ -377,22 +392,38 @@ impl Scene {
     #[pyo3(signature = (budget=None, *, work=None))]
     fn step(&mut self, py: Python<'_>, budget: Option<f64>, work: Option<u64>) -> PyResult<Report> {
         let limit = Limit::new(budget, work)?;
-        let scene = &mut self.0;
+        let scene = &mut self.scene;
         limit.unlocked(py, || {
             scene.detect(limit.budget());
         });
-        Report::new(py, self.0.report())
+        self.is_current = true;
+        Report::new(py, self.scene.report())
     }
 
     /// What is not known about two bodies where they are now: no more triangle pairs than the first number intersect,
     /// and each intersection that was not found lies in a box no longer than the second.
     fn certificate(&self, x: u64, y: u64) -> PyResult<(u64, f64)> {
-        let certificate = self.0.certificate(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
+        let certificate = self.scene.certificate(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
         Ok((certificate.upper_bound, certificate.largest_extent))
+    }
+
+    /// A page that shows the bodies as they were in the last frame, in colours that say which meet another, which meet
+    /// none and of which that is not known, and where they touch, if that was asked for (`find_contacts`). Saved if a
+    /// path is given.
+    ///
+    /// Raises ValueError before the first frame, or if a body was changed since the last, and OSError if the file cannot be
+    /// written.
+    #[pyo3(signature = (path=None))]
+    fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
+        if !self.is_current {
+            return Err(value_error("bodies were changed since the last step"));
+        }
+        let scene = &self.scene;
+        View::made(py, path, || scene_view::page(scene).html())
     }
 
     /// Number of bodies.
     fn __len__(&self) -> usize {
-        self.0.len()
+        self.scene.len()
     }
 }

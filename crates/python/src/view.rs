@@ -2,19 +2,26 @@
 
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
-use std::fs;
 use std::path::PathBuf;
+use std::{fs, io};
 
-/// A page that shows an answer: both meshes, what was found after each of a ladder of budgets, and the boxes not looked
-/// at. One HTML text that needs no network.
+/// A page that shows an answer: both meshes, what was found after each of a ladder of budgets, and the boxes still open;
+/// or the bodies of a scene. One HTML text that needs no network.
 ///
 /// A notebook shows it where it is the value of a cell.
 #[pyclass(module = "punctual", frozen)]
 pub struct View(String);
 
 impl View {
-    pub fn new(html: String) -> Self {
-        Self(html)
+    /// That of a page, made without the interpreter's lock and saved if a file is named.
+    pub fn made(
+        py: Python<'_>,
+        path: Option<PathBuf>,
+        html: impl FnOnce() -> io::Result<String> + Send,
+    ) -> PyResult<Self> {
+        let view = Self(py.detach(html)?);
+        path.map_or(Ok(()), |path| view.save(py, path))?;
+        Ok(view)
     }
 }
 

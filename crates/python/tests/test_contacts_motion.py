@@ -93,6 +93,37 @@ def test_memory_and_budgets_of_motions(ball, ring):
     assert stopped.stop == "work-limit" and stopped.free_until <= whole.touching_at
 
 
+def test_a_motion_is_predicted_resumed_and_asked_for_what_is_left(ball, ring):
+    query = punctual.MotionQuery(ball, ring, velocity=[2.0, 0.1, 0.0], turn=[0.0, 0.3, 0.0])
+    for error in (query.certificate, query.estimate, query.resume):
+        with pytest.raises(punctual.ResumeError):
+            error()
+    whole = punctual.motion(ball, ring, velocity=[2.0, 0.1, 0.0], turn=[0.0, 0.3, 0.0], work=10**9)
+    predicted = query.predict()
+    assert 0 < predicted.p10 <= predicted.p50 <= predicted.p90 and predicted.p10 / 20 < whole.work < 20 * predicted.p90
+    passage = query.run(work=300)
+    stops = 0
+    while passage.stop == "work-limit":
+        stops += 1
+        left = query.estimate()
+        assert 0 < left.p10 <= left.p50 <= left.p90
+        assert query.certificate().open_pairs > 0 and passage.free_until <= whole.touching_at
+        assert query.certificate().boxes.shape[1:] == (2, 3)
+        free = passage.free_until
+        passage = query.resume(work=600)
+        assert passage.free_until >= free
+    assert stops > 2 and query.certificate().open_pairs == 0 and query.estimate().p90 == 0
+    assert (passage.free_until, passage.touching_at) == (whole.free_until, whole.touching_at)
+    assert passage.work == whole.work and "<html" in passage.view().html
+    with pytest.raises(punctual.ResumeError):
+        query.resume()
+    memory = punctual.Memory()
+    query.run(memory=memory)
+    assert query.predict(memory=memory).p50 != predicted.p50
+    with pytest.raises(ValueError, match="one of to, velocity and turn"):
+        punctual.MotionQuery(ball, ring)
+
+
 @pytest.mark.parametrize(
     "options, text",
     [

@@ -120,6 +120,19 @@ def test_closer_than(ball, ring):
         bool(undecided)
 
 
+def test_closer_points_lie_in_the_boxes(ball, ring):
+    query = punctual.DistanceQuery(ball, ring, absolute_tolerance=0.0)
+    result = query.run(work=3000)
+    assert result.stop == "work-limit" and np.isfinite(result.high)
+    plain, narrowed = query.certificate(), query.certificate(work=2000)
+    room = [np.prod(told.boxes[:, 1] - told.boxes[:, 0], axis=1).sum() for told in (plain, narrowed)]
+    assert room[1] < room[0] and narrowed.upper_bound < plain.upper_bound
+    near = punctual.contacts(ball, ring, margin=result.high * (1 - 1e-12))
+    assert 0 < len(near) <= narrowed.upper_bound
+    for middle in near.points.mean(axis=1):
+        assert ((narrowed.boxes[:, 0] <= middle) & (middle <= narrowed.boxes[:, 1])).all(axis=1).any()
+
+
 def test_a_distance_query_is_resumed(ball, ring):
     query = punctual.DistanceQuery(ball, ring, absolute_tolerance=0.0)
     assert query.predict().p50 > 0

@@ -77,6 +77,44 @@ def test_other_answers_are_shown(ball, ring, touching):
         assert float(told(read(answer.view().html)[0])["Proven: at most"]) == pytest.approx(answer.high, abs=1e-4)
 
 
+def test_a_scene_is_shown_as_its_last_frame_left_it(ball, tmp_path):
+    def at(x):
+        return np.array([[1, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], dtype=float)
+
+    scene = punctual.Scene()
+    floor, gone, left, right, alone = (
+        scene.insert(ball, at(x), fixed=fixed) for x, fixed in [(-9, True), (50, False), (0, False), (1.9, False), (9, False)]
+    )
+    scene.remove(gone)
+    with pytest.raises(ValueError, match="changed since the last step"):
+        scene.view()
+    report = scene.step()
+    assert report.verdict.tolist() == [1]
+    view, _ = read(scene.view(tmp_path / "page.html").html)
+    assert (tmp_path / "page.html").read_text() == scene.view().html
+    facts, (step,) = told(view), view["steps"]
+    assert (facts["Bodies"], facts["Of these, meeting"], facts["Not known"]) == ("4", "1", "0")
+    # One mesh for all, each in its colour.
+    assert [surface[0] for surface in step["surfaces"]] == ["fixed", "b", "b", "a"] and len(view["stage"]["meshes"]) == 1
+    assert "normal" not in dict(view["key"])
+
+    scene.find_contacts()
+    scene.step()
+    view, numbers = read(scene.view().html)
+    points = scene.contact_points(left, right)
+    (layer, place), = view["steps"][0]["lines"]
+    assert len(points) > 0 and layer == "normal" and "normal" in dict(view["key"])
+    assert len(words(view, numbers, place)) == 6 * len(points)
+
+    scene.set_pose(right, at(1.8))
+    with pytest.raises(ValueError, match="changed since the last step"):
+        scene.view()
+    # Without time nothing is known, not even of bodies that are far away.
+    report = scene.step(0.0)
+    step = read(scene.view().html)[0]["steps"][0]
+    assert not report.whole and {surface[0] for surface in step["surfaces"]} == {"fixed", "doubt"}
+
+
 def test_a_page_is_saved_and_shown_in_a_notebook(ball, ring, tmp_path):
     answer = punctual.distance(ball, ring)
     view = answer.view(tmp_path / "page.html")

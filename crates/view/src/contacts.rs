@@ -6,14 +6,11 @@ use punctual::{Aabb, Budget, Contact, ContactQuery, Contacts, Pose, ResumeError,
 use serde_json::{Value, json};
 
 use crate::ladder::{BUDGET, Stepwise, climb};
-use crate::stage::{Stage, count, fact, length, placed};
+use crate::stage::{NARROWED, NORMAL, Stage, aside, count, fact, length, placed};
 use crate::{Bodies, View};
 
 /// Contacts that are drawn, the first that were found.
 const MOST_CONTACTS: usize = 10_000;
-
-/// Length of a normal, over half of the diagonal of all that is shown.
-const NORMAL: f64 = 0.06;
 
 /// A page for a query of these bodies at this pose, which ends at `most` contacts, and which was answered so.
 pub fn contacts(
@@ -27,11 +24,11 @@ pub fn contacts(
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
     let placed = stage.bodies(bodies.trees, pose);
     let arrays = [0; 2].map(|_| stage.arrays.add());
-    let (workspace, drawn, around) = (Workspace::new(), HashSet::new(), Aabb::EMPTY);
-    let mut steps = Steps { query, most, workspace, placed, drawn, around, arrays };
+    let ([workspace, aside], drawn, around) = ([0; 2].map(|_| Workspace::new()), HashSet::new(), Aabb::EMPTY);
+    let mut steps = Steps { query, most, workspace, aside, placed, drawn, around, arrays };
     let (steps, start) = climb(&mut steps, &mut stage, answer)?;
     let [a, b] = bodies.key();
-    let rest = [("met", "contacts"), ("normal", "normals, from B to A"), ("box", "boxes not looked at")];
+    let rest = [("met", "contacts"), ("normal", "normals, from B to A"), ("box", NARROWED)];
     let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
     Ok(View { title: bodies.title("Where two meshes touch"), key, stage, steps, start, slider: BUDGET, times: None })
 }
@@ -40,6 +37,8 @@ struct Steps<'t> {
     query: ContactQuery<'t>,
     most: Option<usize>,
     workspace: Workspace,
+    /// Where certificates are narrowed.
+    aside: Workspace,
     placed: [[usize; 2]; 2],
     drawn: HashSet<[u32; 2]>,
     around: Aabb,
@@ -92,7 +91,7 @@ impl Stepwise for Steps<'_> {
     }
 
     fn look(&mut self, said: &Contacts, stage: &mut Stage) -> Result<Value, ResumeError> {
-        let certificate = self.query.certificate(&self.workspace)?;
+        let certificate = self.query.narrowed_certificate(&self.workspace, &mut self.aside, aside(&said.stats))?;
         let (boxes, told) = stage.open_boxes(&certificate);
         let nearest =
             self.workspace.contacts().next().map_or("none yet".to_owned(), |contact| length(contact.distance));

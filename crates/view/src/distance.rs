@@ -4,7 +4,7 @@ use punctual::{Aabb, Budget, Distance, DistanceQuery, Pose, ResumeError, Stats, 
 use serde_json::{Value, json};
 
 use crate::ladder::{BUDGET, Stepwise, climb};
-use crate::stage::{Stage, count, fact, length, placed};
+use crate::stage::{NARROWED, Stage, aside, count, fact, length, placed};
 use crate::{Bodies, View};
 
 /// A page for a query of these bodies at this pose, which was answered so.
@@ -13,10 +13,10 @@ pub fn distance(bodies: &Bodies, query: DistanceQuery, pose: &Pose, answer: &Dis
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
     let placed = stage.bodies(bodies.trees, pose);
     let [near, met] = [0; 2].map(|_| stage.arrays.add());
-    let mut steps = Steps { bodies, query, workspace: Workspace::new(), placed, near, met };
+    let mut steps = Steps { bodies, query, workspace: Workspace::new(), aside: Workspace::new(), placed, near, met };
     let (steps, start) = climb(&mut steps, &mut stage, answer)?;
     let [a, b] = bodies.key();
-    let rest = [("met", "their triangles"), ("near", "closest points found"), ("box", "boxes not looked at")];
+    let rest = [("met", "their triangles"), ("near", "closest points found"), ("box", NARROWED)];
     let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
     Ok(View {
         title: bodies.title("How far two meshes are apart"),
@@ -33,6 +33,8 @@ struct Steps<'t> {
     bodies: &'t Bodies<'t>,
     query: DistanceQuery<'t>,
     workspace: Workspace,
+    /// Where certificates are narrowed.
+    aside: Workspace,
     placed: [[usize; 2]; 2],
     /// Arrays of segments and of triangles.
     near: usize,
@@ -55,7 +57,7 @@ impl Stepwise for Steps<'_> {
     }
 
     fn look(&mut self, found: &Distance, stage: &mut Stage) -> Result<Value, ResumeError> {
-        let certificate = self.query.certificate(&self.workspace)?;
+        let certificate = self.query.narrowed_certificate(&self.workspace, &mut self.aside, aside(&found.stats))?;
         let (boxes, told) = stage.open_boxes(&certificate);
         let likely = self.query.estimate(&self.workspace, None)?.distance;
         let mut facts = vec![

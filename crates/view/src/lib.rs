@@ -36,7 +36,7 @@ pub use document::{document, escape};
 pub use motion::motion;
 pub use page::View;
 pub use pair::pair;
-pub use scene::{Frame, scene, stride};
+pub use scene::{Frame, Known, scene, stride};
 pub use stage::{Fact, count, fact};
 
 use punctual::Tree;

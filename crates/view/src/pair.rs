@@ -6,7 +6,7 @@ use punctual::{Aabb, Budget, Mode, Outcome, Pose, Query, ResumeError, Stats, Sto
 use serde_json::{Value, json};
 
 use crate::ladder::{BUDGET, Stepwise, climb};
-use crate::stage::{Stage, count, fact, length, percent, placed};
+use crate::stage::{NARROWED, Stage, aside, count, fact, length, percent, placed};
 use crate::{Bodies, View};
 
 /// Node pairs that wait in the queue, as in `Workspace::new`, and found pairs that a workspace holds before they are taken out.
@@ -19,12 +19,12 @@ pub fn pair(bodies: &Bodies, query: Query, pose: &Pose, mode: Mode, answer: &Out
     let placed = stage.bodies(bodies.trees, pose);
     let arrays = [0; 2].map(|_| stage.arrays.add());
     let [queue, found] = CAPACITY;
-    let workspace = Workspace::with_capacity(queue, found);
+    let [workspace, aside] = [0; 2].map(|_| Workspace::with_capacity(queue, found));
     let (found, met, around) = (Vec::new(), Default::default(), Aabb::EMPTY);
-    let mut steps = Steps { bodies, query, pose, mode, workspace, found, met, around, placed, arrays };
+    let mut steps = Steps { bodies, query, pose, mode, workspace, aside, found, met, around, placed, arrays };
     let (steps, start) = climb(&mut steps, &mut stage, answer)?;
     let [a, b] = bodies.key();
-    let key = vec![a, b, ("met", "triangles that meet".to_owned()), ("box", "boxes not looked at".to_owned())];
+    let key = vec![a, b, ("met", "triangles that meet".to_owned()), ("box", NARROWED.to_owned())];
     Ok(View { title: bodies.title("Where two meshes meet"), key, stage, steps, start, slider: BUDGET, times: None })
 }
 
@@ -34,6 +34,8 @@ struct Steps<'t> {
     pose: &'t Pose,
     mode: Mode,
     workspace: Workspace,
+    /// Where certificates are narrowed.
+    aside: Workspace,
     /// Pairs that have not been looked at.
     found: Vec<[u32; 2]>,
     /// The triangles of A and of B that are known to meet others, and the arrays that have them, in the order of discovery.
@@ -92,9 +94,10 @@ impl Stepwise for Steps<'_> {
     }
 
     fn look(&mut self, outcome: &Outcome, stage: &mut Stage) -> Result<Value, ResumeError> {
-        let certificate = self.query.certificate(&self.workspace)?;
+        let most = self.query.certificate(&self.workspace)?.upper_bound();
+        let narrowed = self.query.narrowed_certificate(&self.workspace, &mut self.aside, aside(&outcome.stats))?;
         let estimate = self.query.estimate(&self.workspace, None)?;
-        let (boxes, told) = stage.open_boxes(&certificate);
+        let (boxes, told) = stage.open_boxes(&narrowed);
         let verdict = match outcome.verdict {
             Verdict::Intersecting { .. } => "intersecting",
             Verdict::Separated => "separated",
@@ -107,13 +110,14 @@ impl Stepwise for Steps<'_> {
         if self.mode == Mode::All {
             facts.extend([
                 fact("Pairs found", count(outcome.found)),
-                fact("Pairs, at most", count(certificate.upper_bound())),
+                fact("Pairs, at most", count(most)),
+                fact("After a tenth more work", count(narrowed.upper_bound())),
                 fact("Share found, expected", percent(estimate.recall)),
             ]);
         }
         facts.extend([
             told,
-            fact("Longest of their edges", length(certificate.largest_extent())),
+            fact("Longest of their edges", length(narrowed.largest_extent())),
             fact("Box tests", count(outcome.stats.bv_tests)),
             fact("Triangle tests", count(outcome.stats.primitive_tests)),
         ]);

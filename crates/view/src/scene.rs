@@ -3,25 +3,44 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use punctual::{Aabb, Body, BodyKind, PairReport, Pose, Verdict};
+use punctual::glam::DVec3;
+use punctual::{Aabb, Body, BodyKind, Pose, Report, Verdict};
 use serde_json::json;
 
 use crate::View;
-use crate::stage::{Fact, Stage, placed};
+use crate::stage::{Fact, NORMAL, Stage, placed};
 
 /// Frames that are shown, at equal distances.
 const MOST_FRAMES: usize = 120;
 
-/// A frame: its number, a pose for each body, the pairs whose boxes overlap, and the lines of the table.
+/// A frame: its number, a pose for each body, what is known of them, and the lines of the table.
 pub struct Frame<'r> {
     /// Counted from 0.
     pub number: usize,
     /// Of each body, in the scene.
     pub poses: &'r [Pose],
-    /// Reported of this frame; bodies are named by their place in the list.
-    pub pairs: &'r [PairReport],
+    /// What was reported.
+    pub known: &'r Known,
+    /// Points where bodies touch, and the normals there.
+    pub contacts: &'r [[DVec3; 2]],
     /// Lines of the table.
     pub facts: Vec<Fact>,
+}
+
+/// What a frame tells of bodies, by their indices.
+#[derive(Clone, Debug, Default)]
+pub struct Known {
+    pairs: Vec<([usize; 2], Verdict)>,
+    /// Whether bodies that are in no pair together are known not to meet.
+    is_whole: bool,
+}
+
+impl Known {
+    /// What this report says.
+    pub fn of(report: &Report) -> Self {
+        let pairs = report.pairs.iter().map(|pair| ([pair.a.index(), pair.b.index()], pair.verdict));
+        Self { pairs: pairs.collect(), is_whole: report.is_whole() }
+    }
 }
 
 /// Of so many frames, each that is shown is so many after the one before.
@@ -29,18 +48,19 @@ pub fn stride(frames: usize) -> usize {
     frames.div_ceil(MOST_FRAMES).max(1)
 }
 
-/// A page for bodies and what was reported of them.
-pub fn scene(title: String, bodies: &[Body], frames: &[Frame]) -> View {
-    let lying = |frame: &Frame, i: usize| placed(bodies[i].tree.mesh(), &frame.poses[i]);
+/// A page for bodies, each with its index, and what was reported of them.
+pub fn scene(title: String, bodies: &[(usize, &Body)], frames: &[Frame]) -> View {
+    let lying = |frame: &Frame, i: usize| placed(bodies[i].1.tree.mesh(), &frame.poses[i]);
     let all = frames.iter().flat_map(|frame| (0..bodies.len()).map(move |i| lying(frame, i)));
     let mut stage = Stage::new(all.fold(Aabb::EMPTY, |bounds, body| bounds.union(&body)));
     let mut known = HashMap::new();
     let meshes: Vec<usize> = bodies
         .iter()
-        .map(|body| *known.entry(Arc::as_ptr(&body.tree)).or_insert_with(|| stage.mesh(body.tree.mesh())))
+        .map(|(_, body)| *known.entry(Arc::as_ptr(&body.tree)).or_insert_with(|| stage.mesh(body.tree.mesh())))
         .collect();
+    let drawn = stage.arrays.add();
     let steps = frames.iter().map(|frame| {
-        let layers = layers(bodies, frame.pairs);
+        let layers = layers(bodies, frame.known);
         let draw = |i: usize| {
             let pose = stage.pose(meshes[i], &frame.poses[i]);
             stage.whole(layers[i], [meshes[i], pose])
@@ -48,8 +68,11 @@ pub fn scene(title: String, bodies: &[Body], frames: &[Frame]) -> View {
         let surfaces: Vec<_> = (0..bodies.len()).map(draw).collect();
         let met = (0..bodies.len()).filter(|&i| layers[i] == "b");
         let around = met.fold(Aabb::EMPTY, |around, i| around.union(&lying(frame, i)));
+        let long = NORMAL * stage.radius();
+        let normals = frame.contacts.iter().map(|&[point, normal]| [point, point + long * normal]);
+        let lines = [("normal", stage.segments(drawn, normals))];
         let (name, focus) = (frame.number.to_string(), stage.focus(&around));
-        json!({ "name": name, "facts": frame.facts, "surfaces": surfaces, "focus": focus })
+        json!({ "name": name, "facts": frame.facts, "surfaces": surfaces, "lines": lines, "focus": focus })
     });
     let steps = steps.collect();
     let key = [
@@ -57,18 +80,23 @@ pub fn scene(title: String, bodies: &[Body], frames: &[Frame]) -> View {
         ("b", "meets another: proven"),
         ("doubt", "not known"),
         ("fixed", "fixed bodies"),
+        ("normal", "normals where bodies touch"),
     ];
-    let key = key.map(|(layer, text)| (layer, text.to_owned())).to_vec();
+    let has_contacts = frames.iter().any(|frame| !frame.contacts.is_empty());
+    let key =
+        key.iter().take(if has_contacts { 5 } else { 4 }).map(|&(layer, text)| (layer, text.to_owned())).collect();
     View { title, key, stage, steps, start: 0, slider: "Frame", times: None }
 }
 
 /// The layer of each body: what is known of all its pairs together.
-fn layers(bodies: &[Body], pairs: &[PairReport]) -> Vec<&'static str> {
+fn layers(bodies: &[(usize, &Body)], known: &Known) -> Vec<&'static str> {
+    let alone = if known.is_whole { "a" } else { "doubt" };
     let mut layers: Vec<_> =
-        bodies.iter().map(|body| if body.kind == BodyKind::Fixed { "fixed" } else { "a" }).collect();
-    for pair in pairs {
-        for body in [pair.a, pair.b].map(|id| id.index()) {
-            layers[body] = match (pair.verdict, layers[body]) {
+        bodies.iter().map(|(_, body)| if body.kind == BodyKind::Fixed { "fixed" } else { alone }).collect();
+    let places: HashMap<usize, usize> = bodies.iter().enumerate().map(|(place, (index, _))| (*index, place)).collect();
+    for (pair, verdict) in &known.pairs {
+        for body in pair.iter().filter_map(|index| places.get(index).copied()) {
+            layers[body] = match (verdict, layers[body]) {
                 (Verdict::Separated, layer) | (_, layer @ ("fixed" | "b")) => layer,
                 (Verdict::Intersecting { .. }, _) => "b",
                 (Verdict::Undecided, _) => "doubt",

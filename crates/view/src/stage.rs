@@ -2,7 +2,7 @@
 //! that `f32` is enough for them wherever they are and however large.
 
 use punctual::glam::DVec3;
-use punctual::{Aabb, Certificate, Mesh, Pose, Tree};
+use punctual::{Aabb, Certificate, Mesh, Pose, Stats, Tree};
 use serde_json::{Value, json};
 
 use crate::arrays::Arrays;
@@ -25,6 +25,17 @@ struct Shown {
     middle: DVec3,
     vertices: Value,
     triangles: Value,
+}
+
+/// Length of a normal, over half of the diagonal of all that is shown.
+pub const NORMAL: f64 = 0.06;
+
+/// What boxes are called, of a certificate narrowed by [`aside`].
+pub const NARROWED: &str = "boxes still open, after a tenth more work";
+
+/// Work that narrows the certificate of a query: a tenth of its own.
+pub fn aside(stats: &Stats) -> u64 {
+    stats.work / 10
 }
 
 /// The box of a mesh that lies at a pose.
@@ -116,7 +127,7 @@ impl Stage {
             count(all as u64)
         };
         let floats: Vec<_> = boxes.iter().flat_map(|open| [open.min, open.max]).flat_map(|p| self.point(p)).collect();
-        (self.arrays.extend_floats(self.boxes, floats), fact("Boxes not looked at", told))
+        (self.arrays.extend_floats(self.boxes, floats), fact("Open boxes", told))
     }
 
     /// A ball that the button for what was found brings into sight; nothing if nothing was.

@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use punctual::{
-    Budget, Estimate, Mode, Order, Outcome, PairMemory, Query, StopReason, SystemClock, Verdict, Workspace,
+    Budget, Certificate, Estimate, Mode, Order, Outcome, PairMemory, Query, StopReason, SystemClock, Verdict, Workspace,
 };
 
 use super::case::Case;
 use super::confidence::Guess;
-use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
+use super::contender::{CERTIFIED, CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, NARROWED, ORACLE, WARM};
 use super::open::{self, Overlap};
 use super::oracle::Oracle;
 use super::truth::Truth;
@@ -148,21 +148,21 @@ fn share(part: usize, whole: usize) -> f64 {
 /// Runs every contender at every pose, in both modes, through all budgets of work to the end.
 pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) -> Option<Measured> {
     let mut measured = Measured::default();
-    let mut workspace = Workspace::with_capacity(4096, 1 << 16);
+    let mut workspaces = [0; 2].map(|_| Workspace::with_capacity(4096, 1 << 16));
     let mut memories = [PairMemory::new(), PairMemory::new()];
     for (pose, truth) in truth.iter().enumerate() {
         let full = Query::new(&case.a, &case.b, case.poses[pose]).mode(Mode::All);
-        let full = finish(&full, &mut workspace);
+        let full = finish(&full, &mut workspaces[0]);
         let run = Run { case, truth, pose, full, overlap: Overlap::new(case, &case.poses[pose]) };
         for contender in &CONTENDERS {
             let query = contender.query(&case.a, &case.b, case.poses[pose]);
             for mode in [Mode::Any, Mode::All] {
-                run.stops(&query.mode(mode), contender.name, mode, None, &mut workspace, &mut measured);
+                run.stops(&query.mode(mode), contender.name, mode, None, &mut workspaces, &mut measured);
             }
         }
         let query = Query::new(&case.a, &case.b, case.poses[pose]).order(Order::default());
         for (mode, memory) in [Mode::Any, Mode::All].into_iter().zip(&mut memories) {
-            run.stops(&query.mode(mode), WARM, mode, Some(memory), &mut workspace, &mut measured);
+            run.stops(&query.mode(mode), WARM, mode, Some(memory), &mut workspaces, &mut measured);
         }
         run.oracle(&Oracle::new(&case.a, &case.b, &case.poses[pose], &truth.pairs), &mut measured);
         if let Some(&known) = case.known.get(pose)
@@ -224,7 +224,7 @@ impl Run<'_> {
         order: &'static str,
         mode: Mode,
         mut memory: Option<&mut PairMemory>,
-        workspace: &mut Workspace,
+        [workspace, aside]: &mut [Workspace; 2],
         measured: &mut Measured,
     ) {
         let mut judge = Judge::new(self.truth);
@@ -249,7 +249,10 @@ impl Run<'_> {
                 measured.overrun = measured.overrun.max(outcome.stats.work.saturating_sub(limit));
             }
             let stopped = outcome.stop != StopReason::Finished && outcome.stop != StopReason::FirstHit;
-            let (extent, volume_left) = self.check(query, workspace, &judge, order, mode, measured);
+            let (extent, volume_left) = match query.certificate(workspace) {
+                Ok(certificate) => self.check(&certificate, &judge, order, mode, measured),
+                Err(_) => (f64::NAN, f64::NAN),
+            };
             if tells
                 && stopped
                 && let Ok(told) = query.estimate(workspace, memory.as_deref())
@@ -271,6 +274,14 @@ impl Run<'_> {
             if order == DEPTH_FIRST {
                 measured.rows.push(cut_off(row, stopped));
             }
+            let more = outcome.stats.work / 10;
+            if (order, mode) == (DEFAULT, Mode::All)
+                && let Ok(certificate) = query.narrowed_certificate(workspace, aside, more)
+            {
+                let (extent, volume_left) = self.check(&certificate, &judge, NARROWED, mode, measured);
+                let unresolved = extent / self.case.size();
+                measured.rows.push(Row { order: NARROWED, unresolved, volume_left, ..row });
+            }
         }
         let (work, bv_tests) = (outcome.stats.work, outcome.stats.bv_tests);
         let error = |told: f64| (told.max(1.0) / (bv_tests as f64).max(1.0)).log2();
@@ -282,22 +293,20 @@ impl Run<'_> {
     /// the volume left.
     fn check(
         &self,
-        query: &Query,
-        workspace: &Workspace,
+        certificate: &Certificate,
         judge: &Judge,
         order: &'static str,
         mode: Mode,
         measured: &mut Measured,
     ) -> (f64, f64) {
-        let Ok(certificate) = query.certificate(workspace) else { return (f64::NAN, f64::NAN) };
         measured.certificates += 1;
         // Another one at each stop.
         let missing = judge.missing(measured.certificates);
-        if let Some(what) = open::fault(&certificate, self.case, self.pose, self.truth, missing) {
+        if let Some(what) = open::fault(certificate, self.case, self.pose, self.truth, missing) {
             measured.loose.push(format!("{} pose {} {order} {mode:?}: {what}", self.case.name, self.pose));
         }
-        let shown = mode == Mode::All && [DEFAULT, DEPTH_FIRST].contains(&order);
-        let volume_left = if shown { self.overlap.volume_left(&certificate) } else { f64::NAN };
+        let shown = mode == Mode::All && CERTIFIED.contains(&order);
+        let volume_left = if shown { self.overlap.volume_left(certificate) } else { f64::NAN };
         (certificate.largest_extent(), volume_left)
     }
 

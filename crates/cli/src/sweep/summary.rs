@@ -6,7 +6,7 @@ use punctual::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, Mode, Pose};
 use punctual_lab::statistics::{mean, quantile, sorted};
 
 use super::case::Case;
-use super::contender::{CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, names};
+use super::contender::{CERTIFIED, CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, names};
 use super::distance;
 use super::measure::{Answer, Finished, Limit, Measured, PERCENT, Row};
 use super::punctuality::{MICROSECONDS, Round, UNLIMITED};
@@ -260,7 +260,7 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
             put(format!("first hit over depth-first {order} bv tests"), first_hit(cases, order, BV_TESTS));
         }
     }
-    for order in [DEFAULT, DEPTH_FIRST] {
+    for order in CERTIFIED {
         for percent in PERCENT {
             let left = mean(volume_left(cases, order, percent).map(|(_, left)| left));
             put(format!("volume left@{percent}% {order}"), left.unwrap_or(f64::NAN));

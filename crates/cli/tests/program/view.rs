@@ -101,7 +101,7 @@ fn a_pair_is_shown_as_it_was_answered() {
     let most: Vec<f64> = steps.iter().map(|step| number(&told(step, "Pairs, at most"))).collect();
     assert!(found.is_sorted() && most.is_sorted_by(|a, b| a >= b));
     assert_eq!((found[0], *found.last().unwrap(), *most.last().unwrap()), (0.0, truth[1] as f64, truth[1] as f64));
-    assert_eq!((told(&steps[0], "Boxes not looked at"), page.told("Boxes not looked at")), ("1".into(), "0".into()));
+    assert_eq!((told(&steps[0], "Open boxes"), page.told("Open boxes")), ("1".into(), "0".into()));
 
     // The triangles that meet, by their corners.
     let lines = folder.read("pairs.csv");
@@ -127,7 +127,7 @@ fn a_stopped_answer_is_the_step_that_is_shown_first() {
     assert_eq!(told, [row.pairs as f64, row.upper_bound as f64]);
     let name = page.first()["name"].as_str().unwrap().replace(',', "");
     assert!(name.starts_with(&format!("{} units ", row.work)), "{name}");
-    assert!(number(&page.told("Boxes not looked at")) > 0.0);
+    assert!(number(&page.told("Open boxes")) > 0.0);
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn distances_contacts_and_motions_are_shown() {
     for (name, column) in [("Proven free until", 1), ("Proven to touch at", 2)] {
         assert!((number(&page.told(name)) - number(&row[column])).abs() < 1e-6, "{name}: {row:?}");
     }
-    let open: Vec<f64> = page.steps().iter().map(|step| number(&told(step, "Boxes not looked at"))).collect();
+    let open: Vec<f64> = page.steps().iter().map(|step| number(&told(step, "Open boxes"))).collect();
     assert!(open[0] == 1.0 && *open.last().unwrap() == 0.0 && open.iter().any(|&open| open > 1.0), "{open:?}");
     let marks = &page.steps().last().unwrap()["marks"];
     assert_eq!([0, 1, 2].map(|i| marks[i][0].as_str().unwrap()), ["start", "free until", "touching at"]);
