@@ -831,7 +831,8 @@ typedef struct punctual_query {
    */
   uint64_t poll_interval;
   /**
-   * For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being queued: 0 queues every
+   * For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
+   * queued: 0 queues every
    * pair, infinity none. -1 by default: 128 (64 with `early`), and infinity for MODE_ANY with ORDER_PENETRATION.
    */
   float queue_threshold;
@@ -2363,7 +2364,8 @@ punctual_status punctual_query_certificate(const struct punctual_query *query,
                                            struct punctual_certificate *certificate);
 
 /**
- * Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+ * Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. As many
+ * as `capacity` allows are written to `boxes`, and how many there are to `count`.
  *
  * Fails as `punctual_query_certificate`.
  */
@@ -2452,7 +2454,8 @@ punctual_status punctual_distance_query_open_boxes(const struct punctual_distanc
                                                    size_t *count);
 
 /**
- * `punctual_distance_query_certificate` and `punctual_distance_query_open_boxes` after `work` units of work that open the largest of the
+ * `punctual_distance_query_certificate` and `punctual_distance_query_open_boxes` after `work` units of work that open the
+ * largest of the
  * boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`. `high` stays as
  * it is, and before there is one nothing is gained.
  *
@@ -2614,7 +2617,8 @@ punctual_status punctual_contact_query_run(const struct punctual_contact_query *
                                            struct punctual_contacts *contacts);
 
 /**
- * Goes on with the stopped run that the workspace holds, with a fresh budget; after PAIRS_FULL drain the contacts or make room first.
+ * Goes on with the stopped run that the workspace holds, with a fresh budget; after PAIRS_FULL drain the contacts or make
+ * room first.
  * However it is cut into pieces by work budgets, all contacts together are those of one uninterrupted run.
  *
  * Fails as `punctual_contact_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
@@ -2649,7 +2653,8 @@ punctual_status punctual_contact_query_open_boxes(const struct punctual_contact_
                                                   size_t *count);
 
 /**
- * `punctual_contact_query_certificate` and `punctual_contact_query_open_boxes` after `work` units of work that open the largest of the
+ * `punctual_contact_query_certificate` and `punctual_contact_query_open_boxes` after `work` units of work that open the
+ * largest of the
  * boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`.
  *
  * Fails as `punctual_contact_query_certificate`.

@@ -102,7 +102,8 @@ pub unsafe extern "C" fn punctual_contact_query_run(
     })
 }
 
-/// Goes on with the stopped run that the workspace holds, with a fresh budget; after PAIRS_FULL drain the contacts or make room first.
+/// Goes on with the stopped run that the workspace holds, with a fresh budget; after PAIRS_FULL drain the contacts or make
+/// room first.
 /// However it is cut into pieces by work budgets, all contacts together are those of one uninterrupted run.
 ///
 /// Fails as `punctual_contact_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
@@ -166,7 +167,8 @@ pub unsafe extern "C" fn punctual_contact_query_open_boxes(
     })
 }
 
-/// `punctual_contact_query_certificate` and `punctual_contact_query_open_boxes` after `work` units of work that open the largest of the
+/// `punctual_contact_query_certificate` and `punctual_contact_query_open_boxes` after `work` units of work that open the
+/// largest of the
 /// boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`.
 ///
 /// Fails as `punctual_contact_query_certificate`.

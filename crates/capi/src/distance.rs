@@ -195,7 +195,8 @@ pub unsafe extern "C" fn punctual_distance_query_open_boxes(
     })
 }
 
-/// `punctual_distance_query_certificate` and `punctual_distance_query_open_boxes` after `work` units of work that open the largest of the
+/// `punctual_distance_query_certificate` and `punctual_distance_query_open_boxes` after `work` units of work that open the
+/// largest of the
 /// boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`. `high` stays as
 /// it is, and before there is one nothing is gained.
 ///

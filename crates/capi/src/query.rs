@@ -84,7 +84,8 @@ pub struct punctual_query<'t> {
     pub pair_limit: usize,
     /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
     pub poll_interval: u64,
-    /// For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being queued: 0 queues every
+    /// For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
+    /// queued: 0 queues every
     /// pair, infinity none. -1 by default: 128 (64 with `early`), and infinity for MODE_ANY with ORDER_PENETRATION.
     pub queue_threshold: f32,
     /// Whether finding much early is worth some more time in all, for MODE_ALL: 0 (the default) or not 0. It needs trees that
@@ -206,7 +207,8 @@ pub extern "C" fn punctual_query_certificate(
     })
 }
 
-/// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+/// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. As many
+/// as `capacity` allows are written to `boxes`, and how many there are to `count`.
 ///
 /// Fails as `punctual_query_certificate`.
 #[unsafe(no_mangle)]

@@ -1,6 +1,7 @@
 //! Polygons into triangles, none of which leaves its polygon.
 //!
-//! A polygon is looked at along the axis that its normal is nearest to, in which its area is largest, so that its coordinates stay as they are and every
+//! A polygon is looked at along the axis that its normal is nearest to, in which its area is largest, so that its
+//! coordinates stay as they are and every
 //! decision is exact (crate `robust`). Where the fan of triangles around the first corner fills it, as it does if the polygon
 //! is convex, it is that fan. Else ears are cut off: corners at which the outline turns inwards, with the triangle to both
 //! neighbours. Each of these triangles has the polygon's sense of rotation, and together they have its outline, so that every
