@@ -10,7 +10,8 @@ use super::options::{Mode, Options};
 use super::order::overlap_volume;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
-use super::traversal::{Question, Traversal, bits};
+use super::traversal::{Question, Traversal};
+use crate::math::bits;
 use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_LOOKUP, opening_work};
 

@@ -4,9 +4,10 @@
 use super::intersection::Intersection;
 use super::march::ALL_EDGES;
 use super::options::Mode;
-use super::traversal::{Traversal, bits};
+use super::traversal::Traversal;
 use super::workspace::Workspace;
 use crate::contact::Contact;
+use crate::math::bits;
 use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST};
 use crate::tree::{Tree, WIDTH};

@@ -24,6 +24,7 @@ use super::traversal::{Question, Traversal};
 use super::views::Relation;
 use super::workspace::Workspace;
 use crate::contact::Contact;
+use crate::math::bits;
 use crate::math::lanes::{Column, F8, Lanes};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
@@ -324,9 +325,9 @@ impl Traversal<'_, '_, Distance> {
     #[cold]
     #[inline(never)]
     fn queue_all(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        for bit in (0..u64::BITS).filter(|bit| hits >> bit & 1 != 0) {
-            let key = self.keys.as_flattened()[bit as usize];
-            self.queue_by_room(child(bit), key, root(self.question.cut));
+        for bit in bits(hits) {
+            let key = self.keys.as_flattened()[bit];
+            self.queue_by_room(child(bit as u32), key, root(self.question.cut));
         }
     }
 

@@ -26,7 +26,6 @@ use super::strategy::Strategy;
 use super::views::Relation;
 use super::workspace::Workspace;
 use crate::math::Pose;
-pub(super) use crate::math::bits;
 use crate::math::lanes::{Kernel, Lanes};
 use crate::tree::{Tree, WIDTH};
 

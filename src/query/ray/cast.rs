@@ -10,6 +10,7 @@
 use super::state::{RayHit, RayMode, Suspect};
 use super::volley::{Ready, make_ready};
 use crate::math::Ray;
+use crate::math::bits;
 use crate::math::lanes::Lanes;
 use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE, WORK_PER_RAY_TEST,
@@ -18,7 +19,7 @@ use crate::model::cost::{
 use crate::query::expand;
 use crate::query::outcome::{LEVELS, StopReason};
 use crate::query::queue::{Origin, Pair};
-use crate::query::traversal::{Question, Traversal, bits};
+use crate::query::traversal::{Question, Traversal};
 use crate::tree::WIDTH;
 use crate::triangle::ray::Aim;
 use crate::triangle::ray::batch::candidates;
