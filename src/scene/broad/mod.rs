@@ -184,6 +184,8 @@ impl Broad {
 
     /// Gives a body its box; an empty box takes it away.
     pub fn place(&mut self, body: u32, bounds: Aabb, moving: bool, news: Change, importance: f32) {
+        // However large, none meets an empty one.
+        let bounds = Aabb { min: bounds.min.max(DVec3::MIN), max: bounds.max.min(DVec3::MAX) };
         self.boxes[body as usize] = bounds;
         let proxy = &mut self.proxies[body as usize];
         proxy.moving = moving;
