@@ -345,3 +345,27 @@ fn pairs_whose_witnesses_are_lost_are_found_again_however_little_of_the_frame_is
     }
     assert!(told > meeting / 4 * 3, "{told} of {meeting}");
 }
+
+/// The tree of the broad phase may be at any step of its build then.
+#[test]
+fn a_body_that_comes_while_the_broad_phase_is_cut_is_paired_once() {
+    for nanos in (0..12_000).step_by(300) {
+        let mut random = Random::new(17);
+        let mut scene = Scene::new();
+        crowd(&mut [&mut scene], 40, 2.0, &mut random);
+        let clock = ManualClock::ticking(Duration::from_nanos(300));
+        for _ in 0..3 {
+            scene.detect_with(Budget::time(Duration::from_nanos(nanos)), &clock);
+            crowd(&mut [&mut scene], 1, 2.0, &mut random);
+        }
+        let report = detect(&mut scene, Budget::unlimited());
+        let mut pairs: Vec<_> = report.pairs.iter().map(|pair| (pair.a, pair.b)).collect();
+        pairs.dedup();
+        assert_eq!(pairs.len(), report.pairs.len(), "{nanos} ns");
+        let mut fresh = Scene::new();
+        for (_, body) in scene.bodies() {
+            fresh.insert(body.clone()).unwrap();
+        }
+        assert_eq!(detect(&mut fresh, Budget::unlimited()).pairs.len(), pairs.len(), "{nanos} ns");
+    }
+}

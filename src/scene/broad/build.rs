@@ -44,8 +44,9 @@ struct Partition {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Build {
     order: Vec<u32>,
-    /// Bodies that have been collected, of all, and nodes whose boxes fit.
+    /// Bodies that have been collected, of those that there were at the beginning, and nodes whose boxes fit.
     collected: usize,
+    bodies: usize,
     ranges: Vec<Range>,
     partition: Option<Partition>,
     open: usize,
@@ -57,8 +58,10 @@ impl Build {
         reserve(&mut self.ranges, 256);
     }
 
-    pub fn begin(&mut self) {
+    /// Begins with bodies of indices below `bodies`; others may come before it is done.
+    pub fn begin(&mut self, bodies: usize) {
         *self = Self {
+            bodies,
             order: core::mem::take(&mut self.order),
             ranges: core::mem::take(&mut self.ranges),
             ..Self::default()
@@ -70,7 +73,7 @@ impl Build {
     /// Builds as far as the deadline allows; whether it is done. The root is node 0, if there is one.
     pub fn advance(&mut self, nodes: &mut Vec<Node>, proxies: &mut [Proxy], deadline: &mut Deadline) -> bool {
         while deadline.has_room(STEP as u64 * WORK_PER_BUILT_LEVEL) {
-            let count = if self.collected < proxies.len() {
+            let count = if self.collected < self.bodies {
                 self.collect(proxies)
             } else if let Some(partition) = self.partition.take() {
                 self.partition(partition, proxies)
@@ -90,7 +93,7 @@ impl Build {
 
     /// Collects the next bodies that are there; of how many it was looked at.
     fn collect(&mut self, proxies: &mut [Proxy]) -> usize {
-        let end = proxies.len().min(self.collected + STEP);
+        let end = self.bodies.min(self.collected + STEP);
         for (proxy, body) in proxies[self.collected..end].iter_mut().zip(self.collected as u32..) {
             proxy.leaf = NONE;
             if !proxy.fat.is_empty() {
@@ -99,7 +102,7 @@ impl Build {
         }
         let count = end - self.collected;
         self.collected = end;
-        if end == proxies.len() && !self.order.is_empty() {
+        if end == self.bodies && !self.order.is_empty() {
             self.ranges.push(Range { begin: 0, end: self.order.len(), parent: NONE, second: false });
         }
         count

@@ -119,8 +119,9 @@ impl FatTree {
         if node.second == NONE { Err(node.body) } else { Ok([child(at + 1), child(node.second)]) }
     }
 
-    /// Begins to bring the tree up to date, its newcomers being renewed: whether it is to be built anew.
-    pub fn begin_update(&mut self) -> bool {
+    /// Begins to bring the tree up to date, its newcomers being renewed, of bodies of indices below `bodies`: whether it is to be
+    /// built anew.
+    pub fn begin_update(&mut self, bodies: usize) -> bool {
         let leaves = self.nodes.len() / 2;
         let outgrown = self.roots.len().pow(2) > leaves + 64 || self.moves > MOVES_BEFORE_REBUILD * leaves + 64;
         if outgrown {
@@ -128,7 +129,7 @@ impl FatTree {
             self.roots.clear();
             self.nodes.clear();
             self.marked.clear();
-            self.build.begin();
+            self.build.begin(bodies);
         } else {
             self.stack.extend(self.roots.iter().map(|&root| [root; 2]));
         }

@@ -285,7 +285,7 @@ impl Broad {
             self.tree.renew(body, &mut self.proxies[body as usize]);
             next += 1;
         }
-        Some(if self.tree.begin_update() { Stage::Build } else { Stage::Refit })
+        Some(if self.tree.begin_update(self.proxies.len()) { Stage::Build } else { Stage::Refit })
     }
 
     fn mark(&mut self, next: usize, deadline: &mut Deadline) -> Option<Stage> {
