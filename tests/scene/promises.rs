@@ -215,12 +215,19 @@ fn what_is_gone_meets_nothing_however_far_another_body_goes() {
     let post = scene.insert(Body::fixed(Arc::clone(&tree), at(5.0, 0.0, 0.0))).unwrap();
     let far = Pose::new(turned(1.0), DVec3::NEG_Z * 1e228).unwrap();
     let ball = scene.insert(Body::moving(Arc::clone(&tree), far)).unwrap();
-    let other = scene.insert(Body::fixed(tree, at(-5.0, 0.0, 0.0))).unwrap();
+    let other = scene.insert(Body::fixed(Arc::clone(&tree), at(-5.0, 0.0, 0.0))).unwrap();
     detect(&mut scene, Budget::unlimited());
     scene.set_pose(ball, Pose::IDENTITY).unwrap();
     scene.remove(post).unwrap();
     let report = detect(&mut scene, Budget::unlimited());
     assert!(report.pairs.len() == 1 && report.pair(ball, other).is_some(), "{:?}", report.pairs);
+    // Nor is what comes in its place met twice.
+    scene.insert(Body::fixed(tree, at(5.0, 0.0, 0.0))).unwrap();
+    scene.set_pose(ball, far).unwrap();
+    detect(&mut scene, Budget::unlimited());
+    detect(&mut scene, Budget::unlimited());
+    scene.set_pose(ball, Pose::IDENTITY).unwrap();
+    assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 2);
 }
 
 /// Every point of every place on the way lies in the swept box: a body with a hole the size of its box would be missed.
