@@ -65,8 +65,9 @@ impl Aabb {
     /// Whether the boxes share a point; touching counts. An empty box shares none.
     #[inline]
     pub fn intersects(&self, other: &Self) -> bool {
+        let common = self.intersection(other);
         // Without branches: which way one would go is hard to foretell.
-        let below = self.min.cmple(other.max) & other.min.cmple(self.max);
+        let below = common.min.cmple(common.max);
         below.x & below.y & below.z
     }
 

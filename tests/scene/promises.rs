@@ -207,7 +207,7 @@ fn what_an_arm_passes_on_its_arc_is_reported() {
     }
 }
 
-/// Boxes of such a way are infinite.
+/// The squares of such a way overflow.
 #[test]
 fn what_is_gone_meets_nothing_however_far_another_body_goes() {
     let tree = Arc::new(Tree::new(shapes::icosphere(0)));

@@ -47,10 +47,10 @@ pub(crate) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
     }
     let bounds = tree.mesh().aabb();
     let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
-    let distance = (to.transform_point(min + max) - from.transform_point(min + max)).length();
+    let distance = length(to.transform_point(min + max) - from.transform_point(min + max));
     let deviation = rotation_deviation(from.rotation()) + rotation_deviation(to.rotation());
     let angle = (turn(from.rotation(), to.rotation()) + 4.0 * deviation + TURN_ROUNDING).min(PI);
-    let radius = (max - min).length() * (1.0 + deviation);
+    let radius = length(max - min) * (1.0 + deviation);
     let bulge = angle / 8.0 * (distance * (angle / 2.0) / libm::sin(angle / 2.0) + radius * angle);
     // What is not quite a rotation is not quite the screw.
     let bulge = DVec3::splat((bulge + 4.0 * deviation * (distance + radius)) * (1.0 + 1e-9));

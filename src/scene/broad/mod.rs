@@ -184,9 +184,6 @@ impl Broad {
 
     /// Gives a body its box; an empty box takes it away.
     pub fn place(&mut self, body: u32, bounds: Aabb, moving: bool, news: Change, importance: f32) {
-        // However large, none meets an empty one.
-        let finite = |min: DVec3, max: DVec3| Aabb { min: min.max(DVec3::MIN), max: max.min(DVec3::MAX) };
-        let bounds = finite(bounds.min, bounds.max);
         self.boxes[body as usize] = bounds;
         let proxy = &mut self.proxies[body as usize];
         proxy.moving = moving;
@@ -195,7 +192,7 @@ impl Broad {
             return;
         }
         let slack = DVec3::splat(if moving { SLACK * bounds.extents().max_element() } else { 0.0 });
-        proxy.fat = finite(bounds.min - slack, bounds.max + slack);
+        proxy.fat = Aabb { min: bounds.min - slack, max: bounds.max + slack };
         proxy.next = proxy.next.max(news).max(Change::Place);
         if !proxy.waiting {
             self.waiting.push(body, importance);
