@@ -832,8 +832,8 @@ typedef struct punctual_query {
   uint64_t poll_interval;
   /**
    * For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
-   * queued: 0 queues every
-   * pair, infinity none. -1 by default: 128 (64 with `early`), and infinity for MODE_ANY with ORDER_PENETRATION.
+   * queued: 0 queues every pair, infinity none. -1 by default: 128 (64 with `early`), and infinity for MODE_ANY with
+   * ORDER_PENETRATION.
    */
   float queue_threshold;
   /**
@@ -2455,8 +2455,7 @@ punctual_status punctual_distance_query_open_boxes(const struct punctual_distanc
 
 /**
  * `punctual_distance_query_certificate` and `punctual_distance_query_open_boxes` after `work` units of work that open the
- * largest of the
- * boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`. `high` stays as
+ * largest of the boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`. `high` stays as
  * it is, and before there is one nothing is gained.
  *
  * Fails as `punctual_distance_query_certificate`.
@@ -2654,8 +2653,7 @@ punctual_status punctual_contact_query_open_boxes(const struct punctual_contact_
 
 /**
  * `punctual_contact_query_certificate` and `punctual_contact_query_open_boxes` after `work` units of work that open the
- * largest of the
- * boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`.
+ * largest of the boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`.
  *
  * Fails as `punctual_contact_query_certificate`.
  */

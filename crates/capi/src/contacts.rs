@@ -4,7 +4,7 @@ use crate::arrays::{fill, find_room};
 use crate::clock::punctual_clock;
 use crate::distance::not_negative;
 use crate::mesh::{punctual_aabb, punctual_point};
-use crate::outcome::{punctual_certificate, punctual_stats, punctual_stop_reason};
+use crate::outcome::{hand_out, punctual_certificate, punctual_stats, punctual_stop_reason};
 use crate::pose::punctual_pose;
 use crate::query::{answer, punctual_budget};
 use crate::status::{Fault, door, given, punctual_status};
@@ -168,8 +168,7 @@ pub unsafe extern "C" fn punctual_contact_query_open_boxes(
 }
 
 /// `punctual_contact_query_certificate` and `punctual_contact_query_open_boxes` after `work` units of work that open the
-/// largest of the
-/// boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`.
+/// largest of the boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`.
 ///
 /// Fails as `punctual_contact_query_certificate`.
 #[unsafe(no_mangle)]
@@ -189,10 +188,8 @@ pub unsafe extern "C" fn punctual_contact_query_narrowed_certificate(
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
-            certificate.write(open.into());
             // SAFETY: the contract of the header for arrays.
-            count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
-            Ok(())
+            unsafe { hand_out(&open, certificate, boxes, capacity, count) }
         })
     })
 }

@@ -5,7 +5,7 @@ use crate::clock::punctual_clock;
 use crate::estimate::{known, punctual_quantiles};
 use crate::memory::punctual_memory;
 use crate::mesh::{punctual_aabb, punctual_point};
-use crate::outcome::{punctual_certificate, punctual_stats, punctual_stop_reason};
+use crate::outcome::{hand_out, punctual_certificate, punctual_stats, punctual_stop_reason};
 use crate::pose::punctual_pose;
 use crate::query::{answer, punctual_budget};
 use crate::status::{Fault, door, given, punctual_status};
@@ -196,8 +196,7 @@ pub unsafe extern "C" fn punctual_distance_query_open_boxes(
 }
 
 /// `punctual_distance_query_certificate` and `punctual_distance_query_open_boxes` after `work` units of work that open the
-/// largest of the
-/// boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`. `high` stays as
+/// largest of the boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`. `high` stays as
 /// it is, and before there is one nothing is gained.
 ///
 /// Fails as `punctual_distance_query_certificate`.
@@ -218,10 +217,8 @@ pub unsafe extern "C" fn punctual_distance_query_narrowed_certificate(
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
-            certificate.write(open.into());
             // SAFETY: the contract of the header for arrays.
-            count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
-            Ok(())
+            unsafe { hand_out(&open, certificate, boxes, capacity, count) }
         })
     })
 }

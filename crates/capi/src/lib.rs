@@ -6,10 +6,9 @@
 //! each call that does any work: no panic leaves it, every fault becomes a status and a text.
 //!
 //! # Safety
-//! The functions that take arrays, texts or a clock are `unsafe`. An array is null with a length of 0, or has as many elements as
-//! its length says, which nothing else writes to during the call; a text ends with a zero byte. The function of a clock may
-//! be called with its context as long
-//! as the call lasts, on the same thread, and does not unwind.
+//! The functions that take arrays, texts or a clock are `unsafe`. An array is null with a length of 0, or has as
+//! many elements as its length says, which nothing else writes to during the call; a text ends with a zero byte. The
+//! function of a clock may be called with its context as long as the call lasts, on the same thread, and does not unwind.
 
 #![deny(missing_docs)]
 #![allow(non_camel_case_types, reason = "the names of the header")]

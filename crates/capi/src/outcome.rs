@@ -1,6 +1,10 @@
 //! What queries say: outcome, counters and certificate.
 
+use crate::arrays::fill;
+use crate::mesh::punctual_aabb;
+use crate::status::Fault;
 use crate::workspace::punctual_triangle_pair;
+use core::mem::MaybeUninit;
 use core::time::Duration;
 use punctual::{Certificate, LEVELS, MAX_STEP_WORK, Outcome, Stats, StopReason, Verdict};
 
@@ -110,6 +114,23 @@ impl From<Certificate<'_>> for punctual_certificate {
     fn from(open: Certificate) -> Self {
         Self { open_pairs: open.open_pairs(), upper_bound: open.upper_bound(), largest_extent: open.largest_extent() }
     }
+}
+
+/// Writes a certificate and as many of its boxes as there is room for; nothing if that is no array.
+///
+/// # Safety
+/// That of [`fill`].
+pub(crate) unsafe fn hand_out(
+    open: &Certificate,
+    certificate: &mut MaybeUninit<punctual_certificate>,
+    boxes: *mut punctual_aabb,
+    capacity: usize,
+    count: &mut MaybeUninit<usize>,
+) -> Result<(), Fault> {
+    // SAFETY: the caller's promise.
+    count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
+    certificate.write((*open).into());
+    Ok(())
 }
 
 impl From<Outcome> for punctual_outcome {

@@ -4,7 +4,7 @@ use crate::arrays::fill;
 use crate::clock::{AnyClock, punctual_clock};
 use crate::memory::punctual_memory;
 use crate::mesh::punctual_aabb;
-use crate::outcome::{punctual_certificate, punctual_outcome};
+use crate::outcome::{hand_out, punctual_certificate, punctual_outcome};
 use crate::pose::punctual_pose;
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
@@ -85,8 +85,8 @@ pub struct punctual_query<'t> {
     /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
     pub poll_interval: u64,
     /// For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
-    /// queued: 0 queues every
-    /// pair, infinity none. -1 by default: 128 (64 with `early`), and infinity for MODE_ANY with ORDER_PENETRATION.
+    /// queued: 0 queues every pair, infinity none. -1 by default: 128 (64 with `early`), and infinity for MODE_ANY with
+    /// ORDER_PENETRATION.
     pub queue_threshold: f32,
     /// Whether finding much early is worth some more time in all, for MODE_ALL: 0 (the default) or not 0. It needs trees that
     /// were built with `neighbors`.
@@ -253,10 +253,8 @@ pub unsafe extern "C" fn punctual_query_narrowed_certificate(
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
-            certificate.write(open.into());
             // SAFETY: the contract of the header for arrays.
-            count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
-            Ok(())
+            unsafe { hand_out(&open, certificate, boxes, capacity, count) }
         })
     })
 }

@@ -17,6 +17,9 @@ const NO_CONTACT: punctual_contact = punctual_contact {
     segment: [NO_POINT; 2],
 };
 
+const NO_CERTIFICATE: punctual_certificate =
+    punctual_certificate { open_pairs: usize::MAX, upper_bound: u64::MAX, largest_extent: -1.0 };
+
 fn same(ours: &punctual_contacts, theirs: &Contacts) {
     assert_eq!((ours.low, ours.found), (theirs.low, theirs.found));
     assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
@@ -103,6 +106,17 @@ fn contacts_and_patches_are_those_of_rust() {
             let open = unsafe { open.assume_init() };
             assert_eq!((open.open_pairs, open.upper_bound), (narrowed.open_pairs(), narrowed.upper_bound()));
             assert_eq!(boxes, narrowed.boxes().count());
+            // A failure writes nothing, neither the certificate nor the count.
+            let (mut unwritten, mut none) = (MaybeUninit::new(NO_CERTIFICATE), MaybeUninit::new(usize::MAX));
+            // SAFETY: the boxes are null.
+            let status = unsafe {
+                let (query, workspace, aside) = (Some(&query), Some(&*workspace), Some(&mut *aside));
+                let (open, count) = (Some(&mut unwritten), Some(&mut none));
+                punctual_contact_query_narrowed_certificate(query, workspace, aside, 700, open, null_mut(), 1, count)
+            };
+            // SAFETY: set above.
+            let (unwritten, none) = unsafe { (unwritten.assume_init(), none.assume_init()) };
+            assert_eq!((status, unwritten, none), (Status::Null, NO_CERTIFICATE, usize::MAX));
             if native_said.stop == StopReason::Finished {
                 break;
             }
