@@ -26,10 +26,9 @@ pub struct Contact {
     /// Unit vector from B to A: moved along it, A parts from B.
     ///
     /// Of triangles that are apart it is the direction of least distance, if `f64` can tell that. Of triangles that meet it
-    /// is the direction of `n - m`,
-    /// where `m` is the unit normal of A's triangle and `n` that of B's, each by the right-hand rule, so that it points
-    /// out of meshes whose normals do. Where these are equal, it is `n`; a triangle without area has no normal, and if that
-    /// is so of both, the direction is the x axis.
+    /// is the direction of `n - m`, where `m` is the unit normal of A's triangle and `n` that of B's, each by the
+    /// right-hand rule, so that it points out of meshes whose normals do. Where these are equal, it is `n`; a triangle
+    /// without area has no normal, and if that is so of both, the direction is the x axis.
     pub normal: DVec3,
     /// How far apart they are, as proven: the true distance is not more, and less by no more than some roundings of the
     /// extent of both triangles. 0 only if they meet.

@@ -1,8 +1,7 @@
 //! Push-out: the shortest translation found that parts two surfaces, and proof that it does.
 //!
 //! It is a caller of [`Query`](crate::Query): contacts give the [`directions`], the [`search`] finds how far, and each
-//! length is checked by an
-//! exact query. [`blocked`] remembers what those that met have shown.
+//! length is checked by an exact query. [`blocked`] remembers what those that met have shown.
 
 mod blocked;
 mod directions;

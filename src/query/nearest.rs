@@ -334,8 +334,8 @@ impl Traversal<'_, '_, Distance> {
     /// The bit of the least key.
     #[inline(never)]
     fn closest(&self, hits: u64) -> u64 {
-        let key = |bit: &u32| self.keys.as_flattened()[*bit as usize];
-        let closest = (0..u64::BITS).filter(|bit| hits >> bit & 1 != 0).min_by(|i, j| key(i).total_cmp(&key(j)));
+        let key = |bit: &usize| self.keys.as_flattened()[*bit];
+        let closest = bits(hits).min_by(|i, j| key(i).total_cmp(&key(j)));
         closest.map_or(0, |bit| 1 << bit)
     }
 

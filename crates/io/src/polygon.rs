@@ -1,13 +1,12 @@
 //! Polygons into triangles, none of which leaves its polygon.
 //!
 //! A polygon is looked at along the axis that its normal is nearest to, in which its area is largest, so that its
-//! coordinates stay as they are and every
-//! decision is exact (crate `robust`). Where the fan of triangles around the first corner fills it, as it does if the polygon
-//! is convex, it is that fan. Else ears are cut off: corners at which the outline turns inwards, with the triangle to both
-//! neighbours. Each of these triangles has the polygon's sense of rotation, and together they have its outline, so that every
-//! point is in as many of them as the polygon winds around it: none outside. So where all ears can be cut off, the result is
-//! right; of an outline that crosses itself some part winds the other way round, and the polygon is refused. One that is not
-//! flat is filled as it looks along the axis.
+//! coordinates stay as they are and every decision is exact (crate `robust`). Where the fan of triangles around the first
+//! corner fills it, as it does if the polygon is convex, it is that fan. Else ears are cut off: corners at which the
+//! outline turns inwards, with the triangle to both neighbours. Each of these triangles has the polygon's sense of
+//! rotation, and together they have its outline, so that every point is in as many of them as the polygon winds around it:
+//! none outside. So where all ears can be cut off, the result is right; of an outline that crosses itself some part winds
+//! the other way round, and the polygon is refused. One that is not flat is filled as it looks along the axis.
 //!
 //! A fan takes `O(n)`. Ears take `O(n log n)` if few corners are near one another along the longer axis, and at most `O(n)`
 //! tests a corner; there is a limit to that, beyond which the polygon is refused too.

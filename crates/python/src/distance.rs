@@ -307,9 +307,9 @@ impl DistanceQuery {
         if work == 0 {
             return Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into());
         }
-        let mut aside = self.aside.take().unwrap_or_default();
-        let told = self.query().narrowed_certificate(&self.workspace, &mut aside, work).map(Into::into);
-        self.aside = Some(aside);
-        told.map_err(resume_error)
+        let Self { trees: [a, b], asked, options, workspace, aside, .. } = self;
+        let query = options.query(a, b, asked.pose);
+        let open = query.narrowed_certificate(workspace, aside.get_or_insert_default(), work);
+        Ok(open.map_err(resume_error)?.into())
     }
 }
