@@ -4,67 +4,42 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{Budget, ManualClock, Mesh, PairMemory, Pose, StopReason, Tree, Workspace};
+use punctual::{Budget, Contact, ContactQuery, ManualClock, PairMemory, Pose, StopReason, Tree, Workspace};
 use punctual_fuzz::distance::{ENOUGH, Question, Truth, run, run_with_memory};
-use punctual_fuzz::{Numbers, moved};
-
-fn tree(bytes: &mut Unstructured) -> Result<Option<Tree>> {
-    let numbers = Numbers::arbitrary(bytes)?;
-    let vertices = (0..bytes.int_in_range(1..=9)?).map(|_| numbers.point(bytes)).collect::<Result<Vec<_>>>()?;
-    let last = vertices.len() as u32 - 1;
-    let mut index = || bytes.int_in_range(0..=last);
-    let mut triangles = Vec::new();
-    for _ in 0..12 {
-        triangles.push([index()?, index()?, index()?]);
-    }
-    triangles.truncate(bytes.int_in_range(1..=12)?);
-    Ok(Mesh::from_f64(vertices, triangles).ok().map(Tree::new))
-}
-
-fn pose(bytes: &mut Unstructured) -> Result<Pose> {
-    let [x, y, z] = Numbers::Fraction.point(bytes)?;
-    let turn = if bytes.arbitrary()? { DQuat::IDENTITY } else { DQuat::from_xyzw(x, y, z, 0.7).normalize() };
-    let mut turn = DMat3::from_quat(turn).to_cols_array();
-    // Not quite a rotation.
-    turn[bytes.int_in_range(0..=8)?] += if bytes.arbitrary()? { 2e-4 } else { 0.0 };
-    let place = Numbers::arbitrary(bytes)?.point(bytes)?;
-    Ok(Pose::new(DMat3::from_cols_array(&turn), DVec3::from_array(place)).unwrap_or(Pose::IDENTITY))
-}
-
-/// A length that is 0, of the size of the distance, or any.
-fn length(truth: &Truth, bytes: &mut Unstructured) -> Result<f64> {
-    let part = f64::from(bytes.arbitrary::<u16>()?) / 32768.0;
-    Ok(match bytes.int_in_range(0..=3)? {
-        0 => 0.0,
-        1 => part * truth.distance(),
-        2 => moved(truth.distance(), bytes.int_in_range(-3..=3)?).max(0.0),
-        _ => Numbers::arbitrary(bytes)?.read(bytes)?.abs().min(1e300),
-    })
-}
+use punctual_fuzz::{assert_names, contacts, few_triangles, length, pose};
 
 fn question(truth: &Truth, bytes: &mut Unstructured) -> Result<Question> {
     let mut asked = Question::default();
     if bytes.arbitrary()? {
-        asked.absolute = Some(length(truth, bytes)?);
+        asked.absolute = Some(length(truth.distance(), bytes)?);
     }
     if bytes.ratio(1, 4)? {
-        asked.relative = length(truth, bytes)?;
+        asked.relative = length(truth.distance(), bytes)?;
     }
     if bytes.ratio(1, 3)? {
-        asked.margins = [length(truth, bytes)?, length(truth, bytes)?];
+        asked.margins = [length(truth.distance(), bytes)?, length(truth.distance(), bytes)?];
     }
     if bytes.arbitrary()? {
-        asked.closer_than = Some(length(truth, bytes)?);
+        asked.closer_than = Some(length(truth.distance(), bytes)?);
     }
     Ok(asked)
 }
 
+/// Those of triangles that are no farther apart than this.
+fn contacts_within(a: &Tree, b: &Tree, pose: Pose, margin: f64) -> Vec<Contact> {
+    let mut workspace = Workspace::new();
+    if margin >= 0.0 {
+        let _ = contacts::run(&ContactQuery::new(a, b, pose).margin(margin), &mut workspace, ENOUGH);
+    }
+    contacts::listed(&workspace)
+}
+
 fn ask(bytes: &mut Unstructured) -> Result<()> {
-    let (Some(a), Some(b)) = (tree(bytes)?, tree(bytes)?) else { return Ok(()) };
+    let (Some(a), Some(b)) = (few_triangles(bytes)?, few_triangles(bytes)?) else { return Ok(()) };
     let pose = pose(bytes)?;
     let mut truth = Truth::new(&a, &b, &pose);
     let mut workspace = Workspace::with_capacity(bytes.int_in_range(0..=64)?, 1);
+    let mut aside = Workspace::with_capacity(bytes.int_in_range(0..=64)?, 1);
     let (mut memory, clock) = (PairMemory::new(), ManualClock::new());
     while !bytes.is_empty() {
         let asked = question(&truth, bytes)?;
@@ -74,6 +49,14 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
         let mut said = run_with_memory(&query, &mut workspace, &mut memory, Budget::work(work));
         while said.stop == StopReason::WorkLimit {
             truth.assert_sound(&asked, &said);
+            let reach = said.high.min(asked.closer_than.unwrap_or(f64::INFINITY));
+            if asked.margins == [0.0; 2] && reach < f64::INFINITY {
+                let closer = contacts_within(&a, &b, pose, reach - 1e-12 * reach - truth.rounding());
+                let plain = query.certificate(&workspace).expect("the workspace holds a stopped run");
+                assert_names(&plain, 0, &closer);
+                let narrowed = query.narrowed_certificate(&workspace, &mut aside, work);
+                assert_names(&narrowed.expect("the workspace holds a stopped run"), 0, &closer);
+            }
             let resumed = query.resume_with(&mut workspace, Some(&mut memory), Budget::work(work.max(1)), &clock);
             let more = resumed.expect("the workspace holds a stopped run");
             assert!(said.low <= more.low && more.high <= said.high, "{said:?} {more:?}");

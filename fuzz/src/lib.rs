@@ -4,6 +4,8 @@
 
 #[path = "../../tests/common/check.rs"]
 pub mod check;
+#[path = "../../tests/contacts/truth.rs"]
+pub mod contacts;
 #[path = "../../tests/common/distance.rs"]
 pub mod distance;
 #[path = "../../tests/common/exact_distance.rs"]
@@ -14,7 +16,10 @@ pub mod oracle;
 pub mod reference;
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
-use punctual::{Budget, ManualClock, Mode, Order, PairMemory, Pose, Query, StopReason, Tree, Workspace};
+use punctual::glam::{DMat3, DQuat, DVec3};
+use punctual::{
+    Budget, Certificate, Contact, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query, StopReason, Tree, Workspace,
+};
 
 /// How coordinates are read from bytes.
 #[derive(Clone, Copy)]
@@ -64,6 +69,51 @@ impl Numbers {
 pub fn moved(value: f64, steps: i8) -> f64 {
     let step = if steps < 0 { f64::next_down } else { f64::next_up };
     (0..steps.unsigned_abs()).fold(value, |value, _| step(value))
+}
+
+/// A mesh of up to twelve triangles, if its coordinates are in range.
+pub fn few_triangles(bytes: &mut Unstructured) -> Result<Option<Tree>> {
+    let numbers = Numbers::arbitrary(bytes)?;
+    let vertices = (0..bytes.int_in_range(1..=9)?).map(|_| numbers.point(bytes)).collect::<Result<Vec<_>>>()?;
+    let last = vertices.len() as u32 - 1;
+    let mut index = || bytes.int_in_range(0..=last);
+    let mut triangles = Vec::new();
+    for _ in 0..12 {
+        triangles.push([index()?, index()?, index()?]);
+    }
+    triangles.truncate(bytes.int_in_range(1..=12)?);
+    Ok(Mesh::from_f64(vertices, triangles).ok().map(Tree::new))
+}
+
+/// Any pose; the matrix may not quite be a rotation.
+pub fn pose(bytes: &mut Unstructured) -> Result<Pose> {
+    let [x, y, z] = Numbers::Fraction.point(bytes)?;
+    let turn = if bytes.arbitrary()? { DQuat::IDENTITY } else { DQuat::from_xyzw(x, y, z, 0.7).normalize() };
+    let mut turn = DMat3::from_quat(turn).to_cols_array();
+    turn[bytes.int_in_range(0..=8)?] += if bytes.arbitrary()? { 2e-4 } else { 0.0 };
+    let place = Numbers::arbitrary(bytes)?.point(bytes)?;
+    Ok(Pose::new(DMat3::from_cols_array(&turn), DVec3::from_array(place)).unwrap_or(Pose::IDENTITY))
+}
+
+/// A length that is 0, about a known one, or any.
+pub fn length(known: f64, bytes: &mut Unstructured) -> Result<f64> {
+    let part = f64::from(bytes.arbitrary::<u16>()?) / 32768.0;
+    Ok(match bytes.int_in_range(0..=3)? {
+        0 => 0.0,
+        1 => part * known,
+        2 => moved(known, bytes.int_in_range(-3..=3)?).max(0.0),
+        _ => Numbers::arbitrary(bytes)?.read(bytes)?.abs().min(1e300),
+    })
+}
+
+/// No more contacts than were said, and each one that is missing in a box.
+pub fn assert_names(certificate: &Certificate, found: u64, missing: &[Contact]) {
+    assert!(found + missing.len() as u64 <= certificate.upper_bound());
+    let boxes: Vec<_> = certificate.boxes().collect();
+    for contact in missing {
+        let middle = 0.5 * contact.points[0] + 0.5 * contact.points[1];
+        assert!(boxes.iter().any(|b| b.min.cmple(middle).all() && middle.cmple(b.max).all()), "{contact:?}");
+    }
 }
 
 /// Runs a query in pieces of `work` units: sound and certified at every stop, and the truth in the end.

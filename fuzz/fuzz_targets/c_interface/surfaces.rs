@@ -3,9 +3,9 @@
 use super::World;
 use super::call::{Call, any};
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
-use punctual_capi::{punctual_status as Status, *};
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
 use punctual::{Mesh, Pose, shapes};
+use punctual_capi::{punctual_status as Status, *};
 use punctual_fuzz::{Numbers, oracle};
 use std::sync::atomic::{AtomicU64, Ordering};
 

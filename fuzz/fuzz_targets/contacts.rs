@@ -1,0 +1,92 @@
+//! Any few triangles at any pose: no contact is false or lost at any stop, certificates name what is missing, plain and
+//! narrowed, patches share the contacts out, and a push parts what it says it parts.
+#![no_main]
+
+use libfuzzer_sys::arbitrary::{Result, Unstructured};
+use libfuzzer_sys::fuzz_target;
+use punctual::{
+    Budget, Contact, ContactQuery, ManualClock, Patch, Patches, Pose, PushOutQuery, Query, StopReason, Tree, Verdict,
+    Workspace,
+};
+use punctual_fuzz::contacts::{ENOUGH, Truth, listed, resume, run};
+use punctual_fuzz::{assert_names, few_triangles, length, pose};
+
+fn whole(query: &ContactQuery) -> Vec<Contact> {
+    let mut workspace = Workspace::new();
+    let _ = run(query, &mut workspace, ENOUGH);
+    listed(&workspace)
+}
+
+/// A query in pieces, the list drained when it is full.
+fn ask(a: &Tree, b: &Tree, pose: Pose, truth: &mut Truth, bytes: &mut Unstructured) -> Result<Vec<Contact>> {
+    let margin = length(truth.size, bytes)?;
+    let query = ContactQuery::new(a, b, pose).margin(margin);
+    let set = whole(&query);
+    truth.assert_complete(margin, &set);
+    let limit = usize::from(bytes.arbitrary::<u8>()?);
+    let work = u64::from(bytes.arbitrary::<u16>()?) % 8192;
+    let mut workspace = Workspace::with_capacity(bytes.int_in_range(0..=64)?, 1);
+    let mut aside = Workspace::with_capacity(bytes.int_in_range(0..=64)?, bytes.int_in_range(1..=64)?);
+    let query = query.contact_limit(limit);
+    let (mut said, mut found) = (run(&query, &mut workspace, Budget::work(work)), Vec::new());
+    while said.stop != StopReason::Finished {
+        let known: Vec<_> = found.iter().chain(workspace.contacts()).copied().collect();
+        assert_eq!(said.found, known.len() as u64);
+        truth.assert_missing(&set, &known, said.low);
+        let missing: Vec<_> = set.iter().filter(|contact| !known.contains(contact)).copied().collect();
+        assert_names(&query.certificate(&workspace).expect("it is stopped"), said.found, &missing);
+        let more = u64::from(bytes.arbitrary::<u16>().unwrap_or(0));
+        let narrowed = query.narrowed_certificate(&workspace, &mut aside, more).expect("it is stopped");
+        assert_names(&narrowed, said.found, &missing);
+        if said.stop == StopReason::PairsFull {
+            found.extend(workspace.drain_contacts());
+        }
+        let next = resume(&query, &mut workspace, Budget::work(work.max(1)));
+        assert!(said.low <= next.low, "{said:?} {next:?}");
+        said = next;
+    }
+    found.extend(workspace.drain_contacts());
+    found.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.triangles.cmp(&y.triangles)));
+    assert_eq!(found, set);
+    Ok(set)
+}
+
+fn assert_patches(a: &Tree, b: &Tree, contacts: &[Contact], patches: &mut Patches) {
+    patches.update(a, b, contacts);
+    let shared: usize = patches.as_slice().iter().map(Patch::contact_count).sum();
+    assert_eq!(shared, contacts.len());
+    for patch in patches.as_slice() {
+        let of = patches.contacts_of(patch);
+        assert_eq!((patch.contact_count(), patch.distance), (of.len(), of[0].distance));
+        assert!((patch.normal.length() - 1.0).abs() < 1e-12 && patch.length >= 0.0, "{patch:?}");
+        assert!(of.iter().all(|contact| contacts.contains(contact)));
+        assert!(patches.points_of(patch).all(|point| of.contains(point)));
+    }
+}
+
+fn assert_push(a: &Tree, b: &Tree, pose: Pose, work: u64) {
+    let found = PushOutQuery::new(a, b, pose).run_with(&mut Workspace::new(), Budget::work(work), &ManualClock::new());
+    if let Some(push) = found.push {
+        assert!((push.direction.length() - 1.0).abs() < 1e-12 && push.distance >= 0.0, "{push:?}");
+        let there = Query::new(a, b, push.b_in_a).run_with(&mut Workspace::new(), None, ENOUGH, &ManualClock::new());
+        assert_eq!(there.verdict, Verdict::Separated, "{push:?}");
+    }
+}
+
+fn run_all(bytes: &mut Unstructured) -> Result<()> {
+    let (Some(a), Some(b)) = (few_triangles(bytes)?, few_triangles(bytes)?) else { return Ok(()) };
+    let pose = pose(bytes)?;
+    let mut truth = Truth::new(&a, &b, &pose);
+    let mut patches = Patches::new();
+    while !bytes.is_empty() {
+        let set = ask(&a, &b, pose, &mut truth, bytes)?;
+        let part = bytes.int_in_range(0..=set.len())?;
+        assert_patches(&a, &b, &set[..part], &mut patches);
+        assert_push(&a, &b, pose, bytes.arbitrary::<u32>()?.into());
+    }
+    Ok(())
+}
+
+fuzz_target!(|bytes: &[u8]| {
+    let _ = run_all(&mut Unstructured::new(bytes));
+});
