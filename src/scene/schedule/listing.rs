@@ -12,7 +12,8 @@ use crate::query::{Budget, Deadline, Mode, Verdict};
 use crate::scene::ask::Asks;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
-use crate::scene::id::{PairKey, bodies_of};
+use crate::scene::facts::Facts;
+use crate::scene::id::{BodyId, PairKey, bodies_of};
 use crate::scene::pair::frame::Frame;
 use crate::scene::pair::spent::Spent;
 use crate::scene::pair::state::Standing;
@@ -36,6 +37,26 @@ pub(crate) struct Listing<'l> {
     pub kept: usize,
 }
 
+/// A known pair, and what is asked of its bodies.
+#[derive(Clone, Copy)]
+struct Candidate<'f> {
+    place: usize,
+    key: PairKey,
+    facts: [&'f Facts; 2],
+}
+
+impl Candidate<'_> {
+    fn is_special(&self) -> bool {
+        let [x, y] = self.facts;
+        x.is_special | y.is_special
+    }
+
+    fn ids(&self) -> [BodyId; 2] {
+        let ([a, b], [x, y]) = (bodies_of(self.key), self.facts);
+        [BodyId { index: a, generation: x.generation }, BodyId { index: b, generation: y.generation }]
+    }
+}
+
 /// What those make of a pair who ask for its distance.
 #[derive(Clone, Copy, Debug, Default)]
 struct Look {
@@ -51,7 +72,7 @@ struct Look {
     nearness: Option<f32>,
 }
 
-impl Listing<'_> {
+impl<'l> Listing<'l> {
     /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend. Of how many
     /// pairs more something is kept, and how many touch, as far as it is known, if that matters.
     pub fn run(mut self, deadline: &mut Deadline) -> [usize; 2] {
@@ -96,12 +117,12 @@ impl Listing<'_> {
             if !deadline.has_room(WORK_PER_LISTED_PAIR) {
                 return place;
             }
-            let key = self.pairs.key(place);
-            let listed = match self.frame.bodies.is_special(key) {
-                true => self.list::<true>(place, settled, forecasts),
-                false => self.list::<false>(place, settled, forecasts),
+            let pair = self.candidate(place);
+            let listed = match pair.is_special() {
+                true => self.list::<true>(pair, settled, forecasts),
+                false => self.list::<false>(pair, settled, forecasts),
             };
-            if self.found.is_empty() || self.found.binary_search(&key).is_err() {
+            if self.found.is_empty() || self.found.binary_search(&pair.key).is_err() {
                 deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
             }
         }
@@ -119,29 +140,36 @@ impl Listing<'_> {
             if place >= places.end {
                 break;
             }
-            if self.pairs.key(place) == key {
-                self.list::<false>(place, false, true);
+            let pair = self.candidate(place);
+            if pair.key == key {
+                self.list::<false>(pair, false, true);
                 seen += 1;
             }
         }
         seen
     }
 
+    #[inline(always)]
+    fn candidate(&self, place: usize) -> Candidate<'l> {
+        let key = self.pairs.key(place);
+        Candidate { place, key, facts: bodies_of(key).map(|body| self.frame.bodies.facts(body)) }
+    }
+
     /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than if it meets.
     #[inline(always)]
-    fn list<const SPECIAL: bool>(&mut self, place: usize, settled: bool, forecasts: bool) -> bool {
+    fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool, forecasts: bool) -> bool {
         let Frame { number, mode, bodies, .. } = *self.frame;
-        let key = self.pairs.key(place);
+        let Candidate { place, key, facts } = pair;
         let [a, b] = bodies_of(key);
-        let look = if SPECIAL { self.look(place, settled) } else { Look::default() };
+        let look = if SPECIAL { self.look(pair, settled) } else { Look::default() };
         if look.is_out {
             return false;
         }
         let overlap = look.listed || self.broad.bounds(a).intersects(self.broad.bounds(b));
-        let Some(overlap) = (if settled { Some(overlap) } else { self.may_overlap(place, overlap) }) else {
+        let Some(overlap) = (if settled { Some(overlap) } else { self.may_overlap(pair, overlap) }) else {
             return false;
         };
-        let changed = self.frame.changed(key);
+        let changed = facts[0].changed.max(facts[1].changed).max(self.frame.asked_since);
         let Some(state) = self.pairs.overlapping(place, overlap | look.keep, number) else { return false };
         if look.keep && !overlap {
             self.kept += 1;
@@ -177,7 +205,7 @@ impl Listing<'_> {
             let (listed, place, measures) = (self.report.pairs.len() as u32, place as u32, look.nearness.is_some());
             self.jobs.push(Job { key, listed, place, forecast, rank, home: None, asks, measures, open: true });
         }
-        self.report.push([a, b].map(|body| bodies.id(body)), state, probability, complete);
+        self.report.push(pair.ids(), state, probability, complete);
         if look.is_apart && !complete {
             let apart = Standing { verdict: Verdict::Separated, found: 0, complete: true };
             self.report.note(self.report.pairs.len() - 1, apart, Spent::default());
@@ -187,9 +215,9 @@ impl Listing<'_> {
 
     /// What those make of a pair who ask for its distance; takes note of what is known of it.
     #[cold]
-    fn look(&mut self, place: usize, settled: bool) -> Look {
+    fn look(&mut self, pair: Candidate, settled: bool) -> Look {
         let Frame { number, bodies, .. } = *self.frame;
-        let key = self.pairs.key(place);
+        let Candidate { place, key, .. } = pair;
         let Some(wanted) = bodies.measured.wanted(key) else { return Look::default() };
         if !bodies.may_meet(bodies_of(key)) {
             self.tallies.add(&bodies.measured, key, None, true);
@@ -200,7 +228,7 @@ impl Listing<'_> {
         }
         let of_boxes = bodies.near_by_boxes(key, self.broad);
         let is_far = wanted.is_settled(&of_boxes);
-        let is_known = settled || self.may_overlap(place, true).is_some();
+        let is_known = settled || self.may_overlap(pair, true).is_some();
         let near = match is_known && !is_far && self.pairs.overlapped(place) {
             true => bodies.near(key, self.pairs.state(place, number), self.broad, self.frame.changed(key), number),
             false => of_boxes,
@@ -221,9 +249,8 @@ impl Listing<'_> {
 
     /// Whether the boxes of a pair may overlap, of which `overlap` says whether they did when they were made. `None` if that
     /// cannot be said: one of the bodies is not the one that it was, may not meet the other now, or is not where its box is.
-    fn may_overlap(&self, place: usize, overlap: bool) -> Option<bool> {
-        let pair = bodies_of(self.pairs.key(place));
-        let facts = pair.map(|body| self.frame.bodies.facts(body));
+    fn may_overlap(&self, Candidate { place, key, facts }: Candidate, overlap: bool) -> Option<bool> {
+        let pair = bodies_of(key);
         let another = |body| self.broad.is_another(body);
         if facts.iter().any(|facts| facts.is_another())
             || pair.into_iter().any(another)

@@ -120,15 +120,15 @@ impl Pairs {
     #[inline]
     pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut PairState> {
         let known = self.at_mut(place);
-        let slot = known.slot;
         if overlap {
-            if slot == APART {
+            if known.slot == APART {
                 (known.slot, known.since) = (BLANK, frame as u32);
             }
-            return Some(self.state(place, frame));
+            let known = *known;
+            return Some(self.state_of(known, frame));
         }
+        let slot = mem::replace(&mut known.slot, APART);
         if slot != APART {
-            known.slot = APART;
             self.release(slot);
         }
         None
@@ -142,7 +142,11 @@ impl Pairs {
     /// What is known about a pair whose boxes overlap.
     #[inline]
     pub fn state(&mut self, place: usize, frame: u64) -> &mut PairState {
-        let &Known { slot, since, .. } = self.at(place);
+        self.state_of(*self.at(place), frame)
+    }
+
+    #[inline]
+    fn state_of(&mut self, Known { slot, since, .. }: Known, frame: u64) -> &mut PairState {
         if let Some(Some(state)) = self.states.get_mut(slot as usize) {
             return state;
         }
