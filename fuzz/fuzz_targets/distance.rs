@@ -17,7 +17,8 @@ fn question(truth: &Truth, bytes: &mut Unstructured) -> Result<Question> {
         asked.relative = length(truth.distance(), bytes)?;
     }
     if bytes.ratio(1, 3)? {
-        asked.margins = [length(truth.distance(), bytes)?, length(truth.distance(), bytes)?];
+        // Thicker ones count as 2^1000.
+        asked.margins = [(); 2].map(|()| length(truth.distance(), bytes).map_or(0.0, |margin| margin.min(1e301)));
     }
     if bytes.arbitrary()? {
         asked.closer_than = Some(length(truth.distance(), bytes)?);

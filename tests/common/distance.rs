@@ -123,9 +123,9 @@ impl Truth {
         let [m, n] = asked.margins;
         let distance = self.distance();
         let order = |bound: f64| self.exact.order_of_sum(&[bound, m, n]);
-        assert!(said.low == 0.0 || order(said.low) != Ordering::Greater, "low: {said:?}, is {distance:e}");
+        assert!(said.low == 0.0 || order(said.low) != Ordering::Greater, "low: {asked:?} {said:?}, is {distance:e}");
         let is_high = said.high == f64::INFINITY || order(said.high) != Ordering::Less;
-        assert!(is_high, "high: {said:?}, is {distance:e}");
+        assert!(is_high, "high: {asked:?} {said:?}, is {distance:e}");
         assert!(said.low <= said.high, "{said:?}");
         if let Some(closer) = said.closer {
             let limit = asked.closer_than.expect("told only if asked");
