@@ -91,7 +91,11 @@ impl Interval {
             return beyond(limit);
         }
         let apart = (high - margin).min(ceiling);
-        let enough = margin + (apart - tolerance.absolute).min(apart / (1.0 + tolerance.relative));
+        let mut enough = margin + (apart - tolerance.absolute).min(apart / (1.0 + tolerance.relative));
+        if margin > 0.0 {
+            // By so much less is told when the margins are taken off.
+            enough = (enough + 4.0 * f64::EPSILON * (enough + margin)).min(high);
+        }
         enough.max(if ceiling < f64::INFINITY { beyond(0.0) } else { margin })
     }
 

@@ -260,3 +260,17 @@ fn a_tolerance_that_is_asked_for_is_kept_however_far() {
         assert!(said.high - said.low <= 1.000_000_1e-5 * said.low, "{said:?}");
     }
 }
+
+/// What the margins round away is not taken for proven.
+#[test]
+fn a_relative_tolerance_is_kept_within_margins() {
+    let sphere = Tree::new(shapes::icosphere(2));
+    let mut workspace = Workspace::new();
+    for margins in [[0.0, 0.0], [0.5, 0.25], [0.9, 1.0], [1.0, 3.0]] {
+        for share in [0.0, 1e-9, 1e-3, 1.0, 1e6, 1e13, 1e15, 1e17, 1e200] {
+            let asked = DistanceQuery::new(&sphere, &sphere, moved(4.2, 0.3, 0.2)).margins(margins);
+            let said = run(&asked.absolute_tolerance(0.0).relative_tolerance(share), &mut workspace, ENOUGH);
+            assert!(said.high <= (1.0 + share) * said.low + 1e-13, "{margins:?}, {share:e}: {said:?}");
+        }
+    }
+}
