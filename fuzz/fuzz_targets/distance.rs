@@ -29,7 +29,7 @@ fn question(truth: &Truth, bytes: &mut Unstructured) -> Result<Question> {
 /// Those of triangles that are no farther apart than this.
 fn contacts_within(a: &Tree, b: &Tree, pose: Pose, margin: f64) -> Vec<Contact> {
     let mut workspace = Workspace::new();
-    if margin >= 0.0 {
+    if (0.0..f64::INFINITY).contains(&margin) {
         let _ = contacts::run(&ContactQuery::new(a, b, pose).margin(margin), &mut workspace, ENOUGH);
     }
     contacts::listed(&workspace)
@@ -50,8 +50,11 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
         let mut said = run_with_memory(&query, &mut workspace, &mut memory, Budget::work(work));
         while said.stop == StopReason::WorkLimit {
             truth.assert_sound(&asked, &said);
-            let reach = said.high.min(asked.closer_than.unwrap_or(f64::INFINITY));
-            if asked.margins == [0.0; 2] && reach < f64::INFINITY {
+            if let (Some(tolerance), [0.0, 0.0]) = (asked.absolute, asked.margins) {
+                let reach = match asked.closer_than {
+                    Some(limit) => limit.min(said.high),
+                    None => (said.high - tolerance).min(said.high / (1.0 + asked.relative)),
+                };
                 let closer = contacts_within(&a, &b, pose, reach - 1e-12 * reach - truth.rounding());
                 let plain = query.certificate(&workspace).expect("the workspace holds a stopped run");
                 assert_names(&plain, 0, &closer);

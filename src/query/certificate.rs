@@ -11,8 +11,8 @@ use crate::tree::{Tree, xyz};
 use glam::{DMat3, DVec3, Vec3};
 
 /// Bounds on what the last run of a query left open: triangle pairs that intersect, or of a distance query, those that are
-/// closer than its upper bound, or of a motion, those that may meet first. Looks at the workspace when asked, in time linear in
-/// the open pairs.
+/// closer than its upper bound by more than the tolerance, or of a motion, those that may meet first. Looks at the workspace
+/// when asked, in time linear in the open pairs.
 #[derive(Clone, Copy, Debug)]
 pub struct Certificate<'w> {
     pub(super) a: &'w Tree,

@@ -175,7 +175,8 @@ impl<'t> DistanceQuery<'t> {
         Ok(self.spend(workspace, memory, &mut Deadline::of(budget, self.options.poll_interval, clock)))
     }
 
-    /// Where the last run of this query in `workspace` may have missed what is closer than its upper bound.
+    /// Where the last run of this query in `workspace` may have missed what is closer than its upper bound by more than the
+    /// tolerance.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.

@@ -154,8 +154,8 @@ pub unsafe extern "C" fn punctual_distance_query_resume(
     })
 }
 
-/// Where the last run of this query in the workspace may have missed what is closer than its `high`. Takes time linear in the
-/// open pairs; allocates nothing.
+/// Where the last run of this query in the workspace may have missed what is closer than its `high` by more than the tolerance.
+/// Takes time linear in the open pairs; allocates nothing.
 ///
 /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
 #[unsafe(no_mangle)]
@@ -172,9 +172,9 @@ pub extern "C" fn punctual_distance_query_certificate(
     })
 }
 
-/// Boxes in A's frame, at most one for each open pair: two points that are closer than `high` have their middle in one of them.
-/// They reach as far as `high` beyond the surfaces, and are infinite where nothing was found yet. As many as `capacity` allows
-/// are written to `boxes`, and how many there are to `count`.
+/// Boxes in A's frame, at most one for each open pair: two points that are closer than `high` by more than the tolerance have
+/// their middle in one of them. They reach as far as `high` beyond the surfaces, and are infinite where nothing was found yet.
+/// As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
 ///
 /// Fails as `punctual_distance_query_certificate`.
 #[unsafe(no_mangle)]

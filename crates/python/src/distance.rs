@@ -300,8 +300,9 @@ impl DistanceQuery {
         Ok(self.query().estimate(&self.workspace, memory).map_err(resume_error)?.into())
     }
 
-    /// Where the last run may have missed what is closer than its upper bound, after so many units of work that open the
-    /// largest boxes: the more, the less room is left. The run stays as it is. Raises ResumeError before the first run.
+    /// Where the last run may have missed what is closer than its upper bound by more than the tolerance, after so many units
+    /// of work that open the largest boxes: the more, the less room is left. The run stays as it is. Raises ResumeError before
+    /// the first run.
     #[pyo3(signature = (*, work=0))]
     fn certificate(&mut self, work: u64) -> PyResult<Certificate> {
         if work == 0 {

@@ -94,7 +94,8 @@ pub struct Certificate {
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed.
     #[pyo3(get)]
     open_pairs: usize,
-    /// No more triangle pairs than this intersect (or, of a distance query, are closer than its upper bound).
+    /// No more triangle pairs than this intersect (or, of a distance query, are closer than its upper bound by more than the
+    /// tolerance).
     #[pyo3(get)]
     upper_bound: u64,
     /// The longest edge of the boxes, in the length unit of the meshes.
