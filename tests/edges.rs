@@ -74,6 +74,7 @@ impl Place {
 enum Asked {
     Any,
     All,
+    Touching,
     Distance,
     Closer,
     Contacts,
@@ -84,9 +85,10 @@ enum Asked {
     Push,
 }
 
-const QUESTIONS: [Asked; 10] = [
+const QUESTIONS: [Asked; 11] = [
     Asked::Any,
     Asked::All,
+    Asked::Touching,
     Asked::Distance,
     Asked::Closer,
     Asked::Contacts,
@@ -163,6 +165,7 @@ impl Room {
             Asked::All => Said::Outcome(ask!(place.query(Mode::All), workspace, None, budget, clock)),
             Asked::Distance => Said::Distance(ask!(place.distance(), workspace, None, budget, clock)),
             Asked::Closer => Said::Distance(ask!(place.distance().closer_than(0.3), workspace, None, budget, clock)),
+            Asked::Touching => Said::Contacts(ask!(place.contacts().margin(0.0), workspace, budget, clock)),
             Asked::Contacts => Said::Contacts(ask!(place.contacts(), workspace, budget, clock)),
             Asked::Motion => Said::Passage(ask!(place.sweep(), workspace, None, budget, clock)),
             Asked::NearestHit => Said::Cast(ask!(place.ray(RayMode::Nearest), workspace, budget, clock)),
@@ -249,7 +252,7 @@ fn not_even_the_first_call_allocates_but_for_contacts_and_all_hits() {
         for asked in QUESTIONS {
             for budget in budgets {
                 let mut room = Room::new();
-                let makes_room = matches!(asked, Asked::Contacts | Asked::AllHits);
+                let makes_room = matches!(asked, Asked::Touching | Asked::Contacts | Asked::AllHits);
                 let first = allocator_calls(|| _ = room.run(asked, place, budget));
                 assert!(first == 0 || makes_room, "{asked:?}: {first} calls");
                 assert_eq!(allocator_calls(|| _ = room.run(asked, place, budget)), 0, "{asked:?}");

@@ -151,6 +151,8 @@ impl Search {
             None => f32::INFINITY,
             Some(bucket) => root(self.least_key(bucket)),
         };
+        // Also if nothing was begun, of an empty mesh.
+        self.is_used = true;
         let waiting = self.waiting.iter().map(|left| root(left.low));
         let others = self.proposed.iter().chain(&*self.put_off).map(|left| left.low);
         self.interval
