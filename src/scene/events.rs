@@ -71,12 +71,13 @@ impl Events {
         }
         mem::swap(&mut self.last, &mut report.contacts);
         report.contacts.clear();
-        let Report { pairs, contacts, .. } = report;
+        let Report { pairs, contacts, unlisted, .. } = report;
+        let unlisted = |contact| unlisted_phase(contact, bodies, broad, *unlisted == 0);
         let mut last = self.last.iter().filter(|contact| contact.phase != ContactPhase::Ended).peekable();
         for pair in &*pairs {
             let key = (pair.a.index, pair.b.index);
             while let Some(contact) = last.next_if(|contact| (contact.a.index, contact.b.index) < key) {
-                contacts.push(older(contact, unlisted(contact, bodies, broad)));
+                contacts.push(older(contact, unlisted(contact)));
             }
             let before = last.next_if(|contact| (contact.a.index, contact.b.index) == key);
             let (gone, same) = match before {
@@ -86,7 +87,7 @@ impl Events {
             contacts.extend(gone.map(|contact| older(contact, ContactPhase::Ended)));
             contacts.extend(listed(pair, same));
         }
-        contacts.extend(last.map(|contact| older(contact, unlisted(contact, bodies, broad))));
+        contacts.extend(last.map(|contact| older(contact, unlisted(contact))));
     }
 }
 
@@ -109,8 +110,8 @@ fn listed(pair: &PairReport, before: Option<&BodyContact>) -> Option<BodyContact
     }
 }
 
-/// What becomes of a contact whose pair is not in the report.
-fn unlisted(contact: &BodyContact, bodies: &Bodies, broad: &Broad) -> ContactPhase {
+/// What becomes of a contact whose pair is not in the report; `all_listed`: as all others are that are known.
+fn unlisted_phase(contact: &BodyContact, bodies: &Bodies, broad: &Broad, all_listed: bool) -> ContactPhase {
     let pair = [contact.a, contact.b];
     let is_there = |id: BodyId| bodies.get(id).is_ok();
     if !pair.into_iter().all(is_there) {
@@ -120,7 +121,9 @@ fn unlisted(contact: &BodyContact, bodies: &Bodies, broad: &Broad) -> ContactPha
     // Boxes prove something where they are up to date.
     let are_placed = !a.is_changed() && !b.is_changed();
     let are_apart = are_placed && !broad.bounds(contact.a.index).intersects(broad.bounds(contact.b.index));
-    if are_apart || !bodies.may_meet([contact.a.index, contact.b.index]) {
+    // Two fixed bodies whose distance was asked for are not compared any more.
+    let are_passed_by = all_listed && are_placed && pair.into_iter().all(|id| broad.is_closed(id.index));
+    if are_apart || are_passed_by || !bodies.may_meet([contact.a.index, contact.b.index]) {
         ContactPhase::Ended
     } else {
         ContactPhase::Undecided

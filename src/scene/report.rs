@@ -21,11 +21,13 @@ pub struct PairReport {
     pub verdict: Verdict,
     /// Intersecting pairs of triangles found; at most 1 in [`crate::Mode::Any`].
     pub found: u64,
-    /// Whether nothing is left to find: decided, in [`crate::Mode::Any`]; in [`crate::Mode::All`], all have been found.
+    /// Whether nothing is left to find: decided, in [`crate::Mode::Any`], and its distance or motion known, if that is asked
+    /// for; in [`crate::Mode::All`], all have been found. Undecided all the same if the distance of bodies with margins is
+    /// asked for and within its tolerance, or if rounding hides whether bodies in motion meet at once.
     pub complete: bool,
-    /// Probability that the surfaces meet: 1 or 0 if that is decided. Otherwise by [`crate::Query::estimate`] for a pair whose
-    /// query was stopped, corrected by [`crate::Scene::calibration`], and by what is remembered for one that had no turn, or in
-    /// frames of less than 1 ms.
+    /// Probability that the surfaces meet: 1 or 0 if that is decided, 0.5 if the pair is complete all the same. Otherwise by
+    /// [`crate::Query::estimate`] for a pair whose query was stopped, corrected by [`crate::Scene::calibration`], and by what is
+    /// remembered for one that had no turn, or in frames of less than 1 ms.
     pub probability: f64,
     /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, and 0 if nothing was found;
     /// by [`crate::Query::estimate`] for a query that was stopped, likewise.
@@ -109,7 +111,8 @@ pub enum ContactPhase {
     Persists,
     /// They touched when it was last decided, and this frame has not decided it.
     Undecided,
-    /// They are proven to be apart, or one was removed, or they may not meet any more ([`crate::Filter`]).
+    /// They are proven to be apart, or one was removed, or they may not meet any more ([`crate::Filter`]), or both are
+    /// [fixed](crate::BodyKind::Fixed) and their distance is asked for no more.
     Ended,
 }
 
@@ -226,6 +229,8 @@ impl Report {
             }
             (pair.verdict, pair.found, pair.age) = (verdict, found, 0);
             pair.probability = f64::from(u8::from(met));
+        } else if complete {
+            pair.probability = 0.5;
         }
         self.complete += usize::from(complete && !pair.complete);
         pair.complete |= complete;

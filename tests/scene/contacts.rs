@@ -67,6 +67,13 @@ fn assert_true(scene: &Scene, [a, b]: [BodyId; 2], truth: &[Contact]) -> bool {
     found.is_complete()
 }
 
+/// The same of a pair whose contacts nobody knows.
+#[track_caller]
+pub fn assert_told(scene: &Scene, pair: [BodyId; 2], workspace: &mut Workspace) {
+    let truth = truth(scene, pair, workspace);
+    assert_true(scene, pair, &truth);
+}
+
 fn pairs(ids: &[BodyId]) -> impl Iterator<Item = [BodyId; 2]> {
     ids.iter().enumerate().flat_map(|(i, &a)| ids[i + 1..].iter().map(move |&b| [a, b]))
 }

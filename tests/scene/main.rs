@@ -2,6 +2,7 @@
 
 mod apart;
 mod broad_phase;
+mod changes;
 #[path = "../common/mod.rs"]
 mod common;
 mod compounds;
@@ -12,6 +13,7 @@ mod groups;
 mod motions;
 mod promises;
 mod rays;
+mod world;
 
 use std::sync::Arc;
 use std::time::Duration;

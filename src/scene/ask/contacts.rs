@@ -3,7 +3,7 @@
 use crate::query::Verdict;
 use crate::scene::Scene;
 use crate::scene::error::SceneError;
-use crate::scene::id::BodyId;
+use crate::scene::id::{BodyId, bodies_of};
 use glam::DVec3;
 
 /// A place where two bodies touch, in the coordinates of the scene, rounded: one of the few that stand for a patch of
@@ -126,7 +126,9 @@ impl Scene {
         if is_apart {
             return Ok(ContactPoints { points: &[], low: f64::INFINITY, age: 0 });
         }
-        let Some(touch) = self.pairs.touch(key).filter(|touch| touch.since > 0) else {
+        let is_of_another = self.broad.is_of_another(&self.bodies, bodies_of(key));
+        let touch = self.pairs.touch(key).filter(|touch| touch.since > 0 && !is_of_another);
+        let Some(touch) = touch else {
             return Ok(ContactPoints { points: &[], low: 0.0, age: frame });
         };
         let age = if touch.since >= self.bodies.last_change(key) { 0 } else { frame - touch.since };

@@ -105,9 +105,14 @@ impl Broad {
     }
 
     /// Whether another body was in the slot when the pairs known were found.
-    pub fn is_another(&self, body: u32) -> bool {
+    fn is_another(&self, body: u32) -> bool {
         let proxy = &self.proxies[body as usize];
         proxy.next == Change::Body || !self.purged && proxy.news == Change::Body
+    }
+
+    /// Whether what is known of a pair is of another body than it has now.
+    pub fn is_of_another(&self, bodies: &Bodies, pair: [u32; 2]) -> bool {
+        pair.into_iter().any(|body| bodies.facts(body).is_another() || self.is_another(body))
     }
 
     /// Whether the pairs that the newcomers had before are gone: the first portion of this generation was merged.

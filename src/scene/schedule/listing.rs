@@ -251,11 +251,7 @@ impl<'l> Listing<'l> {
     /// cannot be said: one of the bodies is not the one that it was, may not meet the other now, or is not where its box is.
     fn may_overlap(&self, Candidate { place, key, facts }: Candidate, overlap: bool) -> Option<bool> {
         let pair = bodies_of(key);
-        let another = |body| self.broad.is_another(body);
-        if facts.iter().any(|facts| facts.is_another())
-            || pair.into_iter().any(another)
-            || !self.frame.bodies.may_meet(pair)
-        {
+        if self.broad.is_of_another(self.frame.bodies, pair) || !self.frame.bodies.may_meet(pair) {
             return None;
         }
         if facts.iter().all(|facts| !facts.is_changed()) {

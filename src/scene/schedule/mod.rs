@@ -230,7 +230,7 @@ impl Schedule {
     ) -> Option<Duration> {
         let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, found.pairs, report));
         self.turns.end_frame(&self.jobs);
-        found.pairs.tell_bounds(frame, report);
+        found.pairs.tell_bounds(frame, found.broad, report);
         self.tell_groups(frame, found, report);
         report.finish();
         found.events.tell(frame.bodies, found.broad, report);

@@ -241,9 +241,9 @@ impl Pairs {
     }
 
     /// Tells the distances and motions that are asked for.
-    pub fn tell_bounds(&mut self, frame: &Frame, report: &mut Report) {
+    pub fn tell_bounds(&mut self, frame: &Frame, broad: &Broad, report: &mut Report) {
         for key in frame.bodies.measured.keys(Asker::Pair) {
-            let (Bounds { low, high, triangles, .. }, age) = self.bounds(key, false, frame);
+            let (Bounds { low, high, triangles, .. }, age) = self.bounds(key, false, frame, broad);
             let [a, b] = bodies_of(key).map(|body| frame.bodies.id(body));
             report.distances.push(PairDistance { a, b, low, high, triangles, age });
         }
@@ -251,7 +251,7 @@ impl Pairs {
         for &PairReport { a, b, .. } in pairs {
             let key = pair_key(a.index, b.index);
             if frame.bodies.is_moving(key) {
-                let known = self.bounds(key, true, frame);
+                let known = self.bounds(key, true, frame, broad);
                 let Bounds { low, high, triangles, .. } = if known.1 == 0 { known.0 } else { Bounds::NOTHING };
                 let touching_at = (high < f64::INFINITY).then_some(high);
                 report.passages.push(PairPassage { a, b, free_until: low, touching_at, triangles });
@@ -260,9 +260,12 @@ impl Pairs {
     }
 
     /// What was proven of a pair, times or lengths, and how many frames ago.
-    fn bounds(&mut self, key: PairKey, are_times: bool, frame: &Frame) -> (Bounds, u64) {
+    fn bounds(&mut self, key: PairKey, are_times: bool, frame: &Frame, broad: &Broad) -> (Bounds, u64) {
         let place = self.place(key);
-        let is_known = place < self.len() && self.key(place) == key && self.overlapped(place);
+        let is_known = place < self.len()
+            && self.key(place) == key
+            && self.overlapped(place)
+            && !broad.is_of_another(frame.bodies, bodies_of(key));
         let proven = if is_known { self.state(place, frame.number).bounds(are_times) } else { None };
         match proven {
             Some((bounds, since)) if since >= frame.changed(key) => (bounds, 0),

@@ -170,8 +170,8 @@ impl Revisit {
 /// Whether all that is asked of a pair is if the bodies meet that it was found for.
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
-    let is_another = |body| bodies.facts(body).is_another() || broad.is_another(body);
-    !bodies.is_special(key) && !bodies.located.has(key) && bodies.may_meet(pair) && !pair.into_iter().any(is_another)
+    let is_asked_more = bodies.is_special(key) || bodies.located.has(key);
+    !is_asked_more && bodies.may_meet(pair) && !broad.is_of_another(bodies, pair)
 }
 
 /// Whether a frame whose time is limited has such tests: nothing else is.
