@@ -348,7 +348,7 @@ impl Bodies {
     /// The pair of two bodies that are there.
     pub fn key(&self, x: BodyId, y: BodyId) -> Result<PairKey, SceneError> {
         self.get(x).and(self.get(y))?;
-        Ok(pair_key(x.index, y.index))
+        if x == y { Err(SceneError::OneBody { body: x }) } else { Ok(pair_key(x.index, y.index)) }
     }
 
     /// Both bodies of a pair, if they are there.

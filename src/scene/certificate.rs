@@ -2,7 +2,7 @@
 
 use super::broad::bounds;
 use super::error::SceneError;
-use super::id::{BodyId, pair_key};
+use super::id::BodyId;
 use super::{BodyKind, Scene};
 use crate::math::Aabb;
 use crate::query::{Mode, Verdict};
@@ -33,11 +33,12 @@ impl Scene {
     /// part of the report.
     ///
     /// # Errors
-    /// If one of them is not in the scene.
+    /// If one of them is not in the scene, or both are the same.
     pub fn certificate(&self, x: BodyId, y: BodyId) -> Result<PairCertificate, SceneError> {
+        let key = self.bodies.key(x, y)?;
         let (a, b) = if x.index() < y.index() { (x, y) } else { (y, x) };
         let pair @ [placed_a, placed_b] = [self.bodies.get(a)?, self.bodies.get(b)?];
-        let (key, trees) = (pair_key(a.index, b.index), pair.map(|placed| &*placed.body.tree));
+        let trees = pair.map(|placed| &*placed.body.tree);
         let nothing = PairCertificate { upper_bound: 0, largest_extent: 0.0 };
         let whole = |[x, y]: [Aabb; 2]| PairCertificate {
             upper_bound: trees.iter().map(|tree| tree.mesh().len() as u64).product(),

@@ -52,7 +52,7 @@ pub enum SceneError {
         /// The question.
         question: PairQuestion,
     },
-    /// The distance of a body from itself is asked for, or its contacts with itself.
+    /// Something is asked of a body and itself: their distance, their contacts, what is not known of them.
     OneBody {
         /// The body.
         body: BodyId,

@@ -7,8 +7,8 @@ use crate::common::check;
 use crate::common::reference::posed_triangles;
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Aabb, Body, BodyId, Budget, Filter, ManualClock, Mode, Pose, Query, Reach, Report, Scene, Tree, Verdict, Workspace,
-    shapes,
+    Aabb, Body, BodyId, Budget, Filter, ManualClock, Mode, Motion, Pose, Query, Reach, Report, Scene, SceneError, Tree,
+    Verdict, Workspace, shapes,
 };
 
 fn detect(scene: &mut Scene, budget: Budget) -> &Report {
@@ -280,6 +280,91 @@ fn another_reach_takes_effect_from_the_frame_before_on() {
     assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0, "it passed long ago");
     scene.set_pose(bullet, at(-30.0, 0.0, 0.0)).unwrap();
     assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 1);
+}
+
+/// Of ids of removed bodies, of other scenes, and of none at all; of the others where two are asked for.
+#[test]
+fn every_call_refuses_a_body_that_is_not_there() {
+    let mut scene = Scene::new();
+    let [a, b] = [0.0, 1.0].map(|x| scene.insert(Body::moving(knot(), at(x, 0.0, 0.0))).unwrap());
+    scene.remove(b).unwrap();
+    let motion = Motion::straight(Pose::IDENTITY, [1.0; 3]).unwrap();
+    let again = scene.insert(Body::moving(knot(), at(1.0, 0.0, 0.0))).unwrap();
+    assert_eq!(again.index(), b.index());
+    for frame in 0..2 {
+        for gone in [b, BodyId::from_bits(u64::MAX), BodyId::from_bits(7)] {
+            let mut refused = Vec::new();
+            macro_rules! refuse {
+                ($($call:ident($($argument:expr),*))*) => {
+                    $(refused.push(scene.$call($($argument),*).map(drop).unwrap_err());)*
+                };
+            }
+            refuse! {
+                remove(gone)
+                body(gone)
+                set_pose(gone, Pose::IDENTITY)
+                set_motion(gone, motion)
+                set_tree(gone, knot())
+                tree_mut(gone)
+                set_filter(gone, Filter::default())
+                set_importance(gone, 1.0)
+                set_margin(gone, 1.0)
+                compound_of(gone)
+                partners_known(gone)
+                measure_groups(&[a], &[again, gone], 0.0)
+            }
+            for [x, y] in [[a, gone], [gone, a], [gone, gone]] {
+                refuse! {
+                    measure(x, y, 0.0)
+                    stop_measuring(x, y)
+                    find_contacts_of(x, y)
+                    stop_finding_contacts_of(x, y)
+                    contact_points(x, y)
+                    certificate(x, y)
+                }
+            }
+            assert!(refused.iter().all(|&error| error == SceneError::NoSuchBody { body: gone }), "{refused:?}");
+            assert_eq!(scene.report().pair(a, gone), None);
+        }
+        let alone = [
+            scene.measure(a, a, 0.0).unwrap_err(),
+            scene.stop_measuring(a, a).unwrap_err(),
+            scene.find_contacts_of(a, a).unwrap_err(),
+            scene.stop_finding_contacts_of(a, a).unwrap_err(),
+            scene.contact_points(a, a).map(drop).unwrap_err(),
+            scene.certificate(a, a).map(drop).unwrap_err(),
+        ];
+        assert_eq!(alone, [SceneError::OneBody { body: a }; 6]);
+        let report = detect(&mut scene, Budget::unlimited());
+        assert!(report.frame == frame + 1 && report.distances.is_empty() && report.group_distances.is_empty());
+    }
+}
+
+/// Without a body, with one, and with groups and compounds of none, whatever the budget.
+#[test]
+fn a_scene_of_nothing_says_so() {
+    let mut scene = Scene::new();
+    scene.track_contacts();
+    scene.find_contacts();
+    let time = |nanos| Budget::time(Duration::from_nanos(nanos));
+    let budgets = [Budget::work(0), Budget::work(u64::MAX), time(0), time(u64::MAX), Budget::unlimited()];
+    let mut groups = None;
+    for step in 0..4 {
+        for budget in budgets {
+            let Report { pairs, contacts, group_distances, work, .. } = detect(&mut scene, budget).clone();
+            assert_eq!((pairs.len(), contacts.len(), work), (0, 0, 0));
+            for found in &group_distances {
+                assert_eq!((found.low, found.high, found.open), (f64::INFINITY, f64::INFINITY, 0));
+            }
+            assert_eq!((group_distances.len(), scene.report().undecided()), (usize::from(groups.is_some()), 0));
+        }
+        assert!(scene.report().is_whole());
+        match step {
+            0 => groups = Some(scene.measure_groups(&[], &[], 0.0).unwrap()),
+            1 => assert_eq!(scene.insert_compound(Pose::IDENTITY, []).map(|id| scene.parts(id).unwrap().len()), Ok(0)),
+            _ => drop(scene.insert(Body::fixed(knot(), Pose::IDENTITY)).unwrap()),
+        }
+    }
 }
 
 #[test]

@@ -85,9 +85,6 @@ impl Scene {
     /// If a body is not in the scene, or both are the same.
     pub fn find_contacts_of(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
-        if x == y {
-            return Err(SceneError::OneBody { body: x });
-        }
         self.bodies_mut().located.insert(key);
         self.make_room_for_contacts();
         Ok(())
@@ -96,7 +93,7 @@ impl Scene {
     /// Does not ask for the contacts of two bodies any more, but as one of all pairs.
     ///
     /// # Errors
-    /// If a body is not in the scene.
+    /// If a body is not in the scene, or both are the same.
     pub fn stop_finding_contacts_of(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
         self.bodies_mut().located.remove(key);
@@ -116,7 +113,7 @@ impl Scene {
     /// nothing is copied within the time of a frame.
     ///
     /// # Errors
-    /// If one of the bodies is not in the scene.
+    /// If one of the bodies is not in the scene, or both are the same.
     pub fn contact_points(&self, x: BodyId, y: BodyId) -> Result<ContactPoints<'_>, SceneError> {
         let (key, frame) = (self.bodies.key(x, y)?, self.report.frame);
         let is_apart = match self.report.pair(x, y) {

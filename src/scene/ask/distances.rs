@@ -68,9 +68,6 @@ impl Scene {
     /// If a body is not in the scene, both are the same, or the tolerance is not from 0 to 2^1000.
     pub fn measure(&mut self, x: BodyId, y: BodyId, tolerance: f64) -> Result<(), SceneError> {
         let tolerance = checks::length(x, tolerance)?;
-        if x == y {
-            return Err(SceneError::OneBody { body: x });
-        }
         let key = self.bodies.key(x, y)?;
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
         bodies.measured.insert(key, Asker::Pair, tolerance);
@@ -83,7 +80,7 @@ impl Scene {
     /// Asks for the distance of two bodies no more.
     ///
     /// # Errors
-    /// If a body is not in the scene.
+    /// If a body is not in the scene, or both are the same.
     pub fn stop_measuring(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
