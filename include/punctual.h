@@ -284,7 +284,8 @@ enum punctual_contact_phase
    */
   PUNCTUAL_CONTACT_PHASE_PERSISTS = 2,
   /**
-   * They are proven to be apart, or one was removed, or they may not meet any more.
+   * They are proven to be apart, or one was removed, or they may not meet any more, or both are fixed and their distance is
+   * asked for no more.
    */
   PUNCTUAL_CONTACT_PHASE_ENDED = 3,
 };
@@ -528,7 +529,8 @@ enum punctual_body_kind
    */
   PUNCTUAL_BODY_KIND_MOVING = 0,
   /**
-   * Part of the surroundings: two fixed bodies are never compared. It may be given new poses all the same.
+   * Part of the surroundings: two fixed bodies are not compared, unless their distance is asked for. It may be given new
+   * poses all the same.
    */
   PUNCTUAL_BODY_KIND_FIXED = 1,
 };
@@ -1635,7 +1637,8 @@ typedef struct punctual_pair_report {
    */
   punctual_verdict verdict;
   /**
-   * Whether nothing is left to find.
+   * Whether nothing is left to find. Undecided all the same if the distance of bodies with margins is asked for and within
+   * its tolerance, or if rounding hides whether bodies in motion meet at once.
    */
   bool complete;
   /**
@@ -1647,7 +1650,7 @@ typedef struct punctual_pair_report {
    */
   uint64_t found;
   /**
-   * Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided.
+   * Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is complete all the same.
    */
   double probability;
   /**
@@ -1670,7 +1673,8 @@ typedef struct punctual_report {
    */
   uint64_t frame;
   /**
-   * All pairs of bodies whose boxes overlap and that may meet, ascending by index. The scene's; valid until its next frame.
+   * All pairs of bodies that may meet and whose boxes overlap, or whose distance is asked for, ascending by index, as far as
+   * they are known and listed. The scene's; valid until its next frame.
    */
   const struct punctual_pair_report *pairs;
   /**
@@ -1694,11 +1698,11 @@ typedef struct punctual_report {
    */
   uint64_t worst_age;
   /**
-   * Bodies that changed and whose boxes are not up to date: the next frames place them.
+   * Bodies that changed or were removed and whose boxes are not up to date: the next frames place them.
    */
   size_t unplaced;
   /**
-   * Bodies that not all partners are known of: they moved on, and the search for pairs is not at its end.
+   * Bodies that not all partners are known of: they moved on or were removed, and the search for pairs is not at its end.
    */
   size_t unpaired;
   /**
@@ -1969,7 +1973,7 @@ typedef struct punctual_contact_points {
    */
   double low;
   /**
-   * Frames since this was found: 0 if it holds for the bodies where they were in the last frame. As many as there were if
+   * Frames since this was found. 0: it holds for the bodies where they were in the last frame. As many as there were if
    * nothing is known.
    */
   uint64_t age;

@@ -24,7 +24,8 @@ use core::mem;
 pub enum BodyKind {
     /// Meets moving and fixed bodies.
     Moving,
-    /// Part of the surroundings: two fixed bodies are never compared. It may be given new poses all the same.
+    /// Part of the surroundings: two fixed bodies are not compared, unless their [distance](crate::Scene::measure) is asked
+    /// for. It may be given new poses all the same.
     Fixed,
 }
 

@@ -206,7 +206,7 @@ impl Scene {
     /// Puts a body into the scene.
     ///
     /// # Errors
-    /// If its pose or importance is refused; the error has the id that it would have had.
+    /// If its pose, importance or margin is refused, with the id that it would have had, or no id is left.
     pub fn insert(&mut self, body: Body) -> Result<BodyId, SceneError> {
         self.insert_part(body, None)
     }
@@ -256,7 +256,7 @@ impl Scene {
         self.len() == 0
     }
 
-    /// Moves a body, which rests there. Setting the pose that it already has is a no-op.
+    /// Moves a body, which rests there. Setting the pose at which it already rests is a no-op.
     ///
     /// # Errors
     /// If the body is not in the scene, or its pose too far from a rotation or too far out; it then stays where it was.
@@ -311,10 +311,10 @@ impl Scene {
     /// Finds out which bodies meet, within a budget for the whole frame.
     ///
     /// Nothing runs past the budget: placing bodies, finding pairs and listing them are work like the queries, stop when their
-    /// part of the frame is spent, and go on in the next frame. Under a budget of time, pairs that met are tested before them by
-    /// their last witnesses, for half of the frame at most. If the last report [is not whole](Report::is_whole), and on one
-    /// thread, known pairs are then searched too, until three quarters of the frame are over. Of what is left they have up to
-    /// three quarters.
+    /// part of the frame is spent, and go on in the next frame. Under a budget of time, in [`Mode::Any`], pairs that met are
+    /// tested before them by their last witnesses, for half of the frame at most. If the last report
+    /// [is not whole](Report::is_whole), and on one thread, known pairs are then searched too, and both may last until three
+    /// quarters of the frame are over. Of what is left they have up to three quarters.
     /// Under a budget of work, `B` units are for queries, as if all pairs were known, and the broad phase may do `B + 65,536`
     /// units of its own ([`Report::broad_phase_work`]); the report is the same on any number of threads and on every machine.
     ///
@@ -325,8 +325,8 @@ impl Scene {
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of overlapping boxes, than any
     /// before it, and, to be ready for more, in the 64 frames after it had more bodies than ever. Buffers then get room for
-    /// twice as many, so there are few such frames; within the room made by [`Scene::reserve`] there are none. There are never
-    /// more than [`Scene::max_pairs`] pairs.
+    /// twice as many, so there are few such frames; within the room made by [`Scene::reserve`] there are none. There are no
+    /// more than [`Scene::max_pairs`] pairs, and those whose distances are asked for.
     ///
     /// **Several questions, one budget.** Of each pair that overlaps is asked whether it meets; how far apart it is instead, if
     /// that is [asked for](Scene::measure), which tells both; until when it is free, if a body [moves](Scene::set_motion); and
@@ -371,14 +371,14 @@ impl Scene {
         &self.report
     }
 
-    /// What the last frame found.
+    /// What the last frame found; before the first an empty report, of frame 0.
     pub fn report(&self) -> &Report {
         &self.report
     }
 
     /// Whether the last frame knew all bodies that this one may meet: it was placed where it is, and the search for its partners
-    /// came to its end. Of two such bodies that are not in [`Report::pairs`] together the boxes are apart if
-    /// [`Report::unlisted`] is 0 and neither was changed since.
+    /// came to its end. Of two such bodies that may meet and are not in [`Report::pairs`] together the boxes are apart if
+    /// [`Report::unlisted`] is 0.
     ///
     /// # Errors
     /// If the body is not in the scene.

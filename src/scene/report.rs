@@ -156,22 +156,23 @@ pub struct Report {
     /// The distances of groups that are [asked for](crate::Scene::measure_groups).
     pub group_distances: Vec<GroupDistance>,
     /// The pairs of `pairs` of which one or both bodies have a [motion](crate::Scene::set_motion), and whose distance is not
-    /// asked for. Others, if the report [is whole](Report::is_whole), do not meet on their way.
+    /// asked for. Bodies that are not in `pairs` together, and may meet, do not meet on their way if the report
+    /// [is whole](Report::is_whole).
     pub passages: Vec<PairPassage>,
     /// The contacts of bodies, ascending by index; of one index, that of a removed body first. Empty unless
     /// [asked for](crate::Scene::track_contacts). Contacts of a removed body end in the next frame, under its own id.
     pub contacts: Vec<BodyContact>,
-    /// How many of them are decided in this frame.
+    /// How many of `pairs` are decided in this frame.
     pub decided: usize,
-    /// How many of them intersect.
+    /// How many of `pairs` intersect.
     pub intersecting: usize,
-    /// How many of them are complete.
+    /// How many of `pairs` are complete.
     pub complete: usize,
     /// The largest age of a pair in `pairs`.
     pub worst_age: u64,
-    /// Bodies that changed and whose boxes are not up to date: the next frames place them.
+    /// Bodies that changed or were removed and whose boxes are not up to date: the next frames place them.
     pub unplaced: usize,
-    /// Bodies that not all partners are known of: they moved on, and the search for pairs is not at its end.
+    /// Bodies that not all partners are known of: they moved on or were removed, and the search for pairs is not at its end.
     pub unpaired: usize,
     /// Known pairs that were not looked at: they are not in `pairs`, and count as undecided. Their bodies are near each other;
     /// their boxes may overlap.
@@ -253,7 +254,8 @@ impl Report {
         self.pairs.len() - self.decided + self.unlisted
     }
 
-    /// Whether the broad phase came to its end, so that all pairs of bodies whose boxes overlap are in `pairs`.
+    /// Whether the broad phase came to its end, so that all pairs of bodies that may meet and whose boxes overlap are in
+    /// `pairs`.
     pub fn is_whole(&self) -> bool {
         (self.unplaced, self.unpaired, self.unlisted) == (0, 0, 0)
     }

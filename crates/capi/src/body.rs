@@ -35,7 +35,8 @@ impl From<punctual_body_id> for BodyId {
 pub enum punctual_body_kind {
     /// Meets moving and fixed bodies.
     Moving = 0,
-    /// Part of the surroundings: two fixed bodies are never compared. It may be given new poses all the same.
+    /// Part of the surroundings: two fixed bodies are not compared, unless their distance is asked for. It may be given new
+    /// poses all the same.
     Fixed = 1,
 }
 

@@ -50,13 +50,14 @@ pub struct punctual_pair_report {
     pub b: punctual_body_id,
     /// Whether their surfaces meet, in this frame.
     pub verdict: punctual_verdict,
-    /// Whether nothing is left to find.
+    /// Whether nothing is left to find. Undecided all the same if the distance of bodies with margins is asked for and within
+    /// its tolerance, or if rounding hides whether bodies in motion meet at once.
     pub complete: bool,
     /// If they meet, two triangles that do; else zeros.
     pub witness: punctual_triangle_pair,
     /// Intersecting pairs of triangles found; at most 1 for MODE_ANY.
     pub found: u64,
-    /// Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided.
+    /// Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is complete all the same.
     pub probability: f64,
     /// Expected share of the intersecting pairs of triangles that was found, 0 to 1; 1 if complete.
     pub recall: f64,
@@ -79,7 +80,8 @@ impl From<&PairReport> for punctual_pair_report {
 pub struct punctual_report {
     /// Frames so far, this one included.
     pub frame: u64,
-    /// All pairs of bodies whose boxes overlap and that may meet, ascending by index. The scene's; valid until its next frame.
+    /// All pairs of bodies that may meet and whose boxes overlap, or whose distance is asked for, ascending by index, as far as
+    /// they are known and listed. The scene's; valid until its next frame.
     pub pairs: *const punctual_pair_report,
     /// How many they are.
     pub pair_count: usize,
@@ -91,9 +93,9 @@ pub struct punctual_report {
     pub complete: usize,
     /// The largest age of a pair.
     pub worst_age: u64,
-    /// Bodies that changed and whose boxes are not up to date: the next frames place them.
+    /// Bodies that changed or were removed and whose boxes are not up to date: the next frames place them.
     pub unplaced: usize,
-    /// Bodies that not all partners are known of: they moved on, and the search for pairs is not at its end.
+    /// Bodies that not all partners are known of: they moved on or were removed, and the search for pairs is not at its end.
     pub unpaired: usize,
     /// Known pairs that were not looked at. They are not in `pairs`, and are undecided.
     pub unlisted: usize,

@@ -23,7 +23,8 @@ pub enum punctual_contact_phase {
     Began = 1,
     /// They are proven to touch again.
     Persists = 2,
-    /// They are proven to be apart, or one was removed, or they may not meet any more.
+    /// They are proven to be apart, or one was removed, or they may not meet any more, or both are fixed and their distance is
+    /// asked for no more.
     Ended = 3,
 }
 

@@ -72,7 +72,7 @@ pub struct punctual_contact_points {
     /// Every contact within the margins that no point stands for is at least so far away, up to some roundings; infinite if there
     /// is none, and 0 if nothing is known.
     pub low: f64,
-    /// Frames since this was found: 0 if it holds for the bodies where they were in the last frame. As many as there were if
+    /// Frames since this was found. 0: it holds for the bodies where they were in the last frame. As many as there were if
     /// nothing is known.
     pub age: u64,
 }

@@ -42,7 +42,7 @@ impl Scene {
 }
 
 /// What a frame found: a row for each pair of bodies whose boxes overlap, or whose distance is asked for. If whole,
-/// bodies that are not in it together do not meet.
+/// bodies that are not in it together, and may meet, do not.
 #[pyclass(module = "punctual", frozen, get_all)]
 pub struct Report {
     /// Frames so far, this one included.

@@ -23,7 +23,7 @@ pub struct ContactPoints {
     distances: Py<PyArray1<f64>>,
     /// Every contact that no point stands for is at least so far away; infinite if there is none, 0 if nothing is known.
     low: f64,
-    /// Frames since this was found: 0 if it holds for the bodies where they were in the last frame.
+    /// Frames since this was found. 0: it holds for the bodies where they were in the last frame.
     age: u64,
 }
 

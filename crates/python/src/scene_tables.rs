@@ -14,7 +14,8 @@ pub struct BodyContacts {
     /// (N, 2) uint64: the two bodies.
     bodies: Py<PyArray2<u64>>,
     /// N texts: "began", proven in this frame and not known before; "persists", proven again; "undecided", not decided
-    /// in this frame; "ended", proven to be apart, or they may not meet any more, or one was removed.
+    /// in this frame; "ended", proven to be apart, or they may not meet any more, or one was removed, or both
+    /// are fixed and their distance is measured no more.
     phases: Vec<String>,
     /// (N,) uint64: frames since the contact began; 0 in the frame in which it did.
     ages: Py<PyArray1<u64>>,
