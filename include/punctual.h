@@ -1637,8 +1637,8 @@ typedef struct punctual_pair_report {
    */
   punctual_verdict verdict;
   /**
-   * Whether nothing is left to find. Undecided all the same if the distance of bodies with margins is asked for and within
-   * its tolerance, or if rounding hides whether bodies in motion meet at once.
+   * Whether nothing is left to find. Undecided all the same if rounding hides whether bodies with margins meet, or bodies in
+   * motion at its start.
    */
   bool complete;
   /**

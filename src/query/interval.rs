@@ -96,7 +96,8 @@ impl Interval {
             // By so much less is told when the margins are taken off.
             enough = (enough + 4.0 * f64::EPSILON * (enough + margin)).min(high);
         }
-        enough.max(if ceiling < f64::INFINITY { beyond(0.0) } else { margin })
+        // Whether the surfaces meet is no question of tolerance.
+        enough.max(if ceiling < f64::INFINITY || margin > 0.0 { beyond(0.0) } else { 0.0 })
     }
 
     /// Its square, not less, in units of this length. Never so small that a pair that may meet would not matter.

@@ -22,8 +22,8 @@ pub struct PairReport {
     /// Intersecting pairs of triangles found; at most 1 in [`crate::Mode::Any`].
     pub found: u64,
     /// Whether nothing is left to find: decided, in [`crate::Mode::Any`], and its distance or motion known, if that is asked
-    /// for; in [`crate::Mode::All`], all have been found. Undecided all the same if the distance of bodies with margins is
-    /// asked for and within its tolerance, or if rounding hides whether bodies in motion meet at once.
+    /// for; in [`crate::Mode::All`], all have been found. Undecided all the same if rounding hides whether bodies with margins
+    /// meet, or bodies in motion at its start.
     pub complete: bool,
     /// Probability that the surfaces meet: 1 or 0 if that is decided, 0.5 if the pair is complete all the same. Otherwise by
     /// [`crate::Query::estimate`] for a pair whose query was stopped, corrected by [`crate::Scene::calibration`], and by what is

@@ -208,11 +208,12 @@ fn distances_come_and_go_with_their_bodies() {
 #[test]
 fn bodies_closer_than_the_tolerance_are_known_to_meet_or_not() {
     let ball = Arc::new(Tree::new(shapes::icosphere(3)));
-    for (gap, meets) in [(1e-3, false), (1e-9, false), (-1e-3, true)] {
+    let cases = [(1e-3, false), (1e-9, false), (-1e-3, true)];
+    for ((gap, meets), margin) in cases.into_iter().flat_map(|case| [(case, 0.0), (case, 0.3)]) {
         let mut scene = Scene::new();
-        let ids = [0.0, 2.0 + gap].map(|x| {
+        let ids = [0.0, 2.0 + 2.0 * margin + gap].map(|x| {
             let place = Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
-            scene.insert(Body::moving(Arc::clone(&ball), place)).unwrap()
+            scene.insert(Body::moving(Arc::clone(&ball), place).margin(margin)).unwrap()
         });
         scene.measure(ids[0], ids[1], 0.1).unwrap();
         let report = scene.detect(Budget::unlimited());

@@ -340,6 +340,23 @@ fn every_call_refuses_a_body_that_is_not_there() {
     }
 }
 
+/// So far out that rounding is as large as the gap, nothing is proven of the start of a motion.
+#[test]
+fn what_rounding_hides_is_complete_and_as_likely_as_not() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let mut scene = Scene::new();
+    let [a, b] = [0.0, 2.001].map(|x| scene.insert(Body::moving(Arc::clone(&ball), at(1e12 + x, 0.0, 0.0))).unwrap());
+    let report = detect(&mut scene, Budget::unlimited());
+    assert_eq!(report.pair(a, b).unwrap().verdict, Verdict::Separated, "at rest");
+    scene.set_motion(b, Motion::straight(at(1e12 + 2.001, 0.0, 0.0), [-0.01, 0.0, 0.0]).unwrap()).unwrap();
+    for budget in [Budget::unlimited(), Budget::work(0)] {
+        let report = detect(&mut scene, budget);
+        let pair = report.pair(a, b).unwrap();
+        assert_eq!((pair.verdict, pair.complete, pair.probability), (Verdict::Undecided, true, 0.5));
+        assert_eq!(report.passages[0].free_until, 0.0);
+    }
+}
+
 /// Without a body, with one, and with groups and compounds of none, whatever the budget.
 #[test]
 fn a_scene_of_nothing_says_so() {

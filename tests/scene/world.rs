@@ -168,7 +168,7 @@ impl World {
                 scene.set_question_importance(question, random.signed() as f32).unwrap();
             }
             13 if id != other => self.measure(other, id),
-            14 => {
+            14 if id != other => {
                 scene.stop_measuring(id, other).unwrap();
                 self.measured.remove(&pair);
             }
@@ -183,7 +183,7 @@ impl World {
                 scene.stop_measuring_groups(gone.id);
             }
             18 if id != other => scene.find_contacts_of(id, other).unwrap(),
-            19 => scene.stop_finding_contacts_of(id, other).unwrap(),
+            19 if id != other => scene.stop_finding_contacts_of(id, other).unwrap(),
             20 => {
                 self.has_room = random.below(4) > 0;
                 scene.set_max_pairs(if self.has_room { 1 << 20 } else { random.below(40) });

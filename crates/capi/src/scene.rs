@@ -50,8 +50,8 @@ pub struct punctual_pair_report {
     pub b: punctual_body_id,
     /// Whether their surfaces meet, in this frame.
     pub verdict: punctual_verdict,
-    /// Whether nothing is left to find. Undecided all the same if the distance of bodies with margins is asked for and within
-    /// its tolerance, or if rounding hides whether bodies in motion meet at once.
+    /// Whether nothing is left to find. Undecided all the same if rounding hides whether bodies with margins meet, or bodies in
+    /// motion at its start.
     pub complete: bool,
     /// If they meet, two triangles that do; else zeros.
     pub witness: punctual_triangle_pair,

@@ -45,8 +45,8 @@ impl Scene {
     ///
     /// The pair is in [`crate::Report::pairs`] as well, and shares the budget like any other, by importance and in its turn; a
     /// run that is cut short goes on in the next frame while both bodies rest. The bounds that the last run proved stay, with
-    /// their age. Whether the bodies meet is known as soon as one of the bounds tells; if they have margins, and are as close as
-    /// the tolerance, none may. What is known of other pairs of the two bodies is found anew once.
+    /// their age. Whether the bodies meet is known as soon as one of the bounds tells. What is known of other pairs of the two
+    /// bodies is found anew once.
     ///
     /// ```
     /// use punctual::glam::DMat3;
