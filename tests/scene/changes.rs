@@ -6,14 +6,14 @@ use std::time::Duration;
 use crate::common::check::{ENOUGH, run_to_end};
 use crate::distances::{ROUNDING, distance};
 use crate::world::{Group, TOLERANCE, World};
-use crate::{Model, assert_certificates, assert_sound, contacts};
+use crate::{Model, assert_certificates, assert_sound, contacts, rays};
 use punctual::glam::DVec3;
 use punctual::{Body, BodyId, Budget, ManualClock, Mode, Motion, MotionQuery, Query, Report, SceneError, Verdict};
 
 impl World {
     /// A frame, and all that it says.
     fn check(&mut self) -> bool {
-        self.check_contact_points(false);
+        self.check_before();
         let (budget, most) = self.budget();
         let clock = ManualClock::ticking(Duration::from_nanos(1 << self.random.below(11)));
         let report = self.scene.detect_with(budget, &clock).clone();
@@ -21,13 +21,12 @@ impl World {
         assert!(report.work <= most && report.broad_phase_work <= most.saturating_add(65_536));
         assert_eq!(report.elapsed.is_some(), most == u64::MAX && !is_unlimited);
         assert!(report.is_whole() || !(is_unlimited && self.has_room));
+        assert!(!report.is_full || report.unpaired > 0);
         let complete = is_unlimited && report.is_whole();
         let truth = self.compare(&report);
         self.check_pairs(&report);
         assert_sound(&report, &truth, complete);
-        let model =
-            Model { bodies: self.scene.bodies().map(|(id, body)| (id, body.clone())).collect(), removed: Vec::new() };
-        self.ledger.check(&report, &model, &truth, complete);
+        self.ledger.check(&report, &self.model(), &truth, complete);
         assert_certificates(&self.scene, &truth);
         self.check_distances(&report, is_unlimited);
         self.check_groups(&report, complete);
@@ -39,6 +38,29 @@ impl World {
         complete
     }
 
+    fn model(&self) -> Model {
+        let bodies = self.scene.bodies().map(|(id, body)| (id, body.clone())).collect();
+        Model { bodies, removed: Vec::new() }
+    }
+
+    /// What is said of the bodies where they are, before there is a frame of it.
+    fn check_before(&mut self) {
+        self.check_contact_points(false);
+        let truth = self.model().truth(&mut self.workspace);
+        for pair @ [a, b] in self.pairs() {
+            let found = truth.iter().find(|&&(x, y, _)| (x, y) == (a.index(), b.index())).map_or(0, |found| found.2);
+            assert!(self.scene.certificate(a, b).unwrap().upper_bound >= found, "{pair:?} {found}");
+            let report = self.scene.report();
+            let is_known = pair.iter().all(|&id| self.scene.partners_known(id).unwrap()) && report.unlisted == 0;
+            let is_passed_by = is_known && self.may_meet(pair) && report.pair(a, b).is_none();
+            assert!(found == 0 || !is_passed_by, "{pair:?} is missing");
+        }
+        if self.random.below(4) == 0 {
+            let model = self.model();
+            rays::check(&mut self.scene, &model, &mut self.random, &mut self.workspace);
+        }
+    }
+
     /// Every pair of bodies with what is said of it: those that meet, and in how many pairs of triangles.
     fn compare(&mut self, report: &Report) -> Vec<(usize, usize, u64)> {
         let mut truth = Vec::new();
@@ -48,6 +70,7 @@ impl World {
             let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
             let query = Query::new(&x.tree, &y.tree, b_in_a).mode(Mode::All);
             let (_, found) = run_to_end(&query, &mut self.workspace, ENOUGH);
+            assert!(self.scene.certificate(a, b).unwrap().upper_bound >= found.len() as u64);
             let margins = x.margin + y.margin;
             let gap = distance(&self.scene, a, b, &mut self.workspace) - margins;
             gaps.insert(pair, gap.max(0.0));

@@ -28,7 +28,7 @@ impl Wanted {
     /// is.
     pub fn is_settled(&self, near: &Near) -> bool {
         let Bounds { low, high, below, .. } = near.bounds;
-        let is_measured = near.is_of_query && below > 0.0 && (high <= below || below >= self.ceiling);
+        let is_measured = near.is_of_query && (high == 0.0 || below > 0.0 && (high <= below || below >= self.ceiling));
         is_measured || !self.by_itself && low >= self.ceiling - self.tolerance
     }
 }

@@ -29,9 +29,10 @@ use crate::math::Aabb;
 use crate::model::cost::{WORK_PER_NEW_PLACE, WORK_PER_REFIT};
 use crate::query::Deadline;
 use alloc::vec::Vec;
+use core::mem;
 use fat_tree::{FatTree, MOST_FOUND, Searched};
 use glam::DVec3;
-use node::Proxy;
+use node::{NONE, Proxy};
 use sort::Sort;
 
 /// How far the fat AABB of a moving body reaches beyond its box, on each side, relative to the longest edge.
@@ -85,7 +86,7 @@ pub(crate) struct Broad {
     tree: FatTree,
     found: Vec<PairKey>,
     sort: Sort,
-    /// Whether pairs of this generation were left out, and the bodies of such generations.
+    /// Whether pairs of this generation were left out, and the bodies of such generations that are still open.
     crops: bool,
     cropped: Vec<u32>,
     /// Whether the pairs that the newcomers had before are gone.
@@ -214,8 +215,8 @@ impl Broad {
         {
             deadline.spend(WORK_PER_NEW_PLACE);
             let proxy = &mut self.proxies[body as usize];
-            proxy.cropped = false;
-            if proxy.open && !proxy.waiting {
+            proxy.cropped = NONE;
+            if !proxy.waiting {
                 (proxy.waiting, proxy.next) = (true, Change::Place);
                 self.waiting.push(body, bodies.facts(body).importance);
             }
@@ -328,13 +329,19 @@ impl Broad {
                 let proxy = &mut self.proxies[body as usize];
                 proxy.news = Change::None;
                 if self.crops {
-                    if !proxy.cropped {
+                    if proxy.cropped == NONE {
+                        proxy.cropped = self.cropped.len() as u32;
                         self.cropped.push(body);
                     }
-                    proxy.cropped = true;
                 } else if !proxy.waiting {
-                    self.open -= usize::from(proxy.open);
-                    proxy.open = false;
+                    self.open -= usize::from(mem::take(&mut proxy.open));
+                    let at = mem::replace(&mut proxy.cropped, NONE);
+                    if at != NONE {
+                        self.cropped.swap_remove(at as usize);
+                        if let Some(&moved) = self.cropped.get(at as usize) {
+                            self.proxies[moved as usize].cropped = at;
+                        }
+                    }
                 }
             }
             if unmarked && self.newcomers.is_empty() {

@@ -18,8 +18,8 @@ pub(crate) struct Proxy {
     pub waiting: bool,
     /// Whether not all of its partners may be known.
     pub open: bool,
-    /// Whether pairs of it were left out.
-    pub cropped: bool,
+    /// Its place among those of which pairs were left out, or [`NONE`].
+    pub cropped: u32,
 }
 
 impl Proxy {
@@ -31,7 +31,7 @@ impl Proxy {
         next: Change::None,
         waiting: false,
         open: false,
-        cropped: false,
+        cropped: NONE,
     };
 }
 
