@@ -211,7 +211,8 @@ impl Bodies {
             change(placed);
         })?;
         self.facts[id.index()].changed = frame;
-        self.travels[id.index()].remade = frame as u32;
+        let travel = &mut self.travels[id.index()];
+        (travel.gone, travel.remade) = (0.0, frame as u32);
         self.set_pending(id.index, Change::None);
         Ok(())
     }

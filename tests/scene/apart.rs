@@ -6,7 +6,7 @@ use crate::common::check;
 use crate::common::random::Random;
 use crate::{Model, detect, pose, trees};
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{Body, BodyId, Budget, Mode, Pose, Query, Scene, Tree, Verdict, Workspace, shapes};
+use punctual::{Body, BodyId, Budget, Mesh, Mode, Pose, Query, Scene, Tree, Verdict, Workspace, shapes};
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
@@ -96,5 +96,26 @@ fn what_draws_near_slowly_is_seen_to_meet() {
             met += usize::from(truth.verdict != Verdict::Separated);
         }
         assert!(met > 100 && queries - met < 1_000, "{met} frames meet, {queries} with a query");
+    }
+}
+
+/// What a body was before counts no more, not even nothing, which has no place to go from.
+#[test]
+fn a_body_that_had_no_mesh_stays_apart_like_others() {
+    let [ball, nothing] = [shapes::icosphere(2), Mesh::new([] as [[f32; 3]; 0], [] as [[u32; 3]; 0]).unwrap()]
+        .map(|mesh| Arc::new(Tree::new(mesh)));
+    let mut scene = Scene::new();
+    scene.insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY)).unwrap();
+    let id = scene.insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY)).unwrap();
+    for tree in [&nothing, &ball] {
+        scene.set_tree(id, Arc::clone(tree)).unwrap();
+        let mut free = 0;
+        for frame in 0..60 {
+            scene.set_pose(id, at(1.5, 1.5, 1e-5 * f64::from(frame))).unwrap();
+            let report = detect(&mut scene, Budget::unlimited());
+            assert_eq!((report.pairs.len(), report.intersecting), (usize::from(tree.mesh().len() > 0), 0));
+            free += usize::from(report.work == 0);
+        }
+        assert!(free > 50, "{free}");
     }
 }

@@ -8,7 +8,7 @@ use crate::tree::Tree;
 /// How far a body has gone.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Travel {
-    /// A bound on the way of every point of its mesh, of all moves together, with what rounding may add.
+    /// A bound on the way of every point of its mesh, of all moves since `remade` together, with what rounding may add.
     pub gone: f64,
     /// The part of its last frame.
     pub step: f32,
