@@ -3032,7 +3032,8 @@ punctual_status punctual_scene_pair(const struct punctual_scene *scene,
                                     bool *listed);
 
 /**
- * What the last frame left open about two bodies. Takes time linear in what is open.
+ * What the last frame left open about two bodies. Takes time linear in what is open. Fails with BAD_ARGUMENT if both are the
+ * same.
  */
 punctual_status punctual_scene_certificate(const struct punctual_scene *scene,
                                            struct punctual_body_id x,
@@ -3073,7 +3074,8 @@ punctual_status punctual_scene_measure(struct punctual_scene *scene,
                                        double tolerance);
 
 /**
- * Asks for the distance of two bodies no more. Nothing changes if it was not asked for.
+ * Asks for the distance of two bodies no more. Nothing changes if it was not asked for. Fails with BAD_ARGUMENT if both are the
+ * same.
  */
 punctual_status punctual_scene_stop_measuring(struct punctual_scene *scene,
                                               struct punctual_body_id x,
@@ -3232,7 +3234,7 @@ punctual_status punctual_scene_find_contacts_of(struct punctual_scene *scene,
                                                 struct punctual_body_id y);
 
 /**
- * Does not ask for the contacts of two bodies any more, but as one of all pairs.
+ * Does not ask for the contacts of two bodies any more, but as one of all pairs. Fails with BAD_ARGUMENT if both are the same.
  */
 punctual_status punctual_scene_stop_finding_contacts_of(struct punctual_scene *scene,
                                                         struct punctual_body_id x,
@@ -3241,6 +3243,7 @@ punctual_status punctual_scene_stop_finding_contacts_of(struct punctual_scene *s
 /**
  * Where two bodies touch, as far as the frames up to the last have found, if that is asked for; no points if they were found
  * apart. As many as `capacity` allows are written to `points`, the nearest patch first, and what is known of all to `found`.
+ * Fails with BAD_ARGUMENT if both bodies are the same.
  */
 punctual_status punctual_scene_contact_points(const struct punctual_scene *scene,
                                               struct punctual_body_id x,

@@ -435,7 +435,8 @@ pub extern "C" fn punctual_scene_pair(
     })
 }
 
-/// What the last frame left open about two bodies. Takes time linear in what is open.
+/// What the last frame left open about two bodies. Takes time linear in what is open. Fails with BAD_ARGUMENT if both are the
+/// same.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_scene_certificate(
     scene: Option<&punctual_scene>,

@@ -185,7 +185,8 @@ pub extern "C" fn punctual_scene_measure(
     })
 }
 
-/// Asks for the distance of two bodies no more. Nothing changes if it was not asked for.
+/// Asks for the distance of two bodies no more. Nothing changes if it was not asked for. Fails with BAD_ARGUMENT if both are the
+/// same.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_scene_stop_measuring(
     scene: Option<&mut punctual_scene>,

@@ -254,7 +254,7 @@ pub extern "C" fn punctual_scene_find_contacts_of(
     })
 }
 
-/// Does not ask for the contacts of two bodies any more, but as one of all pairs.
+/// Does not ask for the contacts of two bodies any more, but as one of all pairs. Fails with BAD_ARGUMENT if both are the same.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_scene_stop_finding_contacts_of(
     scene: Option<&mut punctual_scene>,
@@ -268,6 +268,7 @@ pub extern "C" fn punctual_scene_stop_finding_contacts_of(
 
 /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for; no points if they were found
 /// apart. As many as `capacity` allows are written to `points`, the nearest patch first, and what is known of all to `found`.
+/// Fails with BAD_ARGUMENT if both bodies are the same.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_scene_contact_points(
     scene: Option<&punctual_scene>,

@@ -334,7 +334,7 @@ impl Scene {
     }
 
     /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for (`find_contacts`); no
-    /// points if they were found apart.
+    /// points if they were found apart. Raises ValueError for a body and itself.
     fn contact_points(&self, py: Python<'_>, x: u64, y: u64) -> PyResult<ContactPoints> {
         let found = self.scene.contact_points(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
         ContactPoints::new(py, &found)
@@ -401,7 +401,8 @@ impl Scene {
     }
 
     /// What is not known about two bodies where they are now: no more triangle pairs than the first number intersect,
-    /// and each intersection that was not found lies in a box no longer than the second.
+    /// and each intersection that was not found lies in a box no longer than the second. Raises ValueError for a body and
+    /// itself.
     fn certificate(&self, x: u64, y: u64) -> PyResult<(u64, f64)> {
         let certificate = self.scene.certificate(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
         Ok((certificate.upper_bound, certificate.largest_extent))
