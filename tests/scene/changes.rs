@@ -18,7 +18,14 @@ impl World {
         let clock = ManualClock::ticking(Duration::from_nanos(1 << self.random.below(11)));
         let report = self.scene.detect_with(budget, &clock).clone();
         let is_unlimited = budget == Budget::unlimited();
-        assert!(report.work <= most && report.broad_phase_work <= most.saturating_add(65_536));
+        assert!(
+            report.work <= most && report.broad_phase_work <= most.saturating_add(65_536),
+            "{most}: {} {} frame {} mode {:?}",
+            report.work,
+            report.broad_phase_work,
+            report.frame,
+            self.mode
+        );
         assert_eq!(report.elapsed.is_some(), most == u64::MAX && !is_unlimited);
         assert!(report.is_whole() || !(is_unlimited && self.has_room));
         assert!(!report.is_full || report.unpaired > 0);

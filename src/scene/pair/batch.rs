@@ -173,17 +173,20 @@ impl PairState {
     #[inline(always)]
     fn answer(&mut self, question: &Question, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, deadline, workspace, held, .. } = desk;
-        if !(*held && question.is_stopped_in(workspace)) {
-            self.pending = Spent::default();
+        // Of a stopped run the workspace knows what it has spent; the state may be newer, if the boxes were apart meanwhile.
+        let mut before = Spent::default();
+        if *held && question.is_stopped_in(workspace) {
+            before = Spent::of(workspace);
+        } else {
             question.begin(workspace, &self.memory, round.to_the_end);
         }
         loop {
             deadline.spend(WORK_PER_QUERY);
             self.turn.spent.work += WORK_PER_QUERY;
-            let before = self.pending;
             let answer = question.advance(workspace, &mut self.memory, deadline);
             let spent = Spent::of(workspace);
             self.turn.spent.add(spent.since(before));
+            before = spent;
             if let Some(bounds) = answer.bounds {
                 self.measure(bodies, bounds, round.frame, bodies.last_change(self.turn.key));
             }

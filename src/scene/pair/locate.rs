@@ -16,15 +16,18 @@ impl PairState {
         let (Some(touch), Some(patches)) = (&mut self.touch, patches) else { return Ended::NotBegun };
         let (key, frame) = (self.turn.key, round.frame);
         let resumed = *held && question.is_stopped_in(workspace);
-        if !resumed {
-            touch.pending = Spent::default();
+        let mut before = Spent::default();
+        if resumed {
+            before = Spent::of(workspace);
+        } else {
             question.begin(workspace, &self.memory, round.to_the_end);
         }
         deadline.spend(WORK_PER_QUERY);
         self.turn.spent.work += WORK_PER_QUERY;
         let answer = question.go_on(workspace, &mut self.memory, deadline);
         let spent = Spent::of(workspace);
-        self.turn.spent.add(spent.since(core::mem::replace(&mut touch.pending, spent)));
+        self.turn.spent.add(spent.since(before));
+        touch.pending = spent;
         if answer.stop == StopReason::FlushedToZero {
             return Ended::Stopped;
         }
