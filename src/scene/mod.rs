@@ -321,7 +321,8 @@ impl Scene {
     /// If the broad phase was cut, the report [is not whole](Report::is_whole) and says how many bodies are not placed
     /// ([`Report::unplaced`]), how many have partners that may not be known ([`Report::unpaired`]), and how many known pairs it
     /// did not look at ([`Report::unlisted`]). What it says about the pairs in it is as true as ever. Bodies of an importance
-    /// above 0 go first, but for one in four; none waits for ever. What rests is known after some frames, as without a budget.
+    /// above 0 go first, but for one in four; none waits for ever if budgets allow a step at all. What rests is known after some
+    /// frames, as without a budget.
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of overlapping boxes, than any
     /// before it, and, to be ready for more, in the 64 frames after it had more bodies than ever. Buffers then get room for
