@@ -301,3 +301,25 @@ fn large_triangles_do_not_pass_through_fine_meshes() {
     }
     assert!(touching > 5 && free > 2, "{touching} and {free}");
 }
+
+/// What matters is how far a mesh is from the axis of its turn, not where along it, nor where the mesh has its origin.
+#[test]
+fn a_mesh_far_along_its_axis_is_no_dearer() {
+    let (ball, mut workspace) = (Tree::new(shapes::icosphere(2)), Workspace::new());
+    let mut work = Vec::new();
+    for far in [0.0, 1e4, 1e8] {
+        let away = DVec3::new(0.3, 0.7, far);
+        let mesh = ball.mesh();
+        let vertices = (0..mesh.vertex_count()).map(|vertex| mesh.vertex(vertex) + away);
+        let moved = Tree::new(Mesh::from_f64(vertices, mesh.triangles().iter().copied()).unwrap());
+        let pose = |turn, x| {
+            let turn = DMat3::from_rotation_z(turn);
+            Pose::new(turn, DVec3::new(x, 0.2, 0.0) - turn * away).unwrap()
+        };
+        let motion = Motion::screw(pose(0.0, 5.2), pose(0.3, 2.2)).unwrap();
+        let said = run(&MotionQuery::new(&ball, &moved, motion), &mut workspace, ENOUGH);
+        assert_eq!((said.free_until, said.touching_at), (1.0, None));
+        work.push(said.stats.work);
+    }
+    assert!(work.iter().all(|units| *units <= 2 * work[0]), "{work:?}");
+}

@@ -60,9 +60,12 @@ impl Course {
             (middle, (tree.mesh().aabb().max - middle).length() * STRETCH)
         });
         let middle = of_b.start().transform_point(box_b.0) - of_b.start().translation();
-        // From B's axis, and from A's: all points of B, and A's origin.
-        let from_axis = (of_b.arm() + middle).length() + box_b.1;
         let (spin_b, length) = (of_b.turn().length(), of_b.velocity().length());
+        // From a point of B's axis, and from one of A's: all points of B, and A's origin.
+        let to_middle = of_b.arm() + middle;
+        let from_axis = to_middle.length() + box_b.1;
+        // How fast B's points go around its axis, wherever along it they are.
+        let around = of_b.turn().cross(to_middle).length() + spin_b * (box_b.1 + 8.0 * f64::EPSILON * from_axis);
         let largest = |v: DVec3| v.abs().max_element();
         let far = |motion: &Motion| {
             let angle = motion.turn().length();
@@ -75,8 +78,8 @@ impl Course {
             of_b,
             spin: spin_b,
             wobble: 0.0,
-            speed: length + spin_b * from_axis,
-            acceleration: spin_b * spin_b * from_axis,
+            speed: length + around,
+            acceleration: spin_b * around,
             rounding: far(&of_b) + (1.0 + spin_b) * (3.0 * largest(box_b.0) + 2.0 * box_b.1),
             drift: 0.0,
             radii: [box_a.1, box_b.1],
@@ -89,7 +92,7 @@ impl Course {
             let between =
                 (of_b.start().translation() - of_a.start().translation()).length() + arm + of_b.arm().length();
             let apart = from_axis + arm + between + way;
-            let own = way + spin_b * from_axis + spin_a * arm;
+            let own = way + around + spin_a * arm;
             course.spin += spin_a;
             course.wobble = spin_a * course.spin;
             course.speed = own + spin_a * apart;
