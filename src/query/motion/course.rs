@@ -89,15 +89,19 @@ impl Course {
             let spin_a = of_a.turn().length();
             let arm = of_a.arm().length();
             let way = (of_b.velocity() - of_a.velocity()).length();
+            let own = way + around;
+            let start = of_b.start().translation() + middle - (of_a.start().translation() - of_a.arm());
             let between =
                 (of_b.start().translation() - of_a.start().translation()).length() + arm + of_b.arm().length();
             let apart = from_axis + arm + between + way;
-            let own = way + around + spin_a * arm;
+            course.rounding = (course.rounding + 2.0 * far(&of_a) + (1.0 + spin_a) * apart) * 2.0;
+            // How fast A's turn would take B's points along.
+            let along =
+                of_a.turn().cross(start).length() + spin_a * (box_b.1 + own + 8.0 * f64::EPSILON * course.rounding);
             course.spin += spin_a;
             course.wobble = spin_a * course.spin;
-            course.speed = own + spin_a * apart;
-            course.acceleration += spin_a * (spin_a * arm + 2.0 * own + spin_a * apart);
-            course.rounding = (course.rounding + 2.0 * far(&of_a) + (1.0 + spin_a) * apart) * 2.0;
+            course.speed = own + along;
+            course.acceleration += spin_a * (2.0 * own + along);
             course.drift = 4.0 * of_a.deviation() * course.spin * apart;
         }
         let size = course.radii[0] + course.radii[1];
@@ -212,5 +216,42 @@ impl Piece {
     pub fn time(&self, local: f32) -> f64 {
         let time = self.middle + f64::from(local) * self.length() - 4.0 * f64::EPSILON;
         time.clamp(self.begin, self.end)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Random;
+    use crate::shapes;
+
+    /// By differences over a short time.
+    #[test]
+    fn no_vertex_is_faster_or_turns_away_more() {
+        let mut random = Random::new(6);
+        let mut closest = [0.0_f64; 2];
+        for round in 0..300 {
+            let mut next = |size: f64| DVec3::from_array([(); 3].map(|()| random.between(-size, size)));
+            let away = next([0.0, 3.0, 30.0][round % 3]);
+            let mesh = shapes::icosphere(0);
+            let vertices: Vec<_> = (0..mesh.vertex_count()).map(|i| mesh.vertex(i) + away).collect();
+            let mesh = crate::Mesh::from_f64(vertices.iter().copied(), mesh.triangles().iter().copied()).unwrap();
+            let tree = Tree::new(mesh);
+            let mut motion = || {
+                let start = Pose::unchecked(glam::DMat3::from_rotation_x(next(3.0).x), next(4.0));
+                Motion::with_arm(start, next(2.0), next(3.0), next(5.0)).unwrap()
+            };
+            let (of_a, of_b) = (motion(), motion());
+            let course = Course::new(&tree, &tree, (round % 2 == 0).then_some(of_a), of_b);
+            for vertex in vertices {
+                let (time, step) = (random.between(0.05, 0.95), 1e-4);
+                let [before, now, after] =
+                    [time - step, time, time + step].map(|time| course.pose(time).transform_point(vertex));
+                let speed = (after - before).length() / (2.0 * step);
+                let acceleration = (after - 2.0 * now + before).length() / (step * step);
+                closest = [closest[0].max(speed / course.speed), closest[1].max(acceleration / course.acceleration)];
+            }
+        }
+        assert!(closest.iter().all(|share| (0.8..1.0).contains(share)), "{closest:?}");
     }
 }
