@@ -16,7 +16,7 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Body, BodyId, Budget, Pose, PoseError, Scene, SceneError, Tree, Verdict, shapes};
+use punctual::{Body, BodyId, Budget, PairReport, Pose, PoseError, Scene, SceneError, Tree, Verdict, shapes};
 
 const BODIES: usize = 240;
 const FRAMES: usize = 120;
@@ -101,9 +101,10 @@ fn compare(scene: &mut Scene, unhurried: &mut Scene) -> Tally {
     let start = ThreadTime::now();
     let truth = unhurried.detect(Budget::unlimited());
     let touch = |verdict| matches!(verdict, Verdict::Intersecting { .. });
-    // Both list the same pairs.
-    let both = report.pairs.iter().zip(&truth.pairs);
-    let wrong = both.filter(|(x, y)| x.verdict != Verdict::Undecided && touch(x.verdict) != touch(y.verdict));
+    // A frame that other programs cut short lists fewer pairs.
+    let decided = report.pairs.iter().filter(|pair| pair.verdict != Verdict::Undecided);
+    let truly_touch = |pair: &PairReport| truth.pair(pair.a, pair.b).is_some_and(|pair| touch(pair.verdict));
+    let wrong = decided.filter(|pair| touch(pair.verdict) != truly_touch(pair));
     Tally {
         contacts: truth.intersecting,
         found: report.intersecting,
