@@ -274,7 +274,7 @@ impl Bodies {
 
     /// Whether more may be asked of a pair than if it meets.
     pub fn is_special(&self, key: PairKey) -> bool {
-        bodies_of(key).into_iter().any(|body| self.facts(body).is_special)
+        self.facts_of(key).into_iter().any(|facts| facts.is_special)
     }
 
     /// Whether one of a pair has a motion, and its distance is not asked for.
@@ -361,8 +361,8 @@ impl Bodies {
 
     /// The frame in which one of a pair was last new.
     pub fn last_change(&self, key: PairKey) -> u64 {
-        let [a, b] = bodies_of(key).map(|body| self.facts(body).changed);
-        a.max(b)
+        let [x, y] = self.facts_of(key);
+        x.changed.max(y.changed)
     }
 
     pub fn at_mut(&mut self, index: u32) -> Option<&mut Placed> {
@@ -372,6 +372,11 @@ impl Bodies {
     /// The facts of a slot that is or was in use.
     pub fn facts(&self, index: u32) -> &Facts {
         &self.facts[index as usize]
+    }
+
+    /// Those of both bodies of a pair.
+    pub fn facts_of(&self, key: PairKey) -> [&Facts; 2] {
+        bodies_of(key).map(|body| self.facts(body))
     }
 
     pub fn facts_mut(&mut self, index: u32) -> &mut Facts {

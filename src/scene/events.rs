@@ -71,8 +71,9 @@ impl Events {
         }
         mem::swap(&mut self.last, &mut report.contacts);
         report.contacts.clear();
-        let Report { pairs, contacts, unlisted, .. } = report;
-        let unlisted = |contact| unlisted_phase(contact, bodies, broad, *unlisted == 0);
+        let all_listed = report.unlisted == 0;
+        let unlisted = |contact| unlisted_phase(contact, bodies, broad, all_listed);
+        let Report { pairs, contacts, .. } = report;
         let mut last = self.last.iter().filter(|contact| contact.phase != ContactPhase::Ended).peekable();
         for pair in &*pairs {
             let key = (pair.a.index, pair.b.index);

@@ -173,13 +173,8 @@ impl PairState {
     #[inline(always)]
     fn answer(&mut self, question: &Question, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, deadline, workspace, held, .. } = desk;
-        // Of a stopped run the workspace knows what it has spent; the state may be newer, if the boxes were apart meanwhile.
-        let mut before = Spent::default();
-        if *held && question.is_stopped_in(workspace) {
-            before = Spent::of(workspace);
-        } else {
-            question.begin(workspace, &self.memory, round.to_the_end);
-        }
+        let resumed = question.resume_or_begin(*held, workspace, &self.memory, round.to_the_end);
+        let mut before = resumed.unwrap_or_default();
         loop {
             deadline.spend(WORK_PER_QUERY);
             self.turn.spent.work += WORK_PER_QUERY;

@@ -15,18 +15,12 @@ impl PairState {
         let Desk { bodies, round, deadline, workspace, held, patches, .. } = desk;
         let (Some(touch), Some(patches)) = (&mut self.touch, patches) else { return Ended::NotBegun };
         let (key, frame) = (self.turn.key, round.frame);
-        let resumed = *held && question.is_stopped_in(workspace);
-        let mut before = Spent::default();
-        if resumed {
-            before = Spent::of(workspace);
-        } else {
-            question.begin(workspace, &self.memory, round.to_the_end);
-        }
+        let resumed = question.resume_or_begin(*held, workspace, &self.memory, round.to_the_end);
         deadline.spend(WORK_PER_QUERY);
         self.turn.spent.work += WORK_PER_QUERY;
         let answer = question.go_on(workspace, &mut self.memory, deadline);
         let spent = Spent::of(workspace);
-        self.turn.spent.add(spent.since(before));
+        self.turn.spent.add(spent.since(resumed.unwrap_or_default()));
         touch.pending = spent;
         if answer.stop == StopReason::FlushedToZero {
             return Ended::Stopped;
@@ -43,7 +37,7 @@ impl PairState {
             self.turn.spent.work += work;
         }
         // What does not fit a second time is left out.
-        let is_over = is_over && (patched == found || resumed && patched > 0);
+        let is_over = is_over && (patched == found || resumed.is_some() && patched > 0);
         let patching = found as u64 * WORK_PER_PATCHED_CONTACT;
         if is_over {
             touch.completed = frame;

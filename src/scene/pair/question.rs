@@ -1,6 +1,7 @@
 //! What is asked of a pair: one question at a time, which is begun, resumed and answered here.
 
 use super::bounds::Bounds;
+use super::spent::Spent;
 use super::touch::MOST_CONTACTS;
 use crate::math::Pose;
 use crate::model::cost::{
@@ -109,6 +110,23 @@ impl<'t> Question<'t> {
             Self::Motion(query) => query.is_stopped_in(workspace),
             Self::Contacts(query) => query.is_in(workspace),
         }
+    }
+
+    /// Goes on with the stopped run of it that the workspace holds, if it does, or begins one. What the run has spent, by the
+    /// workspace: what the pair knows of it may be newer, if its boxes were apart meanwhile.
+    #[inline(always)]
+    pub fn resume_or_begin(
+        &self,
+        held: bool,
+        workspace: &mut Workspace,
+        memory: &PairMemory,
+        to_the_end: bool,
+    ) -> Option<Spent> {
+        if held && self.is_stopped_in(workspace) {
+            return Some(Spent::of(workspace));
+        }
+        self.begin(workspace, memory, to_the_end);
+        None
     }
 
     /// Prepares a workspace for a run, which is expected to get to its end or not.

@@ -2,7 +2,7 @@
 
 use super::forecast::Forecast;
 use crate::scene::ask::Asks;
-use crate::scene::id::{PairKey, bodies_of};
+use crate::scene::id::PairKey;
 use crate::scene::pair::frame::Frame;
 use crate::scene::pair::state::{PairState, Turn};
 
@@ -56,7 +56,7 @@ pub(crate) fn outlook(
     nearness: Option<f32>,
     expects: bool,
 ) -> (Forecast, u64) {
-    let [x, y] = bodies_of(key).map(|body| frame.bodies.facts(body));
+    let [x, y] = frame.bodies.facts_of(key);
     let special = x.is_special | y.is_special;
     // A distance takes about four times as long.
     let scale = if special { 2.0 } else { 1.0 };

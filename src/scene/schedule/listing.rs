@@ -37,7 +37,7 @@ pub(crate) struct Listing<'l> {
     pub kept: usize,
 }
 
-/// A known pair, and what is asked of its bodies.
+/// A known pair, and the facts of its bodies.
 #[derive(Clone, Copy)]
 struct Candidate<'f> {
     place: usize,
@@ -152,7 +152,7 @@ impl<'l> Listing<'l> {
     #[inline(always)]
     fn candidate(&self, place: usize) -> Candidate<'l> {
         let key = self.pairs.key(place);
-        Candidate { place, key, facts: bodies_of(key).map(|body| self.frame.bodies.facts(body)) }
+        Candidate { place, key, facts: self.frame.bodies.facts_of(key) }
     }
 
     /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than if it meets.
