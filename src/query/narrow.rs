@@ -57,7 +57,8 @@ impl Query<'_> {
 impl DistanceQuery<'_> {
     /// [`DistanceQuery::certificate`] after so many units of work that open the largest of its boxes: the more, the less room
     /// is left for what is closer than the upper bound by more than the tolerance. That bound and the run in `workspace` stay
-    /// as they are, as with [`Query::narrowed_certificate`]. Before there is an upper bound, or a limit, it says no more than the certificate.
+    /// as they are, as with [`Query::narrowed_certificate`]. Before there is an upper bound, or a limit, it says no more than
+    /// the certificate.
     ///
     /// # Errors
     /// If the last run in `workspace` was not of these trees, this pose and these options.

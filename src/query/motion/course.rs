@@ -90,14 +90,14 @@ impl Course {
             let arm = of_a.arm().length();
             let way = (of_b.velocity() - of_a.velocity()).length();
             let own = way + around;
-            let start = of_b.start().translation() + middle - (of_a.start().translation() - of_a.arm());
+            let from_axis_of_a = of_b.start().translation() + middle - (of_a.start().translation() - of_a.arm());
             let between =
                 (of_b.start().translation() - of_a.start().translation()).length() + arm + of_b.arm().length();
             let apart = from_axis + arm + between + way;
             course.rounding = (course.rounding + 2.0 * far(&of_a) + (1.0 + spin_a) * apart) * 2.0;
             // How fast A's turn would take B's points along.
-            let along =
-                of_a.turn().cross(start).length() + spin_a * (box_b.1 + own + 8.0 * f64::EPSILON * course.rounding);
+            let along = of_a.turn().cross(from_axis_of_a).length()
+                + spin_a * (box_b.1 + own + 8.0 * f64::EPSILON * course.rounding);
             course.spin += spin_a;
             course.wobble = spin_a * course.spin;
             course.speed = own + along;
@@ -113,12 +113,18 @@ impl Course {
         if ![spin, wobble, speed, acceleration, drift, size].iter().all(|bound| bound.is_finite()) {
             course.rounding = f64::INFINITY;
         }
-        // `max` and `min` of `f64` pass over what is no number, as where sizes overflow.
-        let far = (course.speed / (size + f64::MIN_POSITIVE)).min(1.0);
-        let pieces = libm::pow(course.spin / TURN, 1.5).max(far * course.spin / TURN_OF_FAR);
-        let pieces = pieces.max(course.speed / (WAY * size + f64::MIN_POSITIVE));
-        course.pieces = (libm::ceil(pieces.min(MOST_PIECES)) as u32).max(1);
+        course.pieces = course.count_pieces(size);
         course
+    }
+
+    /// How many pieces the motion of meshes of this size together is cut into.
+    fn count_pieces(&self, size: f64) -> u32 {
+        let Self { spin, speed, .. } = *self;
+        // `max` and `min` of `f64` pass over what is no number, as where sizes overflow.
+        let far = (speed / (size + f64::MIN_POSITIVE)).min(1.0);
+        let pieces = libm::pow(spin / TURN, 1.5).max(far * spin / TURN_OF_FAR);
+        let pieces = pieces.max(speed / (WAY * size + f64::MIN_POSITIVE));
+        (libm::ceil(pieces.min(MOST_PIECES)) as u32).max(1)
     }
 
     /// B in A.
