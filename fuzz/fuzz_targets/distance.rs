@@ -18,7 +18,8 @@ fn question(truth: &Truth, bytes: &mut Unstructured) -> Result<Question> {
     }
     if bytes.ratio(1, 3)? {
         // Thicker ones count as 2^1000.
-        asked.margins = [(); 2].map(|()| length(truth.distance(), bytes).map_or(0.0, |margin| margin.min(1e301)));
+        let margin = |bytes: &mut Unstructured| Ok(length(truth.distance(), bytes)?.min(1e301));
+        asked.margins = [margin(bytes)?, margin(bytes)?];
     }
     if bytes.arbitrary()? {
         asked.closer_than = Some(length(truth.distance(), bytes)?);

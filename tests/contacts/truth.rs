@@ -40,6 +40,8 @@ pub struct Truth {
     /// How exactly `f64` can tell a distance of two triangles, and a point.
     pub rounding: f64,
     point_rounding: f64,
+    /// By how much normals of slivers may be off, as far as the triangles reach.
+    pub off_slivers: f64,
     pub size: f64,
 }
 
@@ -53,7 +55,8 @@ impl Truth {
         let size = all.extents().max_element();
         let reach = all.min.abs().max(all.max.abs()).max_element();
         let rounding = 1e-13 * size + f64::MIN_POSITIVE;
-        Self { a, b, gaps, known: BTreeMap::new(), rounding, point_rounding: rounding + 1e-12 * reach, size }
+        let (point_rounding, off_slivers) = (rounding + 1e-12 * reach, 2.0 * rounding);
+        Self { a, b, gaps, known: BTreeMap::new(), rounding, point_rounding, off_slivers, size }
     }
 
     pub fn distance(&mut self, pair: [u32; 2]) -> &Distance {
@@ -125,8 +128,7 @@ impl Truth {
             let ahead = |triangle: &Triangle| triangle.map(|corner| normal.dot(corner - a[0]));
             let of_a = ahead(&a).into_iter().fold(f64::INFINITY, f64::min);
             let of_b = ahead(&b).into_iter().fold(f64::NEG_INFINITY, f64::max);
-            // Of all but equal distances to the corner and the edge of a sliver either may be taken for the least.
-            let off = if is_thin(&a) || is_thin(&b) { 1e-8 * self.size } else { 2.0 * rounding };
+            let off = if is_thin(&a) || is_thin(&b) { self.off_slivers } else { 2.0 * rounding };
             assert!(of_a - of_b >= distance - off, "{contact:?} does not part {a:?} and {b:?}");
         }
     }
