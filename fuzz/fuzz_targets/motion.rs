@@ -31,10 +31,16 @@ fn pose(bytes: &mut Unstructured) -> Result<Pose> {
 fn motion(bytes: &mut Unstructured) -> Result<Motion> {
     let (start, numbers) = (pose(bytes)?, Numbers::arbitrary(bytes)?);
     let still = Motion::straight(start, [0.0; 3]);
-    let motion = match bytes.int_in_range(0..=2)? {
+    let motion = match bytes.int_in_range(0..=3)? {
         0 => Motion::straight(start, numbers.point(bytes)?),
         1 => Motion::turning(start, numbers.point(bytes)?, Numbers::Whole.point(bytes)?, numbers.point(bytes)?),
-        _ => Motion::screw(start, pose(bytes)?),
+        2 => Motion::screw(start, pose(bytes)?),
+        // A frame of a body that turns.
+        _ => {
+            let small = |v: [f64; 3]| v.map(|x| x / 32.0);
+            let (velocity, turn) = (small(numbers.point(bytes)?), small(Numbers::Fraction.point(bytes)?));
+            Motion::turning(start, velocity, turn, numbers.point(bytes)?)
+        }
     };
     Ok(motion.or(still).unwrap_or_else(|_| Motion::straight(Pose::IDENTITY, [0.0; 3]).expect("it stands still")))
 }

@@ -34,15 +34,15 @@ pub(crate) fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Not `f64::max`, which takes four times as long to care for what is no number.
+/// Not `f64::max` or `f32::max`, which take four times as long to care for what is no number.
 #[inline(always)]
-pub(crate) fn larger(x: f64, y: f64) -> f64 {
+pub(crate) fn larger<T: PartialOrd>(x: T, y: T) -> T {
     if x > y { x } else { y }
 }
 
 /// The same of `f64::min`.
 #[inline(always)]
-pub(crate) fn smaller(x: f64, y: f64) -> f64 {
+pub(crate) fn smaller<T: PartialOrd>(x: T, y: T) -> T {
     if x < y { x } else { y }
 }
 

@@ -135,6 +135,9 @@ impl Motion {
     #[must_use]
     pub fn pose(&self, time: f64) -> Pose {
         let time = if time > 0.0 { time.min(1.0) } else { 0.0 };
+        if time == 0.0 {
+            return self.start;
+        }
         let way = self.velocity * time;
         if self.turn == DVec3::ZERO {
             return Pose::unchecked(*self.start.rotation(), self.start.translation() + way);

@@ -70,13 +70,13 @@ impl<L: Lanes> Slabs<L> {
 
     /// The same for lane `i` of the stored boxes.
     #[inline(always)]
-    fn gap_at(&self, lanes: L, other: &Stored, i: usize) -> F8<L> {
+    pub(super) fn gap_at(&self, lanes: L, other: &Stored, i: usize) -> F8<L> {
         self.gap(lanes, per_axis!(k => other.low[k][i]), per_axis!(k => other.high[k][i]))
     }
 
     /// How deep each lane overlaps the given box, the least over the axes; negative where they are apart.
     #[inline(always)]
-    fn gap(&self, lanes: L, low: [f32; 3], high: [f32; 3]) -> F8<L> {
+    pub(super) fn gap(&self, lanes: L, low: [f32; 3], high: [f32; 3]) -> F8<L> {
         let [x, y, z] = per_axis!(k => {
             let below = self.high[k] - F8::splat(lanes, low[k]);
             below.min(F8::splat(lanes, high[k]) - self.low[k])
@@ -272,7 +272,7 @@ impl BoxTest for Overlap {
             let i = alive.trailing_zeros() as usize % WIDTH;
             let plane = Plane::new(triangles.rows[i], &triangles.view, triangles.skew);
             let [in_box, through_plane] = plane.depths(lanes, &boxes, &slabs);
-            let depth = in_box.min(through_plane * F8::splat(lanes, plane.per_length()));
+            let depth = in_box.min(through_plane * F8::splat(lanes, 1.0 / plane.length()));
             keys[i] = depth.store();
             return u64::from(!depth.mask() & node.valid()) << (WIDTH * i);
         }
@@ -393,19 +393,27 @@ impl Plane {
     /// are apart. The latter is `|n| . h - |n . (c - p)|`, with all errors of `n` (relative to the edges) and of `p` added.
     #[inline(always)]
     fn depths<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, slabs: &Slabs<L>) -> [F8<L>; 2] {
+        let [distance, reach] = self.across(lanes, boxes);
+        [slabs.gap(lanes, self.low, self.high), reach - distance.abs()]
+    }
+
+    /// How far from the plane the middles of boxes are, negative on the other side, and how far the boxes reach; times the
+    /// length of `n`.
+    #[inline(always)]
+    pub(super) fn across<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>) -> [F8<L>; 2] {
         let from_corner = per_axis!(k => boxes.center[k] - F8::splat(lanes, self.corner[k]));
-        let distance = dot(per_axis!(k => F8::splat(lanes, self.normal[k])), from_corner).abs();
+        let distance = dot(per_axis!(k => F8::splat(lanes, self.normal[k])), from_corner);
         let reach = dot(per_axis!(k => F8::splat(lanes, self.reach[k])), boxes.half)
             + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs()) * F8::splat(lanes, self.blur)
             + F8::splat(lanes, self.slack);
-        [slabs.gap(lanes, self.low, self.high), reach - distance]
+        [distance, reach]
     }
 
-    /// About one over the length of `n`.
+    /// The length of `n`, or more.
     #[inline(always)]
-    fn per_length(&self) -> f32 {
+    pub(super) fn length(&self) -> f32 {
         let [x, y, z] = self.reach;
-        1.0 / (x + y + z + UNDERFLOW)
+        x + y + z + UNDERFLOW
     }
 }
 

@@ -33,6 +33,22 @@ fn apart(a: (f32x4, f32x4), b: (f32x4, f32x4), of_b: &View, skew: f32) -> bool {
     (x | y | z).any()
 }
 
+/// Whether an edge axis parts, on the same side, the own box of a node of A from a box that lies as two views say, and is off
+/// by no more than `margin` in between. The length of an axis is 1 at most.
+#[inline(always)]
+pub(super) fn part_at_both(a: &Node, b: (f32x4, f32x4), of_b: [&View; 2], skew: f32, margin: f32) -> bool {
+    let [first, last] = of_b;
+    let (d, e) = (across(first, first.point(b.0) - a.own_center), across(last, last.point(b.0) - a.own_center));
+    let r = reach(a.own_half + first.margin, b.1, first, skew);
+    let s = reach(a.own_half + last.margin, b.1, last, skew);
+    let margin = f32x4::splat(margin);
+    let [x, y, z] = per_axis!(j => {
+        let (above, below) = ((d[j] - r[j]).fast_min(e[j] - s[j]), (d[j] + r[j]).fast_max(e[j] + s[j]));
+        margin.simd_lt(above) | below.simd_lt(f32x4::ZERO - margin)
+    });
+    (x | y | z).any()
+}
+
 /// When the own box of a node of A and a box of B may overlap on the edge axes, if the latter moves with this velocity (as A's
 /// node sees it) and may be off by `margin`, that of the overlap test included.
 #[inline(always)]

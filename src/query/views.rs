@@ -118,6 +118,8 @@ pub(super) struct View {
 }
 
 impl View {
+    const NONE: Self = Self { columns: [f32x4::ZERO; 3], origin: f32x4::ZERO, margin: f32x4::ZERO };
+
     /// A point seen from the other side.
     #[inline(always)]
     pub fn point(&self, x: f32x4) -> f32x4 {
@@ -176,6 +178,9 @@ pub(super) struct Views {
 }
 
 impl Views {
+    /// Before any are known.
+    pub const NONE: Self = Self { of_a: View::NONE, of_b: View::NONE };
+
     #[inline(always)]
     pub fn between(a: &Node, b: &Node, relation: &Relation) -> Self {
         let to_a = transposed(a.rotation);

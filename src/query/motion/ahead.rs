@@ -37,14 +37,14 @@ impl Ahead {
     /// box of the part where B lies at a pose.
     pub fn swept(&self, piece: Option<u32>, at: impl FnOnce(&Pose) -> Aabb) -> Aabb {
         let piece = self.course.piece(piece.unwrap_or(self.piece));
-        let bounds = at(&piece.pose);
+        let bounds = at(&self.course.pose(piece.middle));
         let (center, half) = (bounds.center(), bounds.extents() * 0.5);
         let ends = [self.from.max(piece.begin), self.until.min(piece.end)].map(|time| time - piece.middle);
         let longest = ends[0].abs().max(ends[1].abs());
         // As in `docs/numerics.md`, "Motion": its points go as its middle does, but for this.
         let off = longest * self.course.spin * half.length() + self.course.bend(longest);
         let off = off * (1.0 + 1e-9) + 4.0 * self.course.rounding + self.margin;
-        let velocity = piece.twist.at(center);
+        let velocity = self.course.twist(piece.middle).at(center);
         let way = Aabb::from_points(ends.map(|time| center + velocity * time));
         Aabb { min: way.min - half - DVec3::splat(off), max: way.max + half + DVec3::splat(off) }
     }

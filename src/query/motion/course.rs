@@ -50,6 +50,11 @@ const TURN_OF_FAR: f64 = 0.012;
 const TURN: f64 = 0.065;
 const MOST_PIECES: f64 = 4_096.0;
 
+/// How far B goes over the sizes of both meshes together, at most, and how much of that is its turn, at least, where it is on
+/// the spot.
+const SPOT: f64 = 0.1;
+const TURNING: f64 = 0.25;
+
 /// Matrices pass for rotations that change lengths by 5e-4.
 const STRETCH: f64 = 1.01;
 
@@ -122,7 +127,8 @@ impl Course {
         let Self { spin, speed, .. } = *self;
         // `max` and `min` of `f64` pass over what is no number, as where sizes overflow.
         let far = (speed / (size + f64::MIN_POSITIVE)).min(1.0);
-        let pieces = libm::pow(spin / TURN, 1.5).max(far * spin / TURN_OF_FAR);
+        let turn = spin / TURN;
+        let pieces = (turn * libm::sqrt(turn)).max(far * spin / TURN_OF_FAR);
         let pieces = pieces.max(speed / (WAY * size + f64::MIN_POSITIVE));
         (libm::ceil(pieces.min(MOST_PIECES)) as u32).max(1)
     }
@@ -157,8 +163,12 @@ impl Course {
 
     pub fn piece(&self, i: u32) -> Piece {
         let (begin, end) = (self.begin(i), self.begin(i + 1));
-        let middle = begin + (end - begin) / 2.0;
-        Piece { begin, end, middle, pose: self.pose(middle), twist: self.twist(middle) }
+        let (middle, length) = (begin + (end - begin) / 2.0, end - begin);
+        let Self { speed, spin, radii, .. } = *self;
+        let is_on_the_spot =
+            self.of_a.is_none() && speed * length < SPOT * (radii[0] + radii[1]) && spin * radii[1] > TURNING * speed;
+        let at = if is_on_the_spot { begin } else { middle };
+        Piece { begin, end, middle, is_on_the_spot, at, pose: self.pose(at) }
     }
 
     /// By how much a point of B may leave the straight line that it is on at the moment of the twist, `half` of a unit of time
@@ -182,11 +192,17 @@ impl Course {
         if self.of_a.is_none() { Some(self.of_b.velocity()) } else { None }
     }
 
+    /// How fast the axis that all points of B go around goes across itself.
+    pub fn slip(&self) -> f64 {
+        let (velocity, turn) = (self.of_b.velocity(), self.of_b.turn());
+        STRETCH * velocity.cross(turn).length() / (turn.length() + f64::MIN_POSITIVE)
+    }
+
     /// Whether the meshes are too far apart to come together in a piece.
     pub fn is_clear(&self, piece: &Piece, trees: [&Tree; 2], margin: f64) -> bool {
         let [a, b] = trees.map(|tree| tree.unit().origin);
         let apart = (piece.pose.transform_point(b) - a).length();
-        let reach = self.radii[0] + self.radii[1] + self.speed * piece.length() / 2.0 + margin;
+        let reach = self.radii[0] + self.radii[1] + self.speed * (piece.end - piece.at) + margin;
         apart * (1.0 - 1e-9) > reach + 4.0 * self.rounding
     }
 }
@@ -197,9 +213,11 @@ pub(super) struct Piece {
     pub begin: f64,
     pub end: f64,
     pub middle: f64,
-    /// B in A at its middle.
+    /// Whether B goes little, beside the size of the meshes, and much of that by turning.
+    pub is_on_the_spot: bool,
+    /// When it is looked at: at its begin if on the spot, else in its middle. Where B lies in A then.
+    pub at: f64,
     pub pose: Pose,
-    pub twist: Twist,
 }
 
 impl Piece {

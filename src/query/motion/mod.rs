@@ -7,6 +7,7 @@
 pub(super) mod ahead;
 mod course;
 mod estimate;
+mod hulls;
 pub(super) mod state;
 mod sweep;
 mod windows;
@@ -30,7 +31,6 @@ use crate::query::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::tree::Tree;
 use course::Course;
 use sweep::Sweep;
-use windows::glide;
 
 /// The question until when a motion is free, and when the surfaces meet: continuous collision detection. Cheap to make; one
 /// for each motion.
@@ -295,8 +295,7 @@ impl<'t> MotionQuery<'t> {
             return stop.unwrap_or(StopReason::Finished);
         }
         let relation = Relation::new(self.a, self.b, &piece.pose);
-        let glide = glide(course, &piece, &relation, self.a.unit().origin, self.options.margin);
-        let question = Sweep::new(course, piece, &glide, self.options.margin, &workspace.motion);
+        let question = Sweep::new(trees, course, &piece, &relation, self.options.margin, &workspace.motion);
         let stop = Traversal::new(question, trees, &piece.pose, &relation, workspace, deadline).advance();
         workspace.motion.bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
         stop

@@ -123,14 +123,6 @@ impl MotionState {
         self.done = self.done.min(time);
     }
 
-    /// The same of whatever was left out because it is not before `cut`, if that is for a contact and not for the piece's end.
-    #[inline(always)]
-    pub fn pass_rest(&mut self, cut: f64) {
-        if self.contact.is_some() {
-            self.pass(cut);
-        }
-    }
-
     /// Takes note that all pieces are done.
     pub fn end(&mut self) {
         self.free_until = self.free_until.max(self.done.min(1.0));

@@ -6,8 +6,9 @@
 //! after the other: over ever shorter spans of time, until an exact test proves a contact.
 
 use super::course::{Course, Piece};
+use super::hulls::{Hulls, Span};
 use super::state::{Contact, Followed, MOMENTS, MotionState, Phase, bucket, least_key};
-use super::windows::{BEGIN, Windows};
+use super::windows::{BEGIN, Windows, glide};
 use crate::math::bits;
 use crate::math::lanes::Lanes;
 use crate::math::tolerance::ROUNDING;
@@ -22,18 +23,32 @@ use crate::query::outcome::{LEVELS, StopReason};
 use crate::query::queue::{Origin, Pair};
 use crate::query::search::{Bounded, least_key as least_of_column};
 use crate::query::traversal::{Question, Traversal};
-use crate::tree::WIDTH;
+use crate::query::views::Relation;
+use crate::query::workspace::Workspace;
+use crate::tree::{Tree, WIDTH};
 use crate::triangle::distance::closest;
 use crate::triangle::swept::{Glide, Swept, windows};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
+use core::cell::OnceCell;
 use glam::DVec3;
+
+/// Where B lies in the middle of a piece, and how it goes through it.
+struct Middle {
+    relation: Relation,
+    glide: Glide,
+}
 
 /// When two surfaces meet in a piece of a motion.
 pub(super) struct Sweep<'q> {
+    trees: [&'q Tree; 2],
     course: &'q Course,
-    piece: Piece,
-    glide: &'q Glide,
+    piece: &'q Piece,
+    /// Where B lies at the time at which the piece is looked at.
+    relation: &'q Relation,
+    /// What of the piece matters, if B turns on the spot.
+    span: Option<Span>,
+    middle: OnceCell<Middle>,
     /// By how much the surfaces are thickened together.
     margin: f64,
     /// How long after the time at which triangles may meet a contact is looked for.
@@ -43,8 +58,16 @@ pub(super) struct Sweep<'q> {
 }
 
 impl<'q> Sweep<'q> {
-    pub fn new(course: &'q Course, piece: Piece, glide: &'q Glide, margin: f64, state: &MotionState) -> Self {
-        let mut sweep = Self { course, piece, glide, margin, tolerance: state.tolerance(), cut: 0.0 };
+    pub fn new(
+        trees: [&'q Tree; 2],
+        course: &'q Course,
+        piece: &'q Piece,
+        relation: &'q Relation,
+        margin: f64,
+        state: &MotionState,
+    ) -> Self {
+        let (middle, tolerance) = (OnceCell::new(), state.tolerance());
+        let mut sweep = Self { trees, course, piece, relation, span: None, middle, margin, tolerance, cut: 0.0 };
         sweep.update(state);
         sweep
     }
@@ -53,6 +76,19 @@ impl<'q> Sweep<'q> {
     fn update(&mut self, state: &MotionState) {
         let cut = self.piece.local(state.cut().min(self.piece.end));
         self.cut = cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING;
+        let Self { trees, course, piece, margin, .. } = self;
+        let until = state.cut().clamp(piece.begin, piece.end);
+        self.span = if piece.is_on_the_spot { Span::new(course, *trees, piece, until, *margin) } else { None };
+    }
+
+    fn middle(&self) -> &Middle {
+        self.middle.get_or_init(|| {
+            let Self { trees: [a, b], course, piece, relation, margin, .. } = self;
+            let relation =
+                if piece.is_on_the_spot { Relation::new(a, b, &course.pose(piece.middle)) } else { **relation };
+            let glide = glide(course, piece, &relation, a.unit().origin, *margin);
+            Middle { relation, glide }
+        })
     }
 }
 
@@ -64,25 +100,35 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let mut windows = Windows::new(self.question.cut, self.question.glide, self.relation);
+        let Self { question, workspace, keys, .. } = self;
+        let mut least = f32::NEG_INFINITY;
         if self.origin == Origin::Queue {
-            windows.least = self.workspace.front.popped_key();
-            if windows.least >= windows.cut {
-                self.workspace.run.stats.work += WORK_PER_LOOKUP;
-                if least_key(bucket(windows.least)) >= windows.cut {
+            least = workspace.front.popped_key();
+            if least >= question.cut {
+                workspace.run.stats.work += WORK_PER_LOOKUP;
+                if least_key(bucket(least)) >= question.cut {
                     // So do all others that wait.
-                    self.workspace.front.clear_queue();
+                    workspace.front.clear_queue();
                 }
-                return self.workspace.motion.pass(self.question.piece.time(windows.least));
+                return workspace.motion.pass(question.piece.time(least));
             }
             // What goes on the stack for lack of room has no bound any more.
-            if self.workspace.front.room() < WIDTH * WIDTH {
-                let workspace = &mut *self.workspace;
-                workspace.motion.bound(&workspace.front, &workspace.search, &self.question.piece, windows.least);
+            if workspace.front.room() < WIDTH * WIDTH {
+                workspace.motion.bound(&workspace.front, &workspace.search, question.piece, least);
             }
         }
-        expand(lanes, pair, [self.a, self.b], self.relation, &mut windows, self);
-        self.pass_rest(windows.least);
+        let (trees, mut children) = ([self.a, self.b], Children { workspace, keys });
+        if let Some(span) = &question.span {
+            let mut hulls = Hulls::new(question.cut, least, span);
+            expand(lanes, pair, trees, self.relation, &mut hulls, &mut children);
+            least = hulls.least;
+        } else {
+            let Middle { relation, glide } = question.middle();
+            let mut windows = Windows::new(question.cut, least, glide, relation);
+            expand(lanes, pair, trees, relation, &mut windows, &mut children);
+            least = windows.least;
+        }
+        self.pass_rest(least);
     }
 
     #[inline(always)]
@@ -116,7 +162,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let (search, state) = (&mut self.workspace.search, &mut self.workspace.motion);
-        let Sweep { piece, glide, cut, .. } = &self.question;
+        let Sweep { piece, cut, .. } = &self.question;
+        let Middle { relation, glide } = self.question.middle();
         let first = search.proposed.pop();
         if let Some(Bounded { pair, low }) = first.filter(|_| glide.curl == 0.0 || glide.spin == 0.0) {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
@@ -131,7 +178,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
             return;
         }
         let (a, b) = (rows(self.a, pairs, 0), rows(self.b, pairs, 1));
-        let (enter, alive) = windows(lanes, a, b, &self.relation.triangles, glide, *cut, first.is_some());
+        let (enter, alive) = windows(lanes, a, b, &relation.triangles, glide, *cut, first.is_some());
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += if first.is_some() { 0 } else { count as u64 };
         stats.work += count as u64 * WORK_PER_WINDOW_TEST;
@@ -155,12 +202,14 @@ impl Traversal<'_, '_, Sweep<'_>> {
         }
     }
 
-    /// What was not kept of something that was known to be no earlier than this is no earlier than the cut either. Never less than
-    /// a call that was stopped in between has told.
+    /// What was not kept of something that was known to be no earlier than this is no earlier than the cut either, if that is for a
+    /// contact and not for the piece's end. Never less than a call that was stopped in between has told.
     #[inline(always)]
     fn pass_rest(&mut self, known: f32) {
-        let Sweep { piece, cut, .. } = &self.question;
-        self.workspace.motion.pass_rest(piece.time(larger_known(*cut, known)));
+        if self.workspace.motion.contact().is_some() {
+            let Sweep { piece, cut, .. } = &self.question;
+            self.workspace.motion.pass(piece.time(larger_known(*cut, known)));
+        }
     }
 
     #[inline(never)]
@@ -293,7 +342,13 @@ fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> bool {
     triangles_intersect(a, b) || margin > 0.0 && closest(a, b).high <= margin
 }
 
-impl Sink for Traversal<'_, '_, Sweep<'_>> {
+/// Where the children of an opened pair go.
+struct Children<'w> {
+    workspace: &'w mut Workspace,
+    keys: &'w mut Keys,
+}
+
+impl Sink for Children<'_> {
     #[inline(always)]
     fn count(&mut self, level: usize, bv_tests: u32) {
         let stats = &mut self.workspace.run.stats;
@@ -303,7 +358,7 @@ impl Sink for Traversal<'_, '_, Sweep<'_>> {
 
     #[inline(always)]
     fn keys(&mut self) -> &mut Keys {
-        &mut self.keys
+        self.keys
     }
 
     #[inline(always)]
@@ -315,17 +370,17 @@ impl Sink for Traversal<'_, '_, Sweep<'_>> {
 
     #[inline(always)]
     fn cluster(&mut self, pair: Pair, column: usize) {
-        let key = least_of_column(&self.keys, &pair, column);
+        let key = least_of_column(self.keys, &pair, column);
         self.place(pair, key);
     }
 
     #[inline(always)]
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
-        self.workspace.search.wait(hits, first, &self.keys);
+        self.workspace.search.wait(hits, first, self.keys);
     }
 }
 
-impl Traversal<'_, '_, Sweep<'_>> {
+impl Children<'_> {
     #[inline(always)]
     fn place(&mut self, pair: Pair, key: f32) {
         if key > BEGIN {

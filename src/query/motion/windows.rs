@@ -21,7 +21,7 @@ use wide::f32x4;
 pub(super) const BEGIN: f32 = -0.5;
 
 /// Times are rounded by no more than this.
-const SLOP: f32 = 8.0 * ROUNDING;
+pub(super) const SLOP: f32 = 8.0 * ROUNDING;
 
 /// Half a unit of time, and 1 percent for matrices that are not quite rotations.
 const HALF_A_PIECE: f32 = 0.505;
@@ -32,8 +32,9 @@ const LEAST_SPEED: f32 = 1e-37;
 /// A piece of motion as `f32` sees it, in A's unit coordinates.
 pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin: DVec3, margin: f64) -> Glide {
     let (length, unit) = (piece.length(), relation.unit);
-    let velocity = piece.twist.at(origin);
-    let (shift, turn) = (velocity * (length / unit), piece.twist.turn * length);
+    let twist = course.twist(piece.middle);
+    let velocity = twist.at(origin);
+    let (shift, turn) = (velocity * (length / unit), twist.turn * length);
     let spin = (course.spin * length * 0.5) as f32 * 1.001;
     // Of all points of B together where they do not go around one axis.
     let (around, curl, bend) = match course.of_axis() {
@@ -61,7 +62,7 @@ pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin:
 /// Whether boxes meet before `cut`. Keys are lower bounds of the times when they do.
 pub(super) struct Windows<'g> {
     /// From this time on pairs are of no interest.
-    pub cut: f32,
+    cut: f32,
     /// The key of the pair at hand; its children's are no less.
     pub least: f32,
     skew: f32,
@@ -198,8 +199,8 @@ impl Way {
 
 impl<'g> Windows<'g> {
     #[inline(always)]
-    pub fn new(cut: f32, glide: &'g Glide, relation: &Relation) -> Self {
-        Self { cut, least: f32::NEG_INFINITY, skew: relation.skew, glide, in_a: Drift::NONE, in_b: Drift::NONE }
+    pub fn new(cut: f32, least: f32, glide: &'g Glide, relation: &Relation) -> Self {
+        Self { cut, least, skew: relation.skew, glide, in_a: Drift::NONE, in_b: Drift::NONE }
     }
 
     /// How a part of B at `place` passes, as A's node sees it.
@@ -277,7 +278,7 @@ fn longer(v: f32x4) -> f32 {
     (largest + rest / (2.0 * largest + 1e-30)) * 1.000_001
 }
 
-fn sum(a: f32x4) -> f32 {
+pub(super) fn sum(a: f32x4) -> f32 {
     let [x, y, z] = xyz(a.abs());
     x + y + z
 }

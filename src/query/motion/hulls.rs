@@ -1,0 +1,450 @@
+//! Whether boxes meet in a short span of time: by where they are when it begins and when it ends, eight at a time.
+//!
+//! Seen from a node that an axis goes along with, each corner of a box of the other node goes straight from where it is at the
+//! begin to where it is at the end, but for what its way bends. So the box stays in the hull of both, and two boxes that meet
+//! overlap when one is replaced by its hull; not before the gap between them at the begin can have closed. This is tighter than
+//! [`Windows`](super::windows::Windows) where B turns, but sees nothing of what comes and goes within the span. The proof is in
+//! `docs/numerics.md`, "Motion".
+
+use super::course::{Course, Piece};
+use super::windows::{BEGIN, SLOP, sum};
+use crate::math::lanes::{Column, F8, Kernel, Lanes, V8, per_axis};
+use crate::math::{bits, larger, smaller};
+use crate::query::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Triangles, ends};
+use crate::query::edge_axes;
+use crate::query::views::{Relation, View, Views};
+use crate::tree::{Node, Tree, WIDTH, xyz};
+use wide::f32x4;
+
+/// A span of time from the begin of a piece, in which B goes around one axis.
+pub(super) struct Span {
+    /// Where B lies at its end.
+    end: Relation,
+    /// How long it is, in lengths of the piece.
+    length: f32,
+    /// By how many radians B turns, at most.
+    turn: f32,
+    /// What places may be off whatever way they have gone: by the margin, by rounding, and by what the axis goes across itself.
+    bulge: f32,
+}
+
+/// Turns beyond this (radians) bend ways by more than is allowed for.
+const LARGEST_TURN: f64 = 0.25;
+
+impl Span {
+    /// From the begin of a piece to `until`; `None` if both bodies turn, or where `f32` does not reach.
+    pub fn new(course: &Course, trees: [&Tree; 2], piece: &Piece, until: f64, margin: f64) -> Option<Self> {
+        course.of_axis()?;
+        let time = until - piece.begin;
+        let turn = course.spin * time;
+        let end = Relation::new(trees[0], trees[1], &course.pose(until));
+        let slip = course.slip() * time * turn * (0.375 + 0.125 * turn);
+        let bulge = (slip + 2.0 * course.rounding + margin) / end.unit;
+        (turn < LARGEST_TURN && bulge < 1e6).then(|| Self {
+            end,
+            length: (time / piece.length()) as f32,
+            turn: turn as f32 * 1.001,
+            bulge: bulge as f32 * 1.001 + 1e-20,
+        })
+    }
+}
+
+/// Whether boxes meet in a span and before `cut`. Keys are lower bounds of the times when they do.
+pub(super) struct Hulls<'s> {
+    /// From this time on pairs are of no interest.
+    cut: f32,
+    /// The key of the pair at hand; its children's are no less.
+    pub least: f32,
+    span: &'s Span,
+    /// Of the nodes at hand, at the end of the span.
+    end: Views,
+    /// By how much ways bend between them, and what places are off.
+    bulge: f32,
+    /// The time that it takes a gap between them to close by a unit, at least.
+    time_of_gap: f32,
+}
+
+/// Nothing meets before the begin.
+const START: f32 = BEGIN - SLOP;
+
+impl<'s> Hulls<'s> {
+    #[inline(always)]
+    pub fn new(cut: f32, least: f32, span: &'s Span) -> Self {
+        Self { cut, least, span, end: Views::NONE, bulge: 0.0, time_of_gap: 0.0 }
+    }
+
+    /// The views of the opened node and of the other, at the end.
+    #[inline(always)]
+    fn views(&self, is_a: bool) -> [&View; 2] {
+        let Views { of_a, of_b } = &self.end;
+        if is_a { [of_a, of_b] } else { [of_b, of_a] }
+    }
+
+    /// Boxes where they are at the begin, and the hulls of their ways.
+    #[inline(always)]
+    fn seen<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, begin: &View, end: &View) -> [Slabs<L>; 2] {
+        let (begin, end) = (boxes.seen(lanes, begin).slabs(), boxes.seen(lanes, end).slabs());
+        let bulge = F8::splat(lanes, self.bulge);
+        let hull = Slabs {
+            low: per_axis!(k => begin.low[k].min(end.low[k]) - bulge),
+            high: per_axis!(k => begin.high[k].max(end.high[k]) + bulge),
+        };
+        [begin, hull]
+    }
+
+    /// The hull of two boxes.
+    #[inline(always)]
+    fn hull(&self, begin: ([f32; 3], [f32; 3]), end: ([f32; 3], [f32; 3])) -> ([f32; 3], [f32; 3]) {
+        let low = per_axis!(k => smaller(begin.0[k], end.0[k]) - self.bulge);
+        (low, per_axis!(k => larger(begin.1[k], end.1[k]) + self.bulge))
+    }
+
+    /// The time from which on boxes may meet, by how far they are apart at the begin along the axes of both.
+    #[inline(always)]
+    fn key<L: Lanes>(&self, lanes: L, [[x, y, z], [u, v, w]]: [V8<L>; 2]) -> F8<L> {
+        let gap = x.max(y).max(z).max(u).max(v).max(w) - F8::splat(lanes, self.bulge);
+        let time = gap * F8::splat(lanes, self.time_of_gap) + F8::splat(lanes, START);
+        time.max(F8::splat(lanes, self.least))
+    }
+
+    #[inline(always)]
+    fn soon<L: Lanes>(&self, lanes: L, keys: F8<L>) -> u32 {
+        keys.less(F8::splat(lanes, self.cut)).mask()
+    }
+}
+
+impl BoxTest for Hulls<'_> {
+    const IS_OVERLAP: bool = false;
+
+    #[inline(always)]
+    fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
+        let Span { end, length, turn, bulge } = self.span;
+        self.end = Views::between(a, b, end);
+        let scale = f32x4::splat(scale);
+        let a_box = (a.own_center, a.own_half);
+        let b_box = (b.own_center * scale, b.own_half * scale);
+        let of_b = Way::new(b_box, a_box, [&views.of_b, &self.end.of_b]);
+        let of_a = Way::new(a_box, b_box, [&views.of_a, &self.end.of_a]);
+        let way = larger(of_a.length(), of_b.length());
+        let sizes = [sum(a_box.1), sum(b_box.1)];
+        self.bulge = 0.127 * turn * (way + turn * sizes[0].max(sizes[1])) + bulge;
+        // One branch for both: neither can be guessed.
+        if (of_a.apart(self.bulge) | of_b.apart(self.bulge)).any() {
+            return false;
+        }
+        let size = sizes[0] + sizes[1];
+        if edge_axes::are_slim(a, b) {
+            let bends = (0.376 + 0.127 * turn) * way + 0.127 * turn * (sum(of_b.from_other) + size);
+            let views = [&views.of_b, &self.end.of_b];
+            if edge_axes::part_at_both(a, b_box, views, end.skew, turn * bends + bulge) {
+                return false;
+            }
+        }
+        let margins = views.of_a.margin + views.of_b.margin;
+        self.time_of_gap = 0.999 * length / (way + turn * size + 2.0 * margins.as_array()[0]);
+        let [x, y, z] = xyz(of_a.gap.fast_max(of_b.gap));
+        self.least = self.least.max((x.max(y).max(z) - self.bulge) * self.time_of_gap + START);
+        self.least < self.cut
+    }
+
+    #[inline(always)]
+    fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64 {
+        lanes.run(Both { hulls: self, facing, alive, keys })
+    }
+
+    #[inline(always)]
+    fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32 {
+        let Facing { nodes: [opened, _], views: [of_opened, of_other], scales, is_a } = facing;
+        let [end_of_opened, end_of_other] = self.views(is_a);
+        let children = Boxes::children(lanes, opened, scales[0]);
+        let slabs = children.slabs();
+        let (center, half) = facing.other();
+        let begin = ends(of_other.point(center), of_other.half(half));
+        let end = ends(end_of_other.point(center), end_of_other.half(half));
+        let (low, high) = self.hull(begin, end);
+        let in_opened = slabs.gap(lanes, low, high);
+        let [seen, hull] = self.seen(lanes, &children, of_opened, end_of_opened);
+        let (low, high) = ends(center, half);
+        let hits = !in_opened.min(hull.gap(lanes, low, high)).mask() & opened.valid();
+        if hits == 0 {
+            return 0;
+        }
+        let key = self.key(lanes, [slabs.gaps(lanes, begin.0, begin.1), seen.gaps(lanes, low, high)]);
+        keys[0] = key.store();
+        hits & self.soon(lanes, key)
+    }
+
+    /// By the triangles' boxes along the axes of the other node, and by their planes; no later than the pair at hand.
+    #[inline(always)]
+    fn triangles<'t, L: Lanes>(
+        &self,
+        lanes: L,
+        facing: Facing,
+        alive: u32,
+        triangles: impl FnOnce() -> Triangles<'t>,
+        keys: &mut Keys,
+    ) -> u64 {
+        let begin = triangles();
+        let (node, relation) = (facing.nodes[1], &self.span.end);
+        let view =
+            if facing.is_a { self.end.triangles_of_a(node, relation) } else { self.end.triangles_of_b(node, relation) };
+        let end = Triangles { view, ..begin };
+        let boxes = Boxes::children(lanes, node, facing.scales[1]);
+        let slabs = boxes.slabs();
+        let planes =
+            if alive.is_power_of_two() { None } else { Some((Planes::new(lanes, &begin), Planes::new(lanes, &end))) };
+        let mut pairs = 0;
+        for i in bits(alive).map(|i| i % WIDTH) {
+            let (first, last) = match &planes {
+                Some((begin, end)) => (begin.at(i), end.at(i)),
+                None => {
+                    let row = begin.rows[i];
+                    (Plane::new(row, &begin.view, begin.skew), Plane::new(row, &end.view, end.skew))
+                }
+            };
+            let (low, high) = self.hull((first.low, first.high), (last.low, last.high));
+            let apart = slabs.gap(lanes, low, high).mask();
+            if !apart & node.valid() == 0 {
+                continue;
+            }
+            let bulge = F8::splat(lanes, self.bulge * larger(first.length(), last.length()));
+            let ([d, r], [e, s]) = (first.across(lanes, &boxes), last.across(lanes, &boxes));
+            let above = bulge.less((d - r).min(e - s));
+            let apart = apart | above.or(((d + r).max(e + s) + bulge).less(F8::splat(lanes, 0.0))).mask();
+            keys[i] = [self.least; WIDTH];
+            pairs |= u64::from(!apart & node.valid()) << (WIDTH * i);
+        }
+        pairs
+    }
+}
+
+/// How the own box of a node goes, as the other node sees it.
+struct Way {
+    /// From the middle of the other node's box to its own at the begin, and from there to where it is at the end.
+    from_other: f32x4,
+    way: f32x4,
+    /// How far the boxes are apart at the begin.
+    gap: f32x4,
+    /// Where the hull of its ways ends, less the ends of the other box.
+    above: f32x4,
+    below: f32x4,
+}
+
+impl Way {
+    #[inline(always)]
+    fn new(own: (f32x4, f32x4), other: (f32x4, f32x4), [begin, end]: [&View; 2]) -> Self {
+        let (first, last) = (begin.point(own.0) - other.0, end.point(own.0) - other.0);
+        let (half, last_half) = (begin.half(own.1) + other.1, end.half(own.1) + other.1);
+        Self {
+            from_other: first,
+            way: last - first,
+            gap: first.abs() - half,
+            above: (first - half).fast_min(last - last_half),
+            below: (first + half).fast_max(last + last_half),
+        }
+    }
+
+    /// How far it goes, or up to a tenth more: for `x >= y >= z`, `|v| <= x + (y + z) (sqrt2 - 1)`.
+    #[inline(always)]
+    fn length(&self) -> f32 {
+        let [x, y, z] = xyz(self.way.abs());
+        0.586 * larger(x, larger(y, z)) + 0.4143 * (x + y + z)
+    }
+
+    /// The axes on which both boxes stay apart.
+    #[inline(always)]
+    fn apart(&self, bulge: f32) -> f32x4 {
+        let bulge = f32x4::splat(bulge);
+        bulge.simd_lt(self.above) | self.below.simd_lt(f32x4::ZERO - bulge)
+    }
+}
+
+/// The given children of two nodes. Compiled once, as it is large and asked for in several places.
+struct Both<'k> {
+    hulls: &'k Hulls<'k>,
+    facing: Facing<'k>,
+    alive: [u32; 2],
+    keys: &'k mut Keys,
+}
+
+impl Kernel for Both<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> u64 {
+        let Self { hulls, facing, alive: [alive_x, alive_y], keys } = self;
+        let Facing { nodes: [x, y], views: [of_x, of_y], scales, is_a } = facing;
+        let [end_of_x, end_of_y] = hulls.views(is_a);
+        let y_rows = Boxes::children(lanes, y, scales[1]);
+        let [y_in_x, y_hull] = hulls.seen(lanes, &y_rows, of_y, end_of_y);
+        let scale = f32x4::splat(scales[0]);
+        let (low, high) = ends(x.own_center * scale, x.own_half * scale);
+        let alive_y = alive_y & !y_hull.gap(lanes, low, high).mask();
+        if alive_y == 0 {
+            return 0;
+        }
+        let x_rows = Boxes::children(lanes, x, scales[0]);
+        let [x_in_y, x_hull] = hulls.seen(lanes, &x_rows, of_x, end_of_x);
+        let (center, half) = facing.other();
+        let (low, high) = ends(center, half);
+        let alive_x = alive_x & !x_hull.gap(lanes, low, high).mask();
+        let (x_rows, x_in_y, x_hull) = (x_rows.slabs().store(), x_in_y.store(), x_hull.store());
+        let y_rows = y_rows.slabs();
+        let mut pairs = 0;
+        for i in bits(alive_x) {
+            let overlap = y_hull.gap_at(lanes, &x_rows, i).min(y_rows.gap_at(lanes, &x_hull, i));
+            let hits = !overlap.mask() & alive_y;
+            if hits == 0 {
+                continue;
+            }
+            let key = hulls.key(lanes, [y_in_x.gaps_at(lanes, &x_rows, i), y_rows.gaps_at(lanes, &x_in_y, i)]);
+            keys[i] = key.store();
+            pairs |= u64::from(hits & hulls.soon(lanes, key)) << (WIDTH * i);
+        }
+        pairs
+    }
+}
+
+#[cfg(all(test, feature = "std"))]
+mod tests {
+    use super::*;
+    use crate::math::lanes::Instructions;
+    use crate::math::random::Random;
+    use crate::math::{Motion, Pose};
+    use crate::query::expand::{Sink, expand};
+    use crate::query::queue::Pair;
+    use crate::query::search::least_key;
+    use crate::{Mesh, shapes};
+    use glam::{DMat3, DVec3};
+
+    /// What a pair was replaced by, with keys.
+    struct Found {
+        keys: Keys,
+        pairs: Vec<(Pair, f32)>,
+        triangles: Vec<([u32; 2], f32)>,
+    }
+
+    impl Sink for Found {
+        fn count(&mut self, _level: usize, _bv_tests: u32) {}
+
+        fn keys(&mut self) -> &mut Keys {
+            &mut self.keys
+        }
+
+        fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+            self.pairs.extend(bits(hits).map(|bit| (child(bit as u32), self.keys.as_flattened()[bit % 64])));
+        }
+
+        fn cluster(&mut self, pair: Pair, column: usize) {
+            self.pairs.push((pair, least_key(&self.keys, &pair, column)));
+        }
+
+        fn triangles(&mut self, hits: u64, first: [u32; 2]) {
+            let pair =
+                |bit: usize| ([first[0] + bit as u32 / 8, first[1] + bit as u32 % 8], self.keys[bit / 8][bit % 8]);
+            self.triangles.extend(bits(hits).map(pair));
+        }
+    }
+
+    /// Two triangles that meet at a time of the piece, in its lengths from its middle.
+    struct Meeting<'t> {
+        trees: [&'t Tree; 2],
+        relation: &'t Relation,
+        span: &'t Span,
+        triangles: [u32; 2],
+        time: f32,
+    }
+
+    impl Kernel for &Meeting<'_> {
+        type Output = bool;
+
+        /// Whether they are found below the roots, and no pair on the way there waits for longer.
+        fn run<L: Lanes>(self, lanes: L) -> bool {
+            let holds = |side: usize, pair: &Pair| {
+                let (node, i) = (&self.trees[side].nodes()[pair.nodes[side] as usize], self.triangles[side]);
+                let is_alive = || !node.is_cluster || pair.alive[side] >> (i - node.first_triangle) & 1 != 0;
+                node.triangle_range().contains(&(i as usize)) && is_alive()
+            };
+            let (mut pair, mut key) = (Pair::new(0, 0), f32::NEG_INFINITY);
+            loop {
+                let mut found = Found { keys: [[0.0; WIDTH]; WIDTH], pairs: Vec::new(), triangles: Vec::new() };
+                let mut hulls = Hulls::new(0.6, key, self.span);
+                expand(lanes, pair, self.trees, self.relation, &mut hulls, &mut found);
+                if let Some((_, key)) = found.triangles.iter().find(|found| found.0 == self.triangles) {
+                    return *key <= self.time;
+                }
+                match found.pairs.iter().find(|(pair, _)| holds(0, pair) && holds(1, pair)) {
+                    Some(next) if next.1 <= self.time => (pair, key) = *next,
+                    _ => return false,
+                }
+            }
+        }
+    }
+
+    /// A vertex is at a point of the other mesh at some time of a motion on the spot.
+    #[test]
+    fn what_meets_in_a_span_is_found_and_not_taken_for_later() {
+        let meshes = || {
+            let corners = [[0.5, 0.4, 0.1], [-0.6, 0.3, 0.0], [0.0, -0.7, 0.2]];
+            let triangle = Mesh::from_f64(corners, [[0, 1, 2]]).unwrap();
+            [shapes::cuboid([0.9, 0.6, 0.02], 5), shapes::gear(9, 2), shapes::torus_knot(2, 3, 0.2, 24), triangle]
+        };
+        let tree = |mesh: &Mesh, size: f64| {
+            let vertices = (0..mesh.vertex_count()).map(|i| mesh.vertex(i) * size);
+            Tree::new(Mesh::from_f64(vertices, mesh.triangles().iter().copied()).unwrap())
+        };
+        let trees = [1.0, 0.1, 20.0].map(|size| meshes().map(|mesh| tree(&mesh, size)));
+        let mut random = Random::new(21);
+        let (mut met, mut lost_without) = (0, 0);
+        for round in 0..6_000 {
+            let [a, b] = [0, round % 3].map(|size| &trees[size][random.bits() as usize % 4]);
+            let size = a.unit_length() + b.unit_length();
+            let angle = [0.064, 0.02, 1e-4][round / 3 % 3];
+            let time = random.fraction();
+            let triangles = [a, b].map(|tree| random.bits() as u32 % tree.mesh().len() as u32);
+            let corners = |tree: &Tree, i: u32| tree.mesh().triangle(tree.ids()[i as usize] as usize);
+            let [of_a, of_b] = [corners(a, triangles[0]), corners(b, triangles[1])];
+            let middle = |[p, q, r]: [DVec3; 3]| (p + q + r) / 3.0;
+            let normal = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p).normalize();
+            let kind = random.bits() % 3;
+            let mut vector = |size: f64| DVec3::from_array([(); 3].map(|()| random.between(-size, size)));
+            let start = DMat3::from_axis_angle(vector(1.0).normalize(), vector(3.0).x);
+            let across = |normal: DVec3, axis: DVec3| axis.cross(normal).normalize();
+            let axis = match kind {
+                0 => vector(1.0).normalize(),
+                1 => across(normal(of_a), vector(1.0)),
+                _ => across(start * normal(of_b), vector(1.0)),
+            };
+            let turned = DMat3::from_axis_angle(axis, angle * time);
+            let (at, of_b, from_axis) = match kind {
+                0 => (of_a[0], of_b[0], vector(size)),
+                1 => (middle(of_a), of_b[0], normal(of_a) * vector(size).x),
+                _ => (of_a[0], middle(of_b), turned * start * normal(of_b) * vector(size).x),
+            };
+            // The last kinds like a pendulum, lowest where it meets the other triangle, or like a wheel, which rolls there.
+            let velocity = axis.cross(from_axis) * (-angle * [0.0, 0.4, 1.0][round / 9 % 3]);
+            let arm = turned.transpose() * from_axis - start * of_b;
+            let place = at - from_axis - velocity * time + arm;
+            let motion = Motion::with_arm(Pose::unchecked(start, place), velocity, axis * angle, arm).unwrap();
+            let course = Course::new(a, b, None, motion);
+            let piece = course.piece(0);
+            if course.pieces != 1 || !piece.is_on_the_spot {
+                continue;
+            }
+            let until = random.between(time, 1.0);
+            let relation = Relation::new(a, b, &piece.pose);
+            let mut span = Span::new(&course, [a, b], &piece, until, 0.0).unwrap();
+            for instructions in [Instructions::detect(), Instructions::PORTABLE] {
+                let meeting =
+                    Meeting { trees: [a, b], relation: &relation, span: &span, triangles, time: piece.local(time) };
+                assert!(instructions.run(&meeting), "round {round}: they meet at {time}");
+            }
+            met += 1;
+            (span.turn, span.bulge) = (0.0, 0.0);
+            let straight =
+                Meeting { trees: [a, b], relation: &relation, span: &span, triangles, time: piece.local(time) };
+            lost_without += usize::from(!Instructions::PORTABLE.run(&straight));
+        }
+        assert!(met > 3_000 && lost_without > met / 100, "{lost_without} of {met} would be lost if ways were straight");
+    }
+}
