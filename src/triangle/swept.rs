@@ -22,16 +22,21 @@ use glam::DVec3;
 pub(crate) struct Glide {
     pub shift: [f32; 4],
     pub turn: [f32; 4],
-    /// The same velocity less that of the axis about which B turns, at `y = 0`.
-    pub around: [f32; 4],
-    /// By how much a component of `turn` may differ at other times of the piece.
+    /// It has the acceleration `pull + change x y + turn x (turn x y)`.
+    pub pull: [f32; 4],
+    pub change: [f32; 4],
+    /// By how much a component of `turn` may differ at other times of the piece; 0 if `change` is.
     pub wobble: f32,
     /// Of how many radians B turns in half of the piece, at most.
     pub spin: f32,
-    /// 1, and 1 percent, where the acceleration of a part of B is the turn times its velocity around the axis; else 0.
-    pub curl: f32,
-    /// What B may be off besides, its acceleration where `curl` is 0.
+    /// What B may be off besides.
     pub bulge: f32,
+}
+
+impl Glide {
+    /// B stands still.
+    pub const NONE: Self =
+        Self { shift: [0.0; 4], turn: [0.0; 4], pull: [0.0; 4], change: [0.0; 4], wobble: 0.0, spin: 0.0, bulge: 0.0 };
 }
 
 /// When `a[i]` and `b[i]` may meet first, for the eight lanes, and those that may before `cut`, a bit each. If they are `spread`,
@@ -96,20 +101,23 @@ impl<L: Lanes> Gliding<L> {
             let at = per_axis!(k => of.q[k] + first[k]);
             let turn = per_axis!(k => F8::splat(lanes, glide.turn[k]) * half);
             let turned = cross(turn, at);
-            let around = add(per_axis!(k => F8::splat(lanes, 0.5 * glide.around[k])), turned);
+            acceleration = add(per_axis!(k => F8::splat(lanes, 0.25 * glide.pull[k])), cross(turn, turned));
+            if glide.wobble > 0.0 {
+                let change = per_axis!(k => F8::splat(lanes, 0.25 * glide.change[k]));
+                acceleration = add(acceleration, cross(change, at));
+            }
             let size = per_axis!(k => of.f[0][k].abs().max(of.f[1][k].abs()));
             way = add(way, turned);
             ways = [way, add(way, cross(turn, of.f[0])), add(way, cross(turn, of.f[1]))];
-            acceleration = per_axis!(k => cross(turn, around)[k]);
             error = error
-                + dot(around, around).sqrt() * F8::splat(lanes, 0.17 * glide.spin * glide.spin)
                 + sum(turn) * sum(size) * F8::splat(lanes, 0.5 * glide.spin)
+                + sum(size) * F8::splat(lanes, 0.25 * glide.wobble)
                 + sum(turn) * sum(at) * F8::splat(lanes, 64.0 * ROUNDING);
         }
         of.error = per_axis!(k => {
-            of.error[k] + error + F8::splat(lanes, glide.shift[k].abs() * (4.0 * ROUNDING))
+            of.error[k] + error + F8::splat(lanes, (glide.shift[k].abs() + glide.pull[k].abs()) * (4.0 * ROUNDING))
         });
-        let bend = per_axis!(k => acceleration[k] * F8::splat(lanes, 0.5 * glide.curl));
+        let bend = per_axis!(k => acceleration[k] * F8::splat(lanes, 0.505));
         Self { of, ways, bend, acceleration, middle: zero, length: F8::splat(lanes, 1.0) }
     }
 

@@ -323,3 +323,22 @@ fn a_mesh_far_along_its_axis_is_no_dearer() {
     }
     assert!(work.iter().all(|units| *units <= 2 * work[0]), "{work:?}");
 }
+
+/// What matters is how one body turns against the other: here a gear that rolls on one, while both are carried around by up to a
+/// radian.
+#[test]
+fn bodies_that_turn_together_are_little_dearer() {
+    let (gear, mut workspace) = (Tree::new(shapes::gear(24, 8)), Workspace::new());
+    let beside = |turn: f64| Pose::new(DMat3::from_rotation_z(turn), DVec3::new(2.02, 0.0, 0.0)).unwrap();
+    let mut work = Vec::new();
+    for angle in [0.0, 0.1, 1.0] {
+        let carried =
+            Motion::turning(Pose::IDENTITY, [0.1, 0.0, 0.2], [angle, 0.0, -angle / 2.0], [1.0, 3.0, 0.0]).unwrap();
+        let place = |time: f64, turn: f64| carried.pose(time).compose(&beside(turn)).unwrap();
+        let rolling = Motion::screw(place(0.0, 0.13), place(1.0, 0.16)).unwrap();
+        let said = run(&MotionQuery::of_both([&gear, &gear], [carried, rolling]), &mut workspace, ENOUGH);
+        assert_eq!((said.free_until, said.touching_at), (1.0, None));
+        work.push(said.stats.work);
+    }
+    assert!(work[1] <= 2 * work[0] && work[2] <= 20 * work[0], "{work:?}");
+}

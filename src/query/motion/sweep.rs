@@ -158,14 +158,14 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
 
 impl Traversal<'_, '_, Sweep<'_>> {
     /// When up to eight waiting pairs may meet; or when the one does that may first of those that were so compared, which is
-    /// followed then: if it goes around an axis by a closer look at each eighth of the piece.
+    /// followed then: if B turns by a closer look at each eighth of the piece.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let (search, state) = (&mut self.workspace.search, &mut self.workspace.motion);
         let Sweep { piece, cut, .. } = &self.question;
         let Middle { relation, glide } = self.question.middle();
         let first = search.proposed.pop();
-        if let Some(Bounded { pair, low }) = first.filter(|_| glide.curl == 0.0 || glide.spin == 0.0) {
+        if let Some(Bounded { pair, low }) = first.filter(|_| glide.spin == 0.0) {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             state.followed = Some(Followed::new(pair, [piece.time(low), piece.end], 1.0));
             return;
@@ -252,7 +252,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let enough = (tolerance * course.speed / 16.0).max(course.rounding);
         let velocities = b.map(|corner| twist.at(corner));
         let tilt = course.spin * half * (b[1] - b[0]).length().max((b[2] - b[0]).length());
-        let (bends, rest) = course.bends(twist.turn, &velocities, half);
+        let bends = b.map(|corner| twist.acceleration(corner) * (0.5 * half * half));
+        let rest = course.bend_besides(half);
         let swept = Swept::new(a, &b, velocities, bends, rest + 2.0 * course.rounding + margin, half);
         let bend = rest + bends.map(DVec3::length).into_iter().fold(0.0, f64::max);
         followed.steps += 1;

@@ -33,29 +33,24 @@ const LEAST_SPEED: f32 = 1e-37;
 pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin: DVec3, margin: f64) -> Glide {
     let (length, unit) = (piece.length(), relation.unit);
     let twist = course.twist(piece.middle);
-    let velocity = twist.at(origin);
-    let (shift, turn) = (velocity * (length / unit), twist.turn * length);
-    let spin = (course.spin * length * 0.5) as f32 * 1.001;
-    // Of all points of B together where they do not go around one axis.
-    let (around, curl, bend) = match course.of_axis() {
-        Some(of_axis) => ((velocity - of_axis) * (length / unit), 1.01, 0.0),
-        None => (DVec3::ZERO, 0.0, course.bend(length / 2.0)),
-    };
-    let bulge = (bend + course.rounding + margin) / unit;
+    let velocity = twist.at(origin) * (length / unit);
+    let pull = twist.acceleration(origin) * (length * length / unit);
+    let (turn, change) = (twist.turn * length, twist.change * (length * length));
+    let bulge = (course.bend_besides(length / 2.0) + course.rounding + margin) / unit;
     let vector = |v: DVec3| v.as_vec3().extend(0.0).to_array();
-    if bulge < 1e6 && shift.abs().max(around.abs()).max_element() < 1e6 {
+    if bulge < 1e6 && velocity.abs().max(pull.abs()).max_element() < 1e6 {
         Glide {
-            shift: vector(shift),
+            shift: vector(velocity),
             turn: vector(turn),
-            around: vector(around),
+            pull: vector(pull),
+            change: vector(change),
             wobble: (course.wobble * length * length * 0.5) as f32 * 1.01,
-            spin,
-            curl,
+            spin: (course.spin * length * 0.5) as f32 * 1.001,
             bulge: bulge as f32 * 1.001 + 1e-20,
         }
     } else {
         // Beyond `f32`, or of unknown size: everything may meet at any time.
-        Glide { shift: [0.0; 4], turn: [0.0; 4], around: [0.0; 4], wobble: 0.0, spin: 0.0, curl: 0.0, bulge: 1e15 }
+        Glide { bulge: 1e15, ..Glide::NONE }
     }
 }
 
@@ -206,7 +201,7 @@ impl<'g> Windows<'g> {
     /// How a part of B at `place` passes, as A's node sees it.
     #[inline(always)]
     fn way(&self, a: &Node, views: &Views, place: f32x4) -> Way {
-        let Glide { spin, curl, bulge, .. } = *self.glide;
+        let Glide { spin, wobble, bulge, .. } = *self.glide;
         let seen = |v: [f32; 4]| views.direction(a, f32x4::new(v)).0;
         let shift = seen(self.glide.shift);
         let mut way = Way { velocity: shift, turn: f32x4::ZERO, bend: f32x4::ZERO, margin: bulge };
@@ -214,12 +209,15 @@ impl<'g> Windows<'g> {
         if spin > 0.0 {
             way.turn = seen(self.glide.turn);
             let turned = cross(way.turn, place);
-            let around = seen(self.glide.around) + turned;
             way.velocity += turned;
-            speed += sum(way.turn) * sum(place);
-            // In half a unit of time half of the square of the acceleration is an eighth, a sixth of the third power a 48th.
-            way.bend = cross(way.turn, around) * f32x4::splat(0.125 * curl);
-            way.margin += longer(around.abs()) * (0.085 * spin * spin);
+            let pull = seen(self.glide.pull);
+            let mut acceleration = pull + cross(way.turn, turned);
+            if wobble > 0.0 {
+                acceleration += cross(seen(self.glide.change), place);
+            }
+            // In half a unit of time half of its square is an eighth; and 1 percent.
+            way.bend = acceleration * f32x4::splat(0.12625);
+            speed += sum(way.turn) * sum(place) + sum(pull);
         }
         way.margin += (self.skew + 32.0 * ROUNDING) * speed;
         way
@@ -268,14 +266,6 @@ impl<'g> Windows<'g> {
     fn drifts(&self, is_a: bool) -> (&Drift, &Drift, f32) {
         if is_a { (&self.in_a, &self.in_b, 1.0) } else { (&self.in_b, &self.in_a, -1.0) }
     }
-}
-
-/// The length of a vector that is not negative, or more: `sqrt(m^2 + r) <= m + r / 2 m`.
-fn longer(v: f32x4) -> f32 {
-    let [x, y, z] = xyz(v);
-    let largest = x.max(y).max(z);
-    let rest = x * x + y * y + z * z - largest * largest;
-    (largest + rest / (2.0 * largest + 1e-30)) * 1.000_001
 }
 
 pub(super) fn sum(a: f32x4) -> f32 {
