@@ -59,8 +59,8 @@ const TURN_OF_FAR: f64 = 0.012;
 const TURN: f64 = 0.065;
 const MOST_PIECES: f64 = 4_096.0;
 
-/// By how much an acceleration changes in a piece over the same, at most: bodies may turn fast together, and slowly against one
-/// another.
+/// By how much accelerations change in a piece, times the square of its length, over the same, at most: bodies may turn fast
+/// together, and slowly against one another.
 const BEND: f64 = 5e-3;
 
 /// How far B goes over the sizes of both meshes together, at most, and how much of that is its turn, at least, where it is on
@@ -208,7 +208,15 @@ impl Course {
         half * self.drift + 0.5 * self.acceleration * half * half
     }
 
-    /// The same beside what it bends by its acceleration at that moment.
+    /// By what corners of a triangle of B leave their lines by their accelerations at that moment.
+    pub fn bends(&self, twist: &Twist, corners: &[DVec3; 3], half: f64) -> [DVec3; 3] {
+        if self.spin == 0.0 {
+            return [DVec3::ZERO; 3];
+        }
+        corners.map(|corner| twist.acceleration(corner) * (0.5 * half * half))
+    }
+
+    /// By how much a point may besides, rounding aside.
     pub fn bend_besides(&self, half: f64) -> f64 {
         half * self.drift + self.jerk * half * half * half / 6.0
     }

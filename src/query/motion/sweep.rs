@@ -252,8 +252,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let enough = (tolerance * course.speed / 16.0).max(course.rounding);
         let velocities = b.map(|corner| twist.at(corner));
         let tilt = course.spin * half * (b[1] - b[0]).length().max((b[2] - b[0]).length());
-        let bends = b.map(|corner| twist.acceleration(corner) * (0.5 * half * half));
-        let rest = course.bend_besides(half);
+        let (bends, rest) = (course.bends(&twist, &b, half), course.bend_besides(half));
         let swept = Swept::new(a, &b, velocities, bends, rest + 2.0 * course.rounding + margin, half);
         let bend = rest + bends.map(DVec3::length).into_iter().fold(0.0, f64::max);
         followed.steps += 1;
