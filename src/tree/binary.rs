@@ -1,5 +1,5 @@
 //! The binary tree of the paper: binned surface-area heuristic over the triangles' boxes, whose axes are the same for the
-//! whole mesh ([`super::orientation::align`]).
+//! whole mesh ([`super::align::align`]).
 //!
 //! Its levels carry the paper's alphas; the wide tree is collapsed from it. Splitting goes down to clusters of at most
 //! [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory; the depth is bounded by `2 log2(n) + 8`, whatever the mesh.

@@ -4,7 +4,7 @@
 //! ([`binary`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with an orientation of
 //! its own ([`assign`], [`axes`], [`moments`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes
 //! ([`fit`]), its alpha per axis and its profile level by level ([`profile`]). When vertices move, that pass is repeated
-//! ([`refit`]). The file of a tree ([`file`]) holds what cannot be computed again: the mesh, the order of the triangles and
+//! ([`refit`]). The file of a tree ([`mod@file`]) holds what cannot be computed again: the mesh, the order of the triangles and
 //! the orientations.
 
 mod adjacency;

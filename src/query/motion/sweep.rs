@@ -1,6 +1,7 @@
 //! When do two surfaces meet on the way? What a traversal that asks this does with node pairs and triangle pairs.
 //!
-//! It asks for one piece of the motion. Pairs whose boxes overlap when it begins are finished depth-first; others wait in the
+//! It asks for one piece of the motion. Boxes are compared by windows of time ([`Windows`]), or where B turns on the spot by the
+//! hulls of their ways ([`Hulls`]). Pairs whose boxes overlap when it begins are finished depth-first; others wait in the
 //! queue by the time when they may meet, and are dropped when there is an earlier contact. Triangles are compared eight at a
 //! time in `f32`; those that may meet earlier than all before are *followed* in `f64`, one at a time and a step of bounded work
 //! after the other: over ever shorter spans of time, until an exact test proves a contact.

@@ -48,8 +48,8 @@ pub(crate) struct FatTree {
 impl FatTree {
     /// Makes room for bodies of indices below `bodies`.
     ///
-    /// A tree has less than `2 bodies` nodes. Beside it there are no more roots than [`FatTree::outgrown`] allows, which is less
-    /// than `bodies + 64`, and those of bodies that came in this generation. Each newcomer has at most two leaves that are
+    /// A tree has less than `2 bodies` nodes. Beside it there are no more roots than [`FatTree::begin_update`] allows, less than
+    /// `bodies + 64`, and those of bodies that came in this generation. Each newcomer has at most two leaves that are
     /// marked.
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.marked, 2 * bodies);
