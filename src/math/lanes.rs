@@ -16,6 +16,35 @@ pub(crate) use avx2::Avx2;
 pub(crate) use portable::Portable;
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
+use wide::f32x4;
+
+/// `[e(i), e(j), ..]` for the numbers in brackets. A closure would not be compiled for the instruction set of the kernel around
+/// it.
+macro_rules! unrolled {
+    ($k:ident in [$($i:literal),*] => $e:expr) => {
+        [$({
+            let $k = $i;
+            $e
+        }),*]
+    };
+}
+pub(crate) use unrolled;
+
+/// `[e(0), e(1), e(2)]`.
+macro_rules! per_axis {
+    ($k:ident => $e:expr) => {
+        $crate::math::lanes::unrolled!($k in [0, 1, 2] => $e)
+    };
+}
+pub(crate) use per_axis;
+
+/// `[e(0), .., e(7)]`.
+macro_rules! per_lane {
+    ($k:ident => $e:expr) => {
+        $crate::math::lanes::unrolled!($k in [0, 1, 2, 3, 4, 5, 6, 7] => $e)
+    };
+}
+pub(crate) use per_lane;
 
 /// An instruction set: the operations behind [`F8`] and [`D8`].
 pub(crate) trait Lanes: Copy {
@@ -45,10 +74,13 @@ pub(crate) trait Lanes: Copy {
     fn or(self, a: Self::F, b: Self::F) -> Self::F;
     fn select(self, mask: Self::F, a: Self::F, b: Self::F) -> Self::F;
     fn mask(self, a: Self::F) -> u32;
-    /// Eight rows of four to four columns of eight.
-    fn transpose(self, rows: [&[f32; 4]; 8]) -> [Self::F; 4];
-    /// Four columns of eight to eight rows of four.
-    fn rows(self, columns: [Self::F; 4]) -> [[f32; 4]; 8];
+    /// Two halves of four, and back.
+    fn join(self, low: f32x4, high: f32x4) -> Self::F;
+    fn halves(self, x: Self::F) -> [f32x4; 2];
+    /// Entry `k` of each half, in all of that half.
+    fn spread(self, x: Self::F, k: usize) -> Self::F;
+    /// Rows to columns, each half for itself.
+    fn transpose(self, rows: [Self::F; 4]) -> [Self::F; 4];
 
     fn splat_d(self, x: f64) -> Self::D;
     fn load_d(self, x: &[f64; 8]) -> Self::D;
@@ -108,13 +140,45 @@ impl<L: Lanes> F8<L> {
         Self(self.1.sqrt(self.0), self.1)
     }
     #[inline(always)]
-    pub fn transpose(lanes: L, rows: [&[f32; 4]; 8]) -> [Self; 4] {
-        let [x, y, z, w] = lanes.transpose(rows);
-        [Self(x, lanes), Self(y, lanes), Self(z, lanes), Self(w, lanes)]
+    pub fn join(lanes: L, low: f32x4, high: f32x4) -> Self {
+        Self(lanes.join(low, high), lanes)
     }
     #[inline(always)]
-    pub fn rows([x, y, z, w]: [Self; 4]) -> [[f32; 4]; 8] {
-        x.1.rows([x.0, y.0, z.0, w.0])
+    pub fn halves(self) -> [f32x4; 2] {
+        self.1.halves(self.0)
+    }
+    /// Entry `k` of each half, in all of that half.
+    #[inline(always)]
+    pub fn spread(self, k: usize) -> Self {
+        Self(self.1.spread(self.0, k), self.1)
+    }
+    /// Rows to columns, each half for itself.
+    #[inline(always)]
+    pub fn transposed([x, y, z, w]: [Self; 4]) -> [Self; 4] {
+        let lanes = x.1;
+        let [x, y, z, w] = lanes.transpose([x.0, y.0, z.0, w.0]);
+        [Self(x, lanes), Self(y, lanes), Self(z, lanes), Self(w, lanes)]
+    }
+    /// The same of three rows, and one of zeros.
+    #[inline(always)]
+    pub fn transposed_axes([x, y, z]: [Self; 3]) -> [Self; 3] {
+        let [x, y, z, _] = Self::transposed([x, y, z, Self::splat(x.1, 0.0)]);
+        [x, y, z]
+    }
+    /// Eight rows of four to four columns of eight.
+    #[inline(always)]
+    pub fn columns(lanes: L, rows: [&[f32; 4]; 8]) -> [Self; 4] {
+        let [a, b, c, d, e, f, g, h] = per_lane!(i => f32x4::new(*rows[i]));
+        let (x, y) = (Self::join(lanes, a, e), Self::join(lanes, b, f));
+        Self::transposed([x, y, Self::join(lanes, c, g), Self::join(lanes, d, h)])
+    }
+    /// Four columns of eight to eight rows of four.
+    #[inline(always)]
+    pub fn rows(columns: [Self; 4]) -> [[f32; 4]; 8] {
+        let [x, y, z, w] = Self::transposed(columns);
+        let ([a, e], [b, f], [c, g], [d, h]) = (x.halves(), y.halves(), z.halves(), w.halves());
+        let rows = [a, b, c, d, e, f, g, h];
+        per_lane!(i => rows[i].to_array())
     }
     #[inline(always)]
     pub fn widen(self) -> D8<L> {
@@ -205,34 +269,6 @@ macro_rules! eight {
 }
 eight!(F8, splat, f32: max max, min min, less less, and and, or or; abs, mask);
 eight!(D8, splat_d, f64: max max_d, min min_d, less less_d, and and_d, or or_d; abs_d, mask_d);
-
-/// `[e(i), e(j), ..]` for the numbers in brackets. A closure would not be compiled for the instruction set of the kernel around
-/// it.
-macro_rules! unrolled {
-    ($k:ident in [$($i:literal),*] => $e:expr) => {
-        [$({
-            let $k = $i;
-            $e
-        }),*]
-    };
-}
-pub(crate) use unrolled;
-
-/// `[e(0), e(1), e(2)]`.
-macro_rules! per_axis {
-    ($k:ident => $e:expr) => {
-        $crate::math::lanes::unrolled!($k in [0, 1, 2] => $e)
-    };
-}
-pub(crate) use per_axis;
-
-/// `[e(0), .., e(7)]`.
-macro_rules! per_lane {
-    ($k:ident => $e:expr) => {
-        $crate::math::lanes::unrolled!($k in [0, 1, 2, 3, 4, 5, 6, 7] => $e)
-    };
-}
-pub(crate) use per_lane;
 
 /// Three columns: eight vectors.
 pub(crate) type V8<L> = [F8<L>; 3];

@@ -4,7 +4,7 @@
 //! `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and
 //! a box kept in vain only costs time. The other nine axes: [`edge_axes`](super::edge_axes). All is in A's units.
 
-use super::views::{self, View, Views};
+use super::views::{self, Relation, View, Views};
 use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis};
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW};
@@ -148,9 +148,15 @@ pub(super) trait BoxTest {
     /// Whether overlap alone is asked: then edge axes part, keys are depths, and two clusters are opened as other nodes are.
     const IS_OVERLAP: bool;
 
+    /// How both nodes see one another.
+    #[inline(always)]
+    fn views<L: Lanes>(&mut self, _lanes: L, a: &Node, b: &Node, relation: &Relation) -> Views {
+        Views::between(a, b, relation)
+    }
+
     /// Whether a pair is of interest, by the own boxes of both nodes. A child first passes the test along its parent's axes;
     /// this one is along its own.
-    fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool;
+    fn own<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool;
 
     /// The given children of both nodes.
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64;
@@ -204,7 +210,7 @@ impl BoxTest for Overlap {
     const IS_OVERLAP: bool = true;
 
     #[inline(always)]
-    fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
+    fn own<L: Lanes>(&mut self, _lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
         let scale = f32x4::splat(scale);
         let a = (a.own_center, a.own_half);
         let b = (b.own_center * scale, b.own_half * scale);
@@ -315,7 +321,7 @@ impl Planes {
     pub(super) fn new<L: Lanes>(lanes: L, Triangles { rows, view, skew }: &Triangles) -> Self {
         let [t0, t1, t2, t3, t4, t5, t6, t7] = rows;
         let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
-            per_axis!(i => F8::transpose(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
+            per_axis!(i => F8::columns(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
         let axes = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
         let p = per_axis!(k => dot(axes[k], [x, y, z]) + F8::splat(lanes, view.origin.as_array()[k]));
         let e = per_axis!(k => dot(axes[k], [ex, ey, ez]));

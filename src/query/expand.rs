@@ -56,8 +56,8 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     let scale = relation.scale;
     let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
     let level = usize::from(a.depth) + usize::from(b.depth);
-    let views = Views::between(a, b, relation);
-    if !boxes.own(a, b, &views, scale) || T::IS_OVERLAP && are_parted(a, b, &views, relation, sink) {
+    let views = boxes.views(lanes, a, b, relation);
+    if !boxes.own(lanes, a, b, &views, scale) || T::IS_OVERLAP && are_parted(a, b, &views, relation, sink) {
         return sink.count(level, 1);
     }
     // Kept in memory: the kernels broadcast single entries, which is dear out of registers.

@@ -50,7 +50,7 @@ fn measure_one(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> [f32
 #[inline(always)]
 fn start<L: Lanes>(lanes: L, [a, b, c, d, e, f, g, h]: [&Rows; WIDTH], direction: f32x4) -> F8<L> {
     let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
-        per_axis!(i => F8::transpose(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
+        per_axis!(i => F8::columns(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
     let direction = splat(lanes, direction);
     let edges = dot(direction, [ex, ey, ez]).min(dot(direction, [fx, fy, fz]));
     dot(direction, [x, y, z]) + edges.min(F8::splat(lanes, 0.0))
@@ -141,7 +141,7 @@ impl BoxTest for Gaps {
     const IS_OVERLAP: bool = false;
 
     #[inline(always)]
-    fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
+    fn own<L: Lanes>(&mut self, _lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
         if self.swell < 1.0 {
             return true;
         }

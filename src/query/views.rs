@@ -1,28 +1,94 @@
 //! Where B lies in A: once for a query, and once more for the orientations of every two nodes.
 
 use crate::math::Pose;
-use crate::math::lanes::per_axis;
+use crate::math::lanes::{Column, F8, Lanes, per_axis};
+use crate::math::largest;
 use crate::math::pose::rotation_deviation;
 use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, Tree, Unit, power_of_two, xyz};
 use crate::triangle::batch::{EDGE_SLOP, LEAST_EDGE_SLOP, Placement};
+use core::ops::{Add, Mul, Neg, Sub};
 use glam::DVec3;
 use wide::f32x4;
 
+/// An entry for each axis, and one that is 0; or, in halves, those of two vectors.
+pub(super) trait Entries:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
+    /// Entry `k` in the place of all.
+    fn spread(&self, k: usize) -> Self;
+    fn abs(self) -> Self;
+    fn transposed(columns: [Self; 3]) -> [Self; 3];
+}
+
+impl Entries for f32x4 {
+    #[inline(always)]
+    fn spread(&self, k: usize) -> Self {
+        Self::splat(self.as_array()[k])
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+
+    #[inline(always)]
+    fn transposed([x, y, z]: [Self; 3]) -> [Self; 3] {
+        let [x, y, z, _] = Self::transpose([x, y, z, Self::ZERO]);
+        [x, y, z]
+    }
+}
+
+impl<L: Lanes> Entries for F8<L> {
+    #[inline(always)]
+    fn spread(&self, k: usize) -> Self {
+        F8::spread(*self, k)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Column::abs(self)
+    }
+
+    #[inline(always)]
+    fn transposed(columns: [Self; 3]) -> [Self; 3] {
+        Self::transposed_axes(columns)
+    }
+}
+
 /// Three columns of a matrix; the fourth lane is 0.
-type Columns = [f32x4; 3];
+type Columns<V> = [V; 3];
+
+/// Where B lies in A.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place<V> {
+    rotation: Columns<V>,
+    translation: V,
+    /// What a test of two boxes must allow for in the orientation of A's node, and in that of B's.
+    margin: [V; 2],
+}
+
+impl Place<f32x4> {
+    /// Both places, a half each.
+    #[inline(always)]
+    pub fn and<L: Lanes>(&self, lanes: L, other: &Self) -> Place<F8<L>> {
+        let join = |x, y| F8::join(lanes, x, y);
+        Place {
+            rotation: per_axis!(k => join(self.rotation[k], other.rotation[k])),
+            translation: join(self.translation, other.translation),
+            margin: [join(self.margin[0], other.margin[0]), join(self.margin[1], other.margin[1])],
+        }
+    }
+}
 
 /// B's place in A, in the unit coordinates of both, with bounds on all rounding. Boxes of both are compared in A's units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relation {
-    rotation: Columns,
+    pub place: Place<f32x4>,
     /// Length of A's unit, in that of the meshes.
     pub unit: f64,
     /// Length of B's unit in A's: a power of two.
     pub scale: f32,
-    translation: f32x4,
-    /// What a test of two boxes must allow for in the orientation of A's node, and in that of B's.
-    margin: [f32x4; 2],
     /// The same for a direction, of either side, relative to its length.
     pub skew: f32,
     /// What the square of a gap is multiplied with: [`super::gaps::Gaps::shrink`].
@@ -56,11 +122,13 @@ impl Relation {
         let rows = b_in_a.rotation().transpose();
         let linear = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row * scale).to_array());
         Self {
-            rotation: columns.map(rounded),
+            place: Place {
+                rotation: columns.map(rounded),
+                translation: rounded(translation.to_array()),
+                margin: [f32x4::splat(margin_a as f32), f32x4::splat(margin_b as f32)],
+            },
             unit: power_of_two(of_a),
             scale: scale as f32,
-            translation: rounded(translation.to_array()),
-            margin: [f32x4::splat(margin_a as f32), f32x4::splat(margin_b as f32)],
             skew: 224.0 * ROUNDING + 16.0 * deviation as f32,
             shrink: 1.0 - 64.0 * ROUNDING - 4.0 * deviation as f32,
             triangles: Placement {
@@ -79,17 +147,15 @@ impl Relation {
 
     /// A direction in A's unit coordinates, for points in B's, and what is added for B's place.
     pub fn of_b(&self, direction: f32x4) -> (f32x4, f32) {
-        let [x, y, z] = xyz(self.translation * direction);
-        (times(&transposed(self.rotation), direction) * f32x4::splat(self.scale), x + y + z)
+        let [x, y, z] = xyz(self.place.translation * direction);
+        (times(&transposed(self.place.rotation), direction) * f32x4::splat(self.scale), x + y + z)
     }
 
     /// For what `f32` cannot hold: every box overlaps and every triangle pair is in doubt.
     pub const BLIND: Self = Self {
-        rotation: [f32x4::ZERO; 3],
+        place: Place { rotation: [f32x4::ZERO; 3], translation: f32x4::ZERO, margin: [f32x4::splat(1e6); 2] },
         unit: 1.0,
         scale: 1.0,
-        translation: f32x4::ZERO,
-        margin: [f32x4::splat(1e6); 2],
         skew: 1.0,
         shrink: 0.0,
         triangles: Placement { linear: [[0.0; 3]; 3], translation: [0.0; 3], slop: 1e6, edge_slop: 1e6 },
@@ -99,7 +165,7 @@ impl Relation {
 /// Bound on the rounding of a vertex of B as it is placed (`v' = R v + t` in `f64`) and of what is computed from it relative
 /// to A, in the length unit of the meshes. A pose that cancels leaves small coordinates with the rounding of large ones.
 pub(super) fn rounding(a: &Unit, b: &Unit, b_in_a: &Pose) -> f64 {
-    let reach = |v: DVec3| v.abs().max_element();
+    let reach = |v: DVec3| largest(v.abs());
     let magnitude = reach(a.origin) + 6.0 * reach(b.origin) + reach(b_in_a.translation()) + 8.0 * b.length();
     magnitude * f64::EPSILON * 8.0
 }
@@ -111,44 +177,67 @@ fn rounded([x, y, z]: [f64; 3]) -> f32x4 {
 /// What is of one side, seen from the orientation of a node of the other: a box with centre `c` and half extents `h`, A's units,
 /// lies within `columns c + origin ± (|columns| h + margin)`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct View {
-    pub columns: Columns,
-    pub origin: f32x4,
-    pub margin: f32x4,
+pub(super) struct View<V = f32x4> {
+    pub columns: Columns<V>,
+    pub origin: V,
+    pub margin: V,
 }
 
 impl View {
     const NONE: Self = Self { columns: [f32x4::ZERO; 3], origin: f32x4::ZERO, margin: f32x4::ZERO };
 
+    /// Both views, a half each.
+    #[inline(always)]
+    pub fn and<L: Lanes>(&self, lanes: L, other: &Self) -> View<F8<L>> {
+        View {
+            columns: per_axis!(k => F8::join(lanes, self.columns[k], other.columns[k])),
+            origin: F8::join(lanes, self.origin, other.origin),
+            margin: F8::join(lanes, self.margin, other.margin),
+        }
+    }
+}
+
+impl<L: Lanes> View<F8<L>> {
+    #[inline(always)]
+    fn halves(self) -> [View; 2] {
+        let [x, y, z] = per_axis!(k => self.columns[k].halves());
+        let (origin, margin) = (self.origin.halves(), self.margin.halves());
+        [
+            View { columns: [x[0], y[0], z[0]], origin: origin[0], margin: margin[0] },
+            View { columns: [x[1], y[1], z[1]], origin: origin[1], margin: margin[1] },
+        ]
+    }
+}
+
+impl<V: Entries> View<V> {
     /// A point seen from the other side.
     #[inline(always)]
-    pub fn point(&self, x: f32x4) -> f32x4 {
+    pub fn point(&self, x: V) -> V {
         self.vector(x) + self.origin
     }
 
     /// A vector seen from the other side.
     #[inline(always)]
-    pub fn vector(&self, x: f32x4) -> f32x4 {
+    pub fn vector(&self, x: V) -> V {
         times(&self.columns, x)
     }
 
     /// The half extents of a box seen from the other side, widened by the margin.
     #[inline(always)]
-    pub fn half(&self, h: f32x4) -> f32x4 {
+    pub fn half(&self, h: V) -> V {
         times(&per_axis!(k => self.columns[k].abs()), h) + self.margin
     }
 }
 
 #[inline(always)]
-fn times(columns: &Columns, x: f32x4) -> f32x4 {
-    let [x, y, z] = per_axis!(k => columns[k] * f32x4::splat(x.as_array()[k]));
+fn times<V: Entries>(columns: &Columns<V>, x: V) -> V {
+    let [x, y, z] = per_axis!(k => columns[k] * x.spread(k));
     x + y + z
 }
 
 #[inline(always)]
-pub(super) fn transposed([x, y, z]: Columns) -> Columns {
-    let [x, y, z, _] = f32x4::transpose([x, y, z, f32x4::ZERO]);
-    [x, y, z]
+pub(super) fn transposed<V: Entries>(columns: Columns<V>) -> Columns<V> {
+    V::transposed(columns)
 }
 
 #[inline(always)]
@@ -170,11 +259,26 @@ pub(super) fn cross(a: f32x4, b: f32x4) -> f32x4 {
 
 /// The map between the orientations of a node of A and one of B, in both directions.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Views {
+pub(super) struct Views<V = f32x4> {
     /// What is of A, seen from B.
-    pub of_a: View,
+    pub of_a: View<V>,
     /// What is of B, seen from A.
-    pub of_b: View,
+    pub of_b: View<V>,
+}
+
+impl<V: Entries> Views<V> {
+    /// By the axes of both nodes, those of A's as rows.
+    #[inline(always)]
+    fn new(rows_of_a: &Columns<V>, axes_of_b: &Columns<V>, place: &Place<V>) -> Self {
+        let columns = per_axis!(k => times(rows_of_a, times(&place.rotation, axes_of_b[k])));
+        let origin = times(rows_of_a, place.translation);
+        let inverse = transposed(columns);
+        let [margin_a, margin_b] = place.margin;
+        Self {
+            of_b: View { columns, origin, margin: margin_a },
+            of_a: View { columns: inverse, origin: -times(&inverse, origin), margin: margin_b },
+        }
+    }
 }
 
 impl Views {
@@ -183,15 +287,17 @@ impl Views {
 
     #[inline(always)]
     pub fn between(a: &Node, b: &Node, relation: &Relation) -> Self {
-        let to_a = transposed(a.rotation);
-        let columns = per_axis!(k => times(&to_a, times(&relation.rotation, b.rotation[k])));
-        let origin = times(&to_a, relation.translation);
-        let inverse = transposed(columns);
-        let [margin_a, margin_b] = relation.margin;
-        Self {
-            of_b: View { columns, origin, margin: margin_a },
-            of_a: View { columns: inverse, origin: f32x4::ZERO - times(&inverse, origin), margin: margin_b },
-        }
+        Self::new(&transposed(a.rotation), &b.rotation, &relation.place)
+    }
+
+    /// The same for two places at once, which takes few more operations than one.
+    #[inline(always)]
+    pub fn between_at_both<L: Lanes>(lanes: L, a: &Node, b: &Node, relations: [&Relation; 2]) -> [Self; 2] {
+        let place = relations[0].place.and(lanes, &relations[1].place);
+        let twice = |[x, y, z]: Columns<f32x4>| [F8::join(lanes, x, x), F8::join(lanes, y, y), F8::join(lanes, z, z)];
+        let both = Views::new(&twice(transposed(a.rotation)), &twice(b.rotation), &place);
+        let ([a, c], [b, d]) = (both.of_a.halves(), both.of_b.halves());
+        [Self { of_a: a, of_b: b }, Self { of_a: c, of_b: d }]
     }
 
     /// A direction in A's unit coordinates, seen from the orientation of `a` and from that of the other node.
@@ -204,7 +310,7 @@ impl Views {
     /// Triangles of A's mesh, seen from the orientation of `b`.
     #[inline(always)]
     pub fn triangles_of_a(&self, b: &Node, relation: &Relation) -> View {
-        let axes = per_axis!(k => times(&relation.rotation, b.rotation[k]));
+        let axes = per_axis!(k => times(&relation.place.rotation, b.rotation[k]));
         View { columns: transposed(axes), ..self.of_a }
     }
 
@@ -213,6 +319,6 @@ impl Views {
     pub fn triangles_of_b(&self, a: &Node, relation: &Relation) -> View {
         let scale = f32x4::splat(relation.scale);
         let to_a = transposed(a.rotation);
-        View { columns: per_axis!(k => times(&to_a, relation.rotation[k]) * scale), ..self.of_b }
+        View { columns: per_axis!(k => times(&to_a, relation.place.rotation[k]) * scale), ..self.of_b }
     }
 }

@@ -18,7 +18,7 @@ impl<L: Lanes> Eight<L> {
     pub fn of(lanes: L, [a, b, c, d, e, f, g, h]: [&Triangle; WIDTH]) -> Self {
         macro_rules! part {
             ($i:expr) => {
-                F8::transpose(lanes, [&a.0[$i], &b.0[$i], &c.0[$i], &d.0[$i], &e.0[$i], &f.0[$i], &g.0[$i], &h.0[$i]])
+                F8::columns(lanes, [&a.0[$i], &b.0[$i], &c.0[$i], &d.0[$i], &e.0[$i], &f.0[$i], &g.0[$i], &h.0[$i]])
             };
         }
         let [px, py, pz, ex] = part!(0);

@@ -129,7 +129,7 @@ impl<'n, L: Lanes> Siblings<'n, L> {
     fn of(lanes: L, node: &Node, children: &'n [Node]) -> Self {
         let last = children.len() - 1;
         let columns = per_axis!(j => {
-            let [x, y, z, _] = F8::transpose(lanes, per_lane!(i => children[i.min(last)].rotation[j].as_array()));
+            let [x, y, z, _] = F8::columns(lanes, per_lane!(i => children[i.min(last)].rotation[j].as_array()));
             [x, y, z]
         });
         let (zero, one) = (F8::splat(lanes, 0.0), F8::splat(lanes, 1.0));
@@ -155,9 +155,9 @@ impl<'n, L: Lanes> Siblings<'n, L> {
             let LevelProfile { nodes, half_extent: h, center: c, variance: v } = *of_child[i];
             [[nodes, h.x, h.y, h.z], [c.x, c.y, c.z, v.x], [c.z, v.x, v.y, v.z]]
         });
-        let [n, hx, hy, hz] = F8::transpose(lanes, per_lane!(i => &rows[i][0]));
-        let [cx, cy, cz, vx] = F8::transpose(lanes, per_lane!(i => &rows[i][1]));
-        let [_, _, vy, vz] = F8::transpose(lanes, per_lane!(i => &rows[i][2]));
+        let [n, hx, hy, hz] = F8::columns(lanes, per_lane!(i => &rows[i][0]));
+        let [cx, cy, cz, vx] = F8::columns(lanes, per_lane!(i => &rows[i][1]));
+        let [_, _, vy, vz] = F8::columns(lanes, per_lane!(i => &rows[i][2]));
         let half = per_axis!(k => dot(self.absolute[k], [hx, hy, hz]) * n);
         let center = per_axis!(k => dot(self.rotation[k], [cx, cy, cz]) - F8::splat(lanes, about[k]));
         let squares = per_axis!(k => {
@@ -177,7 +177,7 @@ impl<'n, L: Lanes> Siblings<'n, L> {
             Some(Node { leaf: [x, y, z], triangles, .. }) => [*x, *y, *z, *triangles as f32],
             None => [0.0; 4],
         });
-        let [x, y, z, n] = F8::transpose(lanes, per_lane!(i => &rows[i]));
+        let [x, y, z, n] = F8::columns(lanes, per_lane!(i => &rows[i]));
         let [x, y, z] = per_axis!(k => dot(self.absolute[k], [x, y, z]) * n);
         let [x, y, z, n] = sums([x, y, z, n]);
         [x / n, y / n, z / n]

@@ -125,7 +125,7 @@ impl<L: Lanes> Transposed<L> {
     pub fn new(lanes: L, rows: [&Rows; 8]) -> Self {
         let [a, b, c, d, e, f, g, h] = rows;
         let [[x, y, z, ex], [ey, ez, fx, fy], [fz, rx, ry, rz]] =
-            per_axis!(i => F8::transpose(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
+            per_axis!(i => F8::columns(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
         Self { first: [x, y, z], edge1: [ex, ey, ez], edge2: [fx, fy, fz], rest: [rx, ry, rz] }
     }
 

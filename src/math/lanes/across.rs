@@ -3,16 +3,10 @@
 use super::{F8, Lanes, V8};
 use wide::f32x4;
 
-#[inline(always)]
-fn halves<L: Lanes>(x: F8<L>) -> [f32x4; 2] {
-    let [a, b, c, d, e, f, g, h] = x.store();
-    [f32x4::new([a, b, c, d]), f32x4::new([e, f, g, h])]
-}
-
 /// The sum over the lanes of each of four vectors; lanes i and i + 4 first, then i and i + 2.
 #[inline(always)]
 pub(crate) fn sums<L: Lanes>([a, b, c, d]: [F8<L>; 4]) -> [f32; 4] {
-    let ([a, b], [c, d]) = ([halves(a), halves(b)], [halves(c), halves(d)]);
+    let ([a, b], [c, d]) = ([a.halves(), b.halves()], [c.halves(), d.halves()]);
     let [a, b, c, d] = f32x4::transpose([a[0] + a[1], b[0] + b[1], c[0] + c[1], d[0] + d[1]]);
     ((a + c) + (b + d)).to_array()
 }
@@ -22,7 +16,7 @@ macro_rules! extreme {
         #[doc = $what]
         #[inline(always)]
         pub(crate) fn $name<L: Lanes>([x, y, z]: V8<L>) -> [f32; 3] {
-            let ([x, u], [y, v], [z, w]) = (halves(x), halves(y), halves(z));
+            let ([x, u], [y, v], [z, w]) = (x.halves(), y.halves(), z.halves());
             let (x, y, z) = (x.$operation(u), y.$operation(v), z.$operation(w));
             let [a, b, c, d] = f32x4::transpose([x, y, z, z]);
             let [x, y, z, _] = a.$operation(b).$operation(c.$operation(d)).to_array();

@@ -3,6 +3,7 @@
 use super::{Kernel, Lanes};
 use core::arch::x86_64::{__m128, __m256, __m256d};
 use pulp::{NullaryFnOnce, cast};
+use wide::f32x4;
 
 /// AVX2; a value exists only where the machine has it.
 pub(crate) use pulp::x86::V3 as Avx2;
@@ -17,12 +18,6 @@ impl<K: Kernel> NullaryFnOnce for Vectorized<K> {
     fn call(self) -> K::Output {
         self.1.run(self.0)
     }
-}
-
-#[inline(always)]
-fn halves(avx2: Avx2, low: &[f32; 4], high: &[f32; 4]) -> __m256 {
-    let (low, high): (__m128, __m128) = (cast(*low), cast(*high));
-    avx2.avx._mm256_insertf128_ps::<1>(avx2.avx._mm256_castps128_ps256(low), high)
 }
 
 /// Operations on two vectors.
@@ -85,29 +80,34 @@ impl Lanes for Avx2 {
         self.avx._mm256_movemask_ps(a) as u32
     }
     #[inline(always)]
-    fn transpose(self, r: [&[f32; 4]; 8]) -> [__m256; 4] {
+    fn join(self, low: f32x4, high: f32x4) -> __m256 {
+        let (low, high): (__m128, __m128) = (cast(low), cast(high));
+        self.avx._mm256_insertf128_ps::<1>(self.avx._mm256_castps128_ps256(low), high)
+    }
+    #[inline(always)]
+    fn halves(self, x: __m256) -> [f32x4; 2] {
+        cast(x)
+    }
+    #[inline(always)]
+    fn spread(self, x: __m256, k: usize) -> __m256 {
+        match k {
+            0 => self.avx._mm256_permute_ps::<0b00_00_00_00>(x),
+            1 => self.avx._mm256_permute_ps::<0b01_01_01_01>(x),
+            2 => self.avx._mm256_permute_ps::<0b10_10_10_10>(x),
+            _ => self.avx._mm256_permute_ps::<0b11_11_11_11>(x),
+        }
+    }
+    #[inline(always)]
+    fn transpose(self, [x, y, z, w]: [__m256; 4]) -> [__m256; 4] {
         let avx = self.avx;
-        let (r0, r1) = (halves(self, r[0], r[4]), halves(self, r[1], r[5]));
-        let (r2, r3) = (halves(self, r[2], r[6]), halves(self, r[3], r[7]));
-        let (a, b) = (avx._mm256_unpacklo_ps(r0, r1), avx._mm256_unpackhi_ps(r0, r1));
-        let (c, d) = (avx._mm256_unpacklo_ps(r2, r3), avx._mm256_unpackhi_ps(r2, r3));
+        let (a, b) = (avx._mm256_unpacklo_ps(x, y), avx._mm256_unpackhi_ps(x, y));
+        let (c, d) = (avx._mm256_unpacklo_ps(z, w), avx._mm256_unpackhi_ps(z, w));
         [
             avx._mm256_shuffle_ps::<0b01_00_01_00>(a, c),
             avx._mm256_shuffle_ps::<0b11_10_11_10>(a, c),
             avx._mm256_shuffle_ps::<0b01_00_01_00>(b, d),
             avx._mm256_shuffle_ps::<0b11_10_11_10>(b, d),
         ]
-    }
-    #[inline(always)]
-    fn rows(self, [x, y, z, w]: [__m256; 4]) -> [[f32; 4]; 8] {
-        let avx = self.avx;
-        let (a, b) = (avx._mm256_unpacklo_ps(x, y), avx._mm256_unpackhi_ps(x, y));
-        let (c, d) = (avx._mm256_unpacklo_ps(z, w), avx._mm256_unpackhi_ps(z, w));
-        let [r0, r4]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b01_00_01_00>(a, c));
-        let [r1, r5]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b11_10_11_10>(a, c));
-        let [r2, r6]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b01_00_01_00>(b, d));
-        let [r3, r7]: [[f32; 4]; 2] = cast(avx._mm256_shuffle_ps::<0b11_10_11_10>(b, d));
-        [r0, r1, r2, r3, r4, r5, r6, r7]
     }
     #[inline(always)]
     fn splat_d(self, x: f64) -> [__m256d; 2] {

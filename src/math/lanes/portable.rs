@@ -16,11 +16,6 @@ fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> 
     core::array::from_fn(|i| f(a[i], b[i]))
 }
 
-#[inline(always)]
-fn transpose4(rows: [&[f32; 4]; 4]) -> [f32x4; 4] {
-    f32x4::transpose(rows.map(|row| f32x4::new(*row)))
-}
-
 /// Operations on two vectors.
 macro_rules! lanewise {
     ($($name:ident $type:ident $operation:expr),*) => { $(
@@ -80,16 +75,21 @@ impl Lanes for Portable {
         a[0].to_bitmask() | a[1].to_bitmask() << 4
     }
     #[inline(always)]
-    fn transpose(self, r: [&[f32; 4]; 8]) -> [F; 4] {
-        let low = transpose4([r[0], r[1], r[2], r[3]]);
-        let high = transpose4([r[4], r[5], r[6], r[7]]);
-        core::array::from_fn(|i| [low[i], high[i]])
+    fn join(self, low: f32x4, high: f32x4) -> F {
+        [low, high]
     }
     #[inline(always)]
-    fn rows(self, columns: [F; 4]) -> [[f32; 4]; 8] {
-        let half = |i: usize| f32x4::transpose(columns.map(|column| column[i])).map(f32x4::to_array);
-        let ([a, b, c, d], [e, f, g, h]) = (half(0), half(1));
-        [a, b, c, d, e, f, g, h]
+    fn halves(self, x: F) -> [f32x4; 2] {
+        x
+    }
+    #[inline(always)]
+    fn spread(self, x: F, k: usize) -> F {
+        x.map(|half| f32x4::splat(half.as_array()[k % 4]))
+    }
+    #[inline(always)]
+    fn transpose(self, rows: [F; 4]) -> [F; 4] {
+        let [low, high] = [0, 1].map(|half| f32x4::transpose(rows.map(|row| row[half])));
+        core::array::from_fn(|i| [low[i], high[i]])
     }
     #[inline(always)]
     fn splat_d(self, x: f64) -> D {

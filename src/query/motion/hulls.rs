@@ -117,14 +117,20 @@ impl BoxTest for Hulls<'_> {
     const IS_OVERLAP: bool = false;
 
     #[inline(always)]
-    fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
+    fn views<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, relation: &Relation) -> Views {
+        let [begin, end] = Views::between_at_both(lanes, a, b, [relation, &self.span.end]);
+        self.end = end;
+        begin
+    }
+
+    #[inline(always)]
+    fn own<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
         let Span { end, length, turn, bulge } = self.span;
-        self.end = Views::between(a, b, end);
         let scale = f32x4::splat(scale);
         let a_box = (a.own_center, a.own_half);
         let b_box = (b.own_center * scale, b.own_half * scale);
-        let of_b = Way::new(b_box, a_box, [&views.of_b, &self.end.of_b]);
-        let of_a = Way::new(a_box, b_box, [&views.of_a, &self.end.of_a]);
+        let of_b = Way::new(lanes, b_box, a_box, [&views.of_b, &self.end.of_b]);
+        let of_a = Way::new(lanes, a_box, b_box, [&views.of_a, &self.end.of_a]);
         let way = larger(of_a.length(), of_b.length());
         let sizes = [sum(a_box.1), sum(b_box.1)];
         self.bulge = 0.127 * turn * (way + turn * sizes[0].max(sizes[1])) + bulge;
@@ -232,15 +238,18 @@ struct Way {
 
 impl Way {
     #[inline(always)]
-    fn new(own: (f32x4, f32x4), other: (f32x4, f32x4), [begin, end]: [&View; 2]) -> Self {
-        let (first, last) = (begin.point(own.0) - other.0, end.point(own.0) - other.0);
-        let (half, last_half) = (begin.half(own.1) + other.1, end.half(own.1) + other.1);
+    fn new<L: Lanes>(lanes: L, own: (f32x4, f32x4), other: (f32x4, f32x4), [begin, end]: [&View; 2]) -> Self {
+        let (views, twice) = (begin.and(lanes, end), |x| F8::join(lanes, x, x));
+        let places = views.point(twice(own.0)) - twice(other.0);
+        let halves = views.half(twice(own.1)) + twice(other.1);
+        let [from_other, last] = places.halves();
+        let ([x, y], [u, v]) = ((places - halves).halves(), (places + halves).halves());
         Self {
-            from_other: first,
-            way: last - first,
-            gap: first.abs() - half,
-            above: (first - half).fast_min(last - last_half),
-            below: (first + half).fast_max(last + last_half),
+            from_other,
+            way: last - from_other,
+            gap: from_other.abs() - halves.halves()[0],
+            above: x.fast_min(y),
+            below: u.fast_max(v),
         }
     }
 

@@ -277,7 +277,7 @@ impl BoxTest for Windows<'_> {
     const IS_OVERLAP: bool = false;
 
     #[inline(always)]
-    fn own(&mut self, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
+    fn own<L: Lanes>(&mut self, _lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
         let scale = f32x4::splat(scale);
         let (a_center, a_half) = (a.own_center, a.own_half);
         let (b_center, b_half) = (b.own_center * scale, b.own_half * scale);
