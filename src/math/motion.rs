@@ -146,13 +146,17 @@ impl Motion {
         let axis = self.turn / angle;
         // Without `1 - cos`, which cancels: arms may be long where angles are small.
         let (sine, half) = (libm::sin(angle * time), libm::sin(angle * time / 2.0));
-        let turned = |x: DVec3| {
-            let across = axis.cross(x);
-            across * sine + axis.cross(across) * (2.0 * half * half)
-        };
-        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *self.start.rotation();
-        let rotation = DMat3::from_cols(x + turned(x), y + turned(y), z + turned(z));
-        Pose::unchecked(rotation, self.start.translation() + (way + turned(self.arm)))
+        let (DVec3 { y, z, .. }, k) = (axis, 2.0 * half * half);
+        // What is added by the turn: `sine` times the axis's product, and `k` times its square (Rodrigues).
+        let (u, v, w) = (axis * sine, axis * k, axis * axis * k);
+        let turned = DMat3::from_cols(
+            DVec3::new(-(w.y + w.z), v.x * y + u.z, v.x * z - u.y),
+            DVec3::new(v.x * y - u.z, -(w.z + w.x), v.y * z + u.x),
+            DVec3::new(v.x * z + u.y, v.y * z - u.x, -(w.x + w.y)),
+        );
+        let DMat3 { x_axis, y_axis, z_axis } = *self.start.rotation();
+        let rotation = DMat3::from_cols(x_axis + turned * x_axis, y_axis + turned * y_axis, z_axis + turned * z_axis);
+        Pose::unchecked(rotation, self.start.translation() + (way + turned * self.arm))
     }
 
     /// Where it begins.

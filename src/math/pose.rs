@@ -8,6 +8,7 @@ use core::fmt;
 
 use glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
 
+use super::larger;
 use super::tolerance::{COORDINATE_LIMIT, ROTATION_TOLERANCE};
 
 /// A rotation followed by a translation, both f64: `b_in_a` maps coordinates of B to coordinates of A.
@@ -246,7 +247,7 @@ pub(crate) fn rotation_deviation(rotation: &DMat3) -> f64 {
     let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *rotation;
     let lengths = [x.dot(x) - 1.0, y.dot(y) - 1.0, z.dot(z) - 1.0];
     let angles = [x.dot(y), y.dot(z), z.dot(x)];
-    let deviation = lengths.iter().chain(&angles).fold(0.0, |max: f64, entry| max.max(entry.abs()));
+    let deviation = lengths.iter().chain(&angles).fold(0.0, |max, entry| larger(entry.abs(), max));
     let determinant = x.dot(y.cross(z));
-    if determinant <= 0.0 { deviation.max(1.0 - determinant) } else { deviation }
+    if determinant <= 0.0 { larger(1.0 - determinant, deviation) } else { deviation }
 }

@@ -165,7 +165,7 @@ impl<'w> Certificate<'w> {
     }
 
     /// What is left of a motion.
-    fn ahead(&self, options: &MotionOptions) -> Ahead {
+    fn ahead(&self, options: &'w MotionOptions) -> Ahead<'w> {
         Ahead::new([self.a, self.b], options, &self.workspace.motion)
     }
 

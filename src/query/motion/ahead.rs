@@ -9,8 +9,8 @@ use glam::DVec3;
 
 /// The rest of a motion: from the time until which it is free to that of the contact that was found.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ahead {
-    course: Course,
+pub(crate) struct Ahead<'m> {
+    course: Course<'m>,
     margin: f64,
     /// The piece at hand.
     piece: u32,
@@ -18,9 +18,9 @@ pub(crate) struct Ahead {
     until: f64,
 }
 
-impl Ahead {
-    pub fn new([a, b]: [&Tree; 2], options: &MotionOptions, state: &MotionState) -> Self {
-        let (course, margin) = (Course::new(a, b, options.of_a, options.of_b), options.margin);
+impl<'m> Ahead<'m> {
+    pub fn new([a, b]: [&Tree; 2], options: &'m MotionOptions, state: &MotionState) -> Self {
+        let (course, margin) = (Course::new(a, b, options.of_a.as_ref(), &options.of_b), options.margin);
         let until = state.contact().map_or(1.0, |contact| contact.time);
         Self { course, margin, piece: state.piece, from: state.free_until(), until }
     }

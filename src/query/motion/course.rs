@@ -29,9 +29,9 @@ impl Twist {
 
 /// The motion of B in A from time 0 to 1, with bounds for all points of B. Lengths in the unit of the meshes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Course {
-    of_a: Option<Motion>,
-    of_b: Motion,
+pub(super) struct Course<'m> {
+    of_a: Option<&'m Motion>,
+    of_b: &'m Motion,
     /// Of how many radians B turns against A at most.
     pub spin: f64,
     /// By how much a component of its turn changes in a unit of time, at most.
@@ -71,8 +71,8 @@ const TURNING: f64 = 0.25;
 /// Matrices pass for rotations that change lengths by 5e-4.
 const STRETCH: f64 = 1.01;
 
-impl Course {
-    pub fn new(a: &Tree, b: &Tree, of_a: Option<Motion>, of_b: Motion) -> Self {
+impl<'m> Course<'m> {
+    pub fn new(a: &Tree, b: &Tree, of_a: Option<&'m Motion>, of_b: &'m Motion) -> Self {
         let [box_a, box_b] = [a, b].map(|tree| {
             let middle = tree.unit().origin;
             (middle, (tree.mesh().aabb().max - middle).length() * STRETCH)
@@ -99,7 +99,7 @@ impl Course {
             speed: length + around,
             acceleration: spin_b * around,
             jerk: spin_b * spin_b * around,
-            rounding: far(&of_b) + (1.0 + spin_b) * (3.0 * largest(box_b.0) + 2.0 * box_b.1),
+            rounding: far(of_b) + (1.0 + spin_b) * (3.0 * largest(box_b.0) + 2.0 * box_b.1),
             drift: 0.0,
             radii: [box_a.1, box_b.1],
             pieces: 1,
@@ -113,7 +113,7 @@ impl Course {
             let between =
                 (of_b.start().translation() - of_a.start().translation()).length() + arm + of_b.arm().length();
             let apart = from_axis + arm + between + way;
-            course.rounding = (course.rounding + 2.0 * far(&of_a) + (1.0 + spin_a) * apart) * 2.0;
+            course.rounding = (course.rounding + 2.0 * far(of_a) + (1.0 + spin_a) * apart) * 2.0;
             // How fast A's turn would take B's points along.
             let along = of_a.turn().cross(from_axis_of_a).length()
                 + spin_a * (box_b.1 + own + 8.0 * f64::EPSILON * course.rounding);
@@ -145,7 +145,7 @@ impl Course {
         // `max` and `min` of `f64` pass over what is no number, as where sizes overflow.
         let far = (speed / (size + f64::MIN_POSITIVE)).min(1.0);
         let turn = spin / TURN;
-        let pieces = (turn * libm::sqrt(turn)).max(far * spin / TURN_OF_FAR);
+        let pieces = libm::round(turn * libm::sqrt(turn)).max(far * spin / TURN_OF_FAR);
         let pieces = pieces.max(speed / (WAY * size + f64::MIN_POSITIVE));
         // In each of them A turns by a radian at most.
         let pieces = pieces.max(wobble / spin);
@@ -169,7 +169,7 @@ impl Course {
             let on_axis = motion.start().translation() - motion.arm() + motion.velocity() * time;
             motion.velocity() + motion.turn().cross(x - on_axis)
         };
-        let (of_b, turn) = (&self.of_b, self.of_b.turn());
+        let (of_b, turn) = (self.of_b, self.of_b.turn());
         let Some(of_a) = &self.of_a else {
             let shift = velocity(of_b, DVec3::ZERO);
             return Twist { shift, turn, pull: turn.cross(shift - of_b.velocity()), change: DVec3::ZERO };
@@ -300,7 +300,7 @@ mod tests {
                 Motion::with_arm(start, next(2.0), next(3.0), next(5.0)).unwrap()
             };
             let (of_a, of_b) = (motion(), motion());
-            let course = Course::new(&tree, &tree, (round % 2 == 0).then_some(of_a), of_b);
+            let course = Course::new(&tree, &tree, (round % 2 == 0).then_some(&of_a), &of_b);
             for vertex in vertices {
                 let (time, step) = (random.between(0.05, 0.95), 1e-4);
                 let [before, now, after] =

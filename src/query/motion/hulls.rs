@@ -133,7 +133,7 @@ impl BoxTest for Hulls<'_> {
         let of_a = Way::new(lanes, a_box, b_box, [&views.of_a, &self.end.of_a]);
         let way = larger(of_a.length(), of_b.length());
         let sizes = [sum(a_box.1), sum(b_box.1)];
-        self.bulge = 0.127 * turn * (way + turn * sizes[0].max(sizes[1])) + bulge;
+        self.bulge = 0.127 * turn * (way + turn * larger(sizes[0], sizes[1])) + bulge;
         // One branch for both: neither can be guessed.
         if (of_a.apart(self.bulge) | of_b.apart(self.bulge)).any() {
             return false;
@@ -303,9 +303,7 @@ impl Kernel for Both<'_> {
         for i in bits(alive_x) {
             let overlap = y_hull.gap_at(lanes, &x_rows, i).min(y_rows.gap_at(lanes, &x_hull, i));
             let hits = !overlap.mask() & alive_y;
-            if hits == 0 {
-                continue;
-            }
+            // Also where there is no hit: a branch that cannot be guessed costs more.
             let key = hulls.key(lanes, [y_in_x.gaps_at(lanes, &x_rows, i), y_rows.gaps_at(lanes, &x_in_y, i)]);
             keys[i] = key.store();
             pairs |= u64::from(hits & hulls.soon(lanes, key)) << (WIDTH * i);
@@ -315,145 +313,4 @@ impl Kernel for Both<'_> {
 }
 
 #[cfg(all(test, feature = "std"))]
-mod tests {
-    use super::*;
-    use crate::math::lanes::Instructions;
-    use crate::math::random::Random;
-    use crate::math::{Motion, Pose};
-    use crate::query::expand::{Sink, expand};
-    use crate::query::queue::Pair;
-    use crate::query::search::least_key;
-    use crate::{Mesh, shapes};
-    use glam::{DMat3, DVec3};
-
-    /// What a pair was replaced by, with keys.
-    struct Found {
-        keys: Keys,
-        pairs: Vec<(Pair, f32)>,
-        triangles: Vec<([u32; 2], f32)>,
-    }
-
-    impl Sink for Found {
-        fn count(&mut self, _level: usize, _bv_tests: u32) {}
-
-        fn keys(&mut self) -> &mut Keys {
-            &mut self.keys
-        }
-
-        fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-            self.pairs.extend(bits(hits).map(|bit| (child(bit as u32), self.keys.as_flattened()[bit % 64])));
-        }
-
-        fn cluster(&mut self, pair: Pair, column: usize) {
-            self.pairs.push((pair, least_key(&self.keys, &pair, column)));
-        }
-
-        fn triangles(&mut self, hits: u64, first: [u32; 2]) {
-            let pair =
-                |bit: usize| ([first[0] + bit as u32 / 8, first[1] + bit as u32 % 8], self.keys[bit / 8][bit % 8]);
-            self.triangles.extend(bits(hits).map(pair));
-        }
-    }
-
-    /// Two triangles that meet at a time of the piece, in its lengths from its middle.
-    struct Meeting<'t> {
-        trees: [&'t Tree; 2],
-        relation: &'t Relation,
-        span: &'t Span,
-        triangles: [u32; 2],
-        time: f32,
-    }
-
-    impl Kernel for &Meeting<'_> {
-        type Output = bool;
-
-        /// Whether they are found below the roots, and no pair on the way there waits for longer.
-        fn run<L: Lanes>(self, lanes: L) -> bool {
-            let holds = |side: usize, pair: &Pair| {
-                let (node, i) = (&self.trees[side].nodes()[pair.nodes[side] as usize], self.triangles[side]);
-                let is_alive = || !node.is_cluster || pair.alive[side] >> (i - node.first_triangle) & 1 != 0;
-                node.triangle_range().contains(&(i as usize)) && is_alive()
-            };
-            let (mut pair, mut key) = (Pair::new(0, 0), f32::NEG_INFINITY);
-            loop {
-                let mut found = Found { keys: [[0.0; WIDTH]; WIDTH], pairs: Vec::new(), triangles: Vec::new() };
-                let mut hulls = Hulls::new(0.6, key, self.span);
-                expand(lanes, pair, self.trees, self.relation, &mut hulls, &mut found);
-                if let Some((_, key)) = found.triangles.iter().find(|found| found.0 == self.triangles) {
-                    return *key <= self.time;
-                }
-                match found.pairs.iter().find(|(pair, _)| holds(0, pair) && holds(1, pair)) {
-                    Some(next) if next.1 <= self.time => (pair, key) = *next,
-                    _ => return false,
-                }
-            }
-        }
-    }
-
-    /// A vertex is at a point of the other mesh at some time of a motion on the spot.
-    #[test]
-    fn what_meets_in_a_span_is_found_and_not_taken_for_later() {
-        let meshes = || {
-            let corners = [[0.5, 0.4, 0.1], [-0.6, 0.3, 0.0], [0.0, -0.7, 0.2]];
-            let triangle = Mesh::from_f64(corners, [[0, 1, 2]]).unwrap();
-            [shapes::cuboid([0.9, 0.6, 0.02], 5), shapes::gear(9, 2), shapes::torus_knot(2, 3, 0.2, 24), triangle]
-        };
-        let tree = |mesh: &Mesh, size: f64| {
-            let vertices = (0..mesh.vertex_count()).map(|i| mesh.vertex(i) * size);
-            Tree::new(Mesh::from_f64(vertices, mesh.triangles().iter().copied()).unwrap())
-        };
-        let trees = [1.0, 0.1, 20.0].map(|size| meshes().map(|mesh| tree(&mesh, size)));
-        let mut random = Random::new(21);
-        let (mut met, mut lost_without) = (0, 0);
-        for round in 0..6_000 {
-            let [a, b] = [0, round % 3].map(|size| &trees[size][random.bits() as usize % 4]);
-            let size = a.unit_length() + b.unit_length();
-            let angle = [0.064, 0.02, 1e-4][round / 3 % 3];
-            let time = random.fraction();
-            let triangles = [a, b].map(|tree| random.bits() as u32 % tree.mesh().len() as u32);
-            let corners = |tree: &Tree, i: u32| tree.mesh().triangle(tree.ids()[i as usize] as usize);
-            let [of_a, of_b] = [corners(a, triangles[0]), corners(b, triangles[1])];
-            let middle = |[p, q, r]: [DVec3; 3]| (p + q + r) / 3.0;
-            let normal = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p).normalize();
-            let kind = random.bits() % 3;
-            let mut vector = |size: f64| DVec3::from_array([(); 3].map(|()| random.between(-size, size)));
-            let start = DMat3::from_axis_angle(vector(1.0).normalize(), vector(3.0).x);
-            let across = |normal: DVec3, axis: DVec3| axis.cross(normal).normalize();
-            let axis = match kind {
-                0 => vector(1.0).normalize(),
-                1 => across(normal(of_a), vector(1.0)),
-                _ => across(start * normal(of_b), vector(1.0)),
-            };
-            let turned = DMat3::from_axis_angle(axis, angle * time);
-            let (at, of_b, from_axis) = match kind {
-                0 => (of_a[0], of_b[0], vector(size)),
-                1 => (middle(of_a), of_b[0], normal(of_a) * vector(size).x),
-                _ => (of_a[0], middle(of_b), turned * start * normal(of_b) * vector(size).x),
-            };
-            // The last kinds like a pendulum, lowest where it meets the other triangle, or like a wheel, which rolls there.
-            let velocity = axis.cross(from_axis) * (-angle * [0.0, 0.4, 1.0][round / 9 % 3]);
-            let arm = turned.transpose() * from_axis - start * of_b;
-            let place = at - from_axis - velocity * time + arm;
-            let motion = Motion::with_arm(Pose::unchecked(start, place), velocity, axis * angle, arm).unwrap();
-            let course = Course::new(a, b, None, motion);
-            let piece = course.piece(0);
-            if course.pieces != 1 || !piece.is_on_the_spot {
-                continue;
-            }
-            let until = random.between(time, 1.0);
-            let relation = Relation::new(a, b, &piece.pose);
-            let mut span = Span::new(&course, [a, b], &piece, until, 0.0).unwrap();
-            for instructions in [Instructions::detect(), Instructions::PORTABLE] {
-                let meeting =
-                    Meeting { trees: [a, b], relation: &relation, span: &span, triangles, time: piece.local(time) };
-                assert!(instructions.run(&meeting), "round {round}: they meet at {time}");
-            }
-            met += 1;
-            (span.turn, span.bulge) = (0.0, 0.0);
-            let straight =
-                Meeting { trees: [a, b], relation: &relation, span: &span, triangles, time: piece.local(time) };
-            lost_without += usize::from(!Instructions::PORTABLE.run(&straight));
-        }
-        assert!(met > 3_000 && lost_without > met / 100, "{lost_without} of {met} would be lost if ways were straight");
-    }
-}
+mod tests;

@@ -227,8 +227,8 @@ impl<'t> MotionQuery<'t> {
         if workspace.motion.options == Some(self.options) { Ok(()) } else { Err(ResumeError) }
     }
 
-    fn course(&self) -> Course {
-        Course::new(self.a, self.b, self.options.of_a, self.options.of_b)
+    fn course(&self) -> Course<'_> {
+        Course::new(self.a, self.b, self.options.of_a.as_ref(), &self.options.of_b)
     }
 
     fn key(&self) -> Key {

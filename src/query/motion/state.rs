@@ -80,7 +80,10 @@ impl MotionState {
     };
 
     pub fn begin(&mut self, options: MotionOptions, tolerance: f64) {
-        *self = Self { options: Some(options), tolerance, ..Self::NOTHING };
+        // Field by field: the options need not be copied twice.
+        self.options = Some(options);
+        (self.piece, self.tolerance, self.free_until, self.done) = (0, tolerance, 0.0, f64::INFINITY);
+        (self.contact, self.followed) = (None, None);
     }
 
     pub fn tolerance(&self) -> f64 {

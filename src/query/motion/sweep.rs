@@ -43,7 +43,7 @@ struct Middle {
 /// When two surfaces meet in a piece of a motion.
 pub(super) struct Sweep<'q> {
     trees: [&'q Tree; 2],
-    course: &'q Course,
+    course: &'q Course<'q>,
     piece: &'q Piece,
     /// Where B lies at the time at which the piece is looked at.
     relation: &'q Relation,
@@ -61,7 +61,7 @@ pub(super) struct Sweep<'q> {
 impl<'q> Sweep<'q> {
     pub fn new(
         trees: [&'q Tree; 2],
-        course: &'q Course,
+        course: &'q Course<'q>,
         piece: &'q Piece,
         relation: &'q Relation,
         margin: f64,
@@ -259,7 +259,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         followed.steps += 1;
         let window = if phase == Phase::Direction {
             stats.work += WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST;
-            swept.on(closest(a, &at(from)).direction, [-half, half])
+            swept.on(closest(a, &at(from)).direction, || DVec3::ZERO, [-half, half])
         } else {
             stats.work += WORK_PER_WINDOW;
             swept.window(if state.cut() > 0.0 { state.cut() - middle } else { f64::INFINITY })

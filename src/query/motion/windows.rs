@@ -47,6 +47,7 @@ pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin:
             wobble: (course.wobble * length * length * 0.5) as f32 * 1.01,
             spin: (course.spin * length * 0.5) as f32 * 1.001,
             bulge: bulge as f32 * 1.001 + 1e-20,
+            swings: piece.is_on_the_spot,
         }
     } else {
         // Beyond `f32`, or of unknown size: everything may meet at any time.

@@ -1,0 +1,282 @@
+//! Eight pairs at a time in `f32`.
+
+use super::Glide;
+use crate::math::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, sub};
+use crate::math::tolerance::ROUNDING;
+use crate::triangle::batch::{Placement, Rows, Transposed, UNDERFLOW};
+use crate::triangle::distance::Pair;
+
+/// When `a[i]` and `b[i]` may meet first, for the eight lanes, and those that may before `cut`, a bit each. If they are `spread`,
+/// all lanes hold one pair, and each is for an eighth of the time.
+#[inline(always)]
+pub(crate) fn windows<L: Lanes>(
+    lanes: L,
+    a: [&Rows; 8],
+    b: [&Rows; 8],
+    placement: &Placement,
+    glide: &Glide,
+    cut: f32,
+    spread: bool,
+) -> ([f32; 8], u32) {
+    let first = Transposed::new(lanes, a).first;
+    let mut pair = Gliding::new(lanes, Pair::new(lanes, a, b, placement), first, glide);
+    if spread {
+        pair.spread(lanes);
+    }
+    let (enter, alive) = if glide.swings {
+        Ends::<L, true>::new(lanes, &pair).window(lanes, &pair, cut)
+    } else {
+        Ends::<L, false>::new(lanes, &pair).window(lanes, &pair, cut)
+    };
+    (enter.store(), alive)
+}
+
+/// Eight pairs, of which those of B move.
+struct Gliding<L: Lanes> {
+    of: Pair<L>,
+    /// The way of each corner of B in half of the time, and what its line bends by then.
+    ways: [V8<L>; 3],
+    bend: V8<L>,
+    /// A quarter of the acceleration in the whole of the time.
+    acceleration: V8<L>,
+    /// The time that it is about, in pieces: its middle and its length.
+    middle: F8<L>,
+    length: F8<L>,
+}
+
+impl<L: Lanes> Gliding<L> {
+    #[inline(always)]
+    fn new(lanes: L, mut of: Pair<L>, first: V8<L>, glide: &Glide) -> Self {
+        let half = F8::splat(lanes, 0.5);
+        let mut way = per_axis!(k => F8::splat(lanes, 0.5 * glide.shift[k]));
+        let mut error = F8::splat(lanes, glide.bulge);
+        let zero = F8::splat(lanes, 0.0);
+        let (mut ways, mut acceleration) = ([way; 3], [zero; 3]);
+        if glide.spin > 0.0 {
+            let at = per_axis!(k => of.q[k] + first[k]);
+            let turn = per_axis!(k => F8::splat(lanes, glide.turn[k]) * half);
+            let turned = cross(turn, at);
+            acceleration = add(per_axis!(k => F8::splat(lanes, 0.25 * glide.pull[k])), cross(turn, turned));
+            if glide.wobble > 0.0 {
+                let change = per_axis!(k => F8::splat(lanes, 0.25 * glide.change[k]));
+                acceleration = add(acceleration, cross(change, at));
+            }
+            let size = per_axis!(k => of.f[0][k].abs().max(of.f[1][k].abs()));
+            way = add(way, turned);
+            ways = [way, add(way, cross(turn, of.f[0])), add(way, cross(turn, of.f[1]))];
+            error = error
+                + sum(turn) * sum(size) * F8::splat(lanes, 0.5 * glide.spin)
+                + sum(size) * F8::splat(lanes, 0.25 * glide.wobble)
+                + sum(turn) * sum(at) * F8::splat(lanes, 64.0 * ROUNDING);
+        }
+        of.error = per_axis!(k => {
+            of.error[k] + error + F8::splat(lanes, (glide.shift[k].abs() + glide.pull[k].abs()) * (4.0 * ROUNDING))
+        });
+        let bend = per_axis!(k => acceleration[k] * F8::splat(lanes, 0.505));
+        Self { of, ways, bend, acceleration, middle: zero, length: F8::splat(lanes, 1.0) }
+    }
+
+    /// Each lane for an eighth of the time.
+    #[inline(always)]
+    fn spread(&mut self, lanes: L) {
+        let middle = F8::load(lanes, &[-0.4375, -0.3125, -0.1875, -0.0625, 0.0625, 0.1875, 0.3125, 0.4375]);
+        let (twice, eighth) = (middle + middle, F8::splat(lanes, 0.125));
+        let change = per_axis!(k => self.acceleration[k] * middle);
+        let way = per_axis!(k => (self.ways[0][k] + change[k]) * twice);
+        let rounding = per_axis!(k => {
+            let edges = self.of.f[0][k].abs().max(self.of.f[1][k].abs());
+            (self.of.q[k].abs() + edges + self.ways[0][k].abs() + change[k].abs()) * F8::splat(lanes, 8.0 * ROUNDING)
+        });
+        self.of.error = add(self.of.error, rounding);
+        self.of.q = add(self.of.q, way);
+        let turned = [sub(self.ways[1], self.ways[0]), sub(self.ways[2], self.ways[0])];
+        for (edge, turned) in self.of.f.iter_mut().zip(turned) {
+            *edge = add(*edge, per_axis!(k => turned[k] * twice));
+        }
+        let quarter = F8::splat(lanes, 0.25);
+        self.ways = per_axis!(j => per_axis!(k => self.ways[j][k] * eighth + change[k] * quarter));
+        self.bend = per_axis!(k => self.bend[k] * (eighth * eighth));
+        (self.middle, self.length) = (middle, eighth);
+    }
+
+    /// When windows begin, rounded down, and those that are not empty and begin before `cut`.
+    #[inline(always)]
+    fn alive(&self, lanes: L, [enter, leave]: [F8<L>; 2], cut: f32) -> (F8<L>, u32) {
+        let slop = F8::splat(lanes, 8.0 * ROUNDING);
+        let from = self.middle + enter * self.length - slop;
+        // Where one of them is no number nothing is known.
+        let gone = (leave + slop).less(enter - slop).or(F8::splat(lanes, cut).less(from));
+        (from, !gone.mask() & 0xff)
+    }
+}
+
+/// The same pairs at both ends of their time: on directions that turn with B, or not.
+struct Ends<L: Lanes, const SWINGS: bool> {
+    /// The edges of A: from its first corner, and the third.
+    p: [V8<L>; 3],
+    /// The first corner of B, and its edges, at the begin and at the end.
+    q: [V8<L>; 2],
+    f: [[V8<L>; 3]; 2],
+    /// Its edges in between.
+    middle: [V8<L>; 3],
+    bend: V8<L>,
+    /// By what the first corner is off the line between both ends, in between, for what a direction changes.
+    sag: V8<L>,
+    /// Bound on the error of a gap per component of the direction, and of what that changes.
+    error: V8<L>,
+    give: V8<L>,
+    /// How far the ends of an edge are from the same place on a direction made of it and another one: both of A, both of B, or one
+    /// of each.
+    slop: [F8<L>; 3],
+}
+
+/// The length of the longest.
+#[inline(always)]
+fn longest<L: Lanes>([x, y, z]: [V8<L>; 3]) -> F8<L> {
+    dot(x, x).max(dot(y, y)).max(dot(z, z)).sqrt()
+}
+
+/// The least and the greatest projection of a triangle, by those of its edges from the first corner.
+#[inline(always)]
+fn extent<L: Lanes>(lanes: L, x: F8<L>, y: F8<L>) -> [F8<L>; 2] {
+    let zero = F8::splat(lanes, 0.0);
+    [zero.min(x).min(y), zero.max(x).max(y)]
+}
+
+impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
+    #[inline(always)]
+    fn new(lanes: L, pair: &Gliding<L>) -> Self {
+        let Gliding { of: Pair { p, q, f: edges, error }, ways, bend, .. } = pair;
+        let turned = [sub(ways[1], ways[0]), sub(ways[2], ways[0])];
+        let e = [sub(edges[0], turned[0]), sub(edges[1], turned[1])];
+        let f = [add(edges[0], turned[0]), add(edges[1], turned[1])];
+        let swing = per_axis!(k => turned[0][k].abs().max(turned[1][k].abs()));
+        let reach = per_axis!(k => {
+            let of_p = p[0][k].abs().max(p[1][k].abs());
+            let of_f = e[0][k].abs().max(e[1][k].abs()).max(f[0][k].abs()).max(f[1][k].abs());
+            of_p + of_f + q[k].abs() + ways[0][k].abs()
+        });
+        let error = per_axis!(k => error[k] + reach[k] * F8::splat(lanes, 6.0 * ROUNDING));
+        let p = [p[0], p[1], sub(p[1], p[0])];
+        let middle = [edges[0], edges[1], sub(edges[1], edges[0])];
+        let [e, f] = [[e[0], e[1], sub(e[1], e[0])], [f[0], f[1], sub(f[1], f[0])]];
+        let (x, y) = (longest(p), longest(middle) + longest([turned[0], turned[1], sub(turned[1], turned[0])]));
+        let slop =
+            |x: F8<L>, y: F8<L>| x * y * (x + y) * F8::splat(lanes, 4.0 * ROUNDING) + F8::splat(lanes, UNDERFLOW);
+        Self {
+            slop: [slop(x, x), slop(y, y), slop(x, y)],
+            p,
+            q: [sub(*q, ways[0]), add(*q, ways[0])],
+            f: [e, f],
+            middle,
+            bend: *bend,
+            sag: per_axis!(k => ways[0][k] * F8::splat(lanes, -0.5)),
+            give: per_axis!(k => error[k] + bend[k].abs() + swing[k] * F8::splat(lanes, 0.51)),
+            error,
+        }
+    }
+
+    /// When they may meet: [`Gliding::alive`].
+    #[inline(always)]
+    fn window(&self, lanes: L, pair: &Gliding<L>, cut: f32) -> (F8<L>, u32) {
+        let all = [F8::splat(lanes, -0.5), F8::splat(lanes, 0.5)];
+        let mut window = self.on_normal_of_b(lanes, self.on_normal_of_a(lanes, all));
+        let mut i = 0;
+        while i < 3 {
+            if pair.alive(lanes, window, cut).1 == 0 {
+                return (F8::splat(lanes, f32::INFINITY), 0);
+            }
+            let mut j = 0;
+            while j < 3 {
+                window = self.on_edges(lanes, i, j, window);
+                j += 1;
+            }
+            i += 1;
+        }
+        pair.alive(lanes, window, cut)
+    }
+
+    #[inline(always)]
+    fn on_normal_of_a(&self, lanes: L, window: [F8<L>; 2]) -> [F8<L>; 2] {
+        let ([e, f], zero) = (&self.f, F8::splat(lanes, 0.0));
+        let n = cross(self.p[0], self.p[1]);
+        let of_b = [extent(lanes, dot(e[0], n), dot(e[1], n)), extent(lanes, dot(f[0], n), dot(f[1], n))];
+        self.on(lanes, [n; 2], [[zero; 2]; 2], of_b, self.slop[0], window)
+    }
+
+    #[inline(always)]
+    fn on_normal_of_b(&self, lanes: L, window: [F8<L>; 2]) -> [F8<L>; 2] {
+        let ([e, f], zero) = (&self.f, F8::splat(lanes, 0.0));
+        let [p, q, _] = self.p;
+        if SWINGS {
+            let [m, n] = [cross(e[0], e[1]), cross(f[0], f[1])];
+            let of_a = [extent(lanes, dot(p, m), dot(q, m)), extent(lanes, dot(p, n), dot(q, n))];
+            self.on(lanes, [m, n], of_a, [[zero; 2]; 2], self.slop[1], window)
+        } else {
+            let n = cross(self.middle[0], self.middle[1]);
+            let of_b = [extent(lanes, dot(e[0], n), dot(e[1], n)), extent(lanes, dot(f[0], n), dot(f[1], n))];
+            self.on(lanes, [n; 2], [extent(lanes, dot(p, n), dot(q, n)); 2], of_b, self.slop[1], window)
+        }
+    }
+
+    /// On the product of edge `i` of A and edge `j` of B. The ends of an edge are in the same place there.
+    #[inline(always)]
+    fn on_edges(&self, lanes: L, i: usize, j: usize, window: [F8<L>; 2]) -> [F8<L>; 2] {
+        let ([e, f], zero) = (&self.f, F8::splat(lanes, 0.0));
+        let (edge, p, beside) = (self.p[i % 3], self.p[usize::from(i == 0)], usize::from(j == 0));
+        if SWINGS {
+            let [m, n] = [cross(edge, e[j % 3]), cross(edge, f[j % 3])];
+            let of_a = [dot(p, m), dot(p, n)];
+            let of_b = [dot(e[beside], m), dot(f[beside], n)];
+            let of_a = [[zero.min(of_a[0]), zero.max(of_a[0])], [zero.min(of_a[1]), zero.max(of_a[1])]];
+            let of_b = [[zero.min(of_b[0]), zero.max(of_b[0])], [zero.min(of_b[1]), zero.max(of_b[1])]];
+            self.on(lanes, [m, n], of_a, of_b, self.slop[2], window)
+        } else {
+            let n = cross(edge, self.middle[j % 3]);
+            let of_a = dot(p, n);
+            let of_b = [extent(lanes, dot(e[0], n), dot(e[1], n)), extent(lanes, dot(f[0], n), dot(f[1], n))];
+            self.on(lanes, [n; 2], [[zero.min(of_a), zero.max(of_a)]; 2], of_b, self.slop[2], window)
+        }
+    }
+
+    /// What is left of a window on a direction that goes from one to another, whatever its length; with the extents of both
+    /// triangles at both ends, which may be off by `slop`.
+    #[inline(always)]
+    fn on(
+        &self,
+        lanes: L,
+        [m, n]: [V8<L>; 2],
+        of_a: [[F8<L>; 2]; 2],
+        of_b: [[F8<L>; 2]; 2],
+        slop: F8<L>,
+        [enter, leave]: [F8<L>; 2],
+    ) -> [F8<L>; 2] {
+        let (zero, half) = (F8::splat(lanes, 0.0), F8::splat(lanes, 0.5));
+        let mut error = dot(per_axis!(k => m[k].abs()), self.error) + slop;
+        let (bend, mut sag) = (dot(self.bend, m), zero);
+        if SWINGS {
+            let change = sub(n, m);
+            error = error + dot(per_axis!(k => change[k].abs()), self.give);
+            sag = dot(self.sag, change);
+        }
+        let (up, down) = (bend.min(sag) - error, bend.max(sag) + error);
+        let (b, c) = (dot(self.q[0], m), dot(self.q[1], n));
+        // How far B is above A, and below, when the piece begins and when it ends: in between it is no less than in proportion.
+        let (above, below) = (b + (of_b[0][0] - of_a[0][1]) + up, (of_a[0][0] - of_b[0][1]) - b - down);
+        let (above_then, below_then) = (c + (of_b[1][0] - of_a[1][1]) + up, (of_a[1][0] - of_b[1][1]) - c - down);
+        let first = below.less(above);
+        let (begin, then) = (above.max(below), first.select(above_then, below_then));
+        let last = below_then.less(above_then);
+        let (end, before) = (above_then.max(below_then), last.select(above, below));
+        let (apart, parting) = (zero.less(begin), zero.less(end));
+        let from = apart.select(begin / (begin - then), zero) - half;
+        let until = half - parting.select(end / (end - before), zero);
+        let never = apart.and(zero.less(then));
+        [never.select(F8::splat(lanes, f32::INFINITY), enter.max(from)), leave.min(until)]
+    }
+}
+
+#[inline(always)]
+fn sum<L: Lanes>([x, y, z]: V8<L>) -> F8<L> {
+    x.abs() + y.abs() + z.abs()
+}

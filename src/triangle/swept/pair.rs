@@ -1,0 +1,199 @@
+//! One pair in `f64`.
+
+use crate::math::{larger, largest, smaller};
+use core::array;
+use glam::DVec3;
+
+/// A pair of triangles in `f64`, of which the corners of the second move, each along its own straight line.
+#[derive(Clone, Debug)]
+pub(crate) struct Swept {
+    /// Both relative to the first corner of A.
+    a: [DVec3; 3],
+    b: [DVec3; 3],
+    velocities: [DVec3; 3],
+    /// By what their lines bend at the ends of the time, and the largest components of that.
+    bends: [DVec3; 3],
+    most_bent: DVec3,
+    /// By how much the corners may be off besides, thickness included.
+    error: f64,
+    /// The largest coordinates of both, and of the way.
+    reach: DVec3,
+    half: f64,
+    /// Whether all corners have the same velocity.
+    is_straight: bool,
+    /// About what it adds to projections that a direction made of edges turns with B.
+    turned: f64,
+}
+
+/// From when to when two triangles may meet.
+pub(crate) type Window = [f64; 2];
+
+/// The edges of a triangle, or how they turn.
+fn edges([x, y, z]: &[DVec3; 3]) -> [DVec3; 3] {
+    [*y - *x, *z - *x, *z - *y]
+}
+
+impl Swept {
+    /// For times from `-half` to `half`; at time 0 it is where it is given.
+    pub fn new(
+        a: &[DVec3; 3],
+        b: &[DVec3; 3],
+        velocities: [DVec3; 3],
+        bends: [DVec3; 3],
+        error: f64,
+        half: f64,
+    ) -> Self {
+        let origin = a[0];
+        let of = |triangle: &[DVec3; 3]| triangle.map(|corner| corner - origin);
+        let most = |[x, y, z]: [DVec3; 3]| x.abs().max(y.abs()).max(z.abs());
+        let (a, b, most_bent) = (of(a), of(b), most(bends));
+        let reach = most(a) + most(b) + most(velocities) * half + most_bent;
+        let is_straight =
+            velocities[1..].iter().all(|velocity| *velocity == velocities[0]) && bends == [DVec3::ZERO; 3];
+        let turned = if is_straight {
+            0.0
+        } else {
+            let [size, turn] = [most(a).max(most(edges(&b))), most(edges(&velocities))].map(largest);
+            0.5 * size * turn * largest(reach) * half
+        };
+        Self { a, b, velocities, bends, most_bent, error, reach, half, is_straight, turned }
+    }
+
+    /// When they may meet by the normals of both and the products of their edges, which turn with B; `None`: never. Once that is
+    /// not before `latest` the rest of them is left out.
+    pub fn window(&self, latest: f64) -> Option<Window> {
+        let (of_a, of_b, turns) = (edges(&self.a), edges(&self.b), edges(&self.velocities));
+        let mut window = self.on(of_a[0].cross(of_a[1]), || DVec3::ZERO, [-self.half, self.half])?;
+        if window[0] < latest {
+            let turn = || turns[0].cross(of_b[1]) + of_b[0].cross(turns[1]);
+            window = self.on(of_b[0].cross(of_b[1]), turn, window)?;
+        }
+        for d in of_a {
+            for j in 0..3 {
+                if window[0] >= latest {
+                    return Some(window);
+                }
+                window = self.on(d.cross(of_b[j]), || d.cross(turns[j]), window)?;
+            }
+        }
+        Some(window)
+    }
+
+    /// What is left of a window on a direction, whatever its length, that is `n` in the middle of the time and turns by `turn` in a
+    /// unit of it.
+    pub fn on(&self, n: DVec3, turn: impl FnOnce() -> DVec3, window: Window) -> Option<Window> {
+        let largest = largest(n.abs());
+        if !(largest > 0.0 && largest < f64::INFINITY) {
+            return Some(window);
+        }
+        let inverse = 1.0 / largest;
+        let n = n * inverse;
+        if self.is_straight { self.on_straight(n, window) } else { self.on_turning(n, inverse, turn, window) }
+    }
+
+    /// How much projections on `n`, of this squared length, may be off; `None`: nothing is known.
+    #[inline(always)]
+    fn error_on(&self, n: DVec3, square: f64) -> Option<f64> {
+        let error =
+            n.abs().dot(self.reach) * ROUNDINGS + self.error * libm::sqrt(square) * (1.0 + 1e-14) + f64::MIN_POSITIVE;
+        error.is_finite().then_some(error)
+    }
+
+    /// Where all corners have the same velocity.
+    #[inline(always)]
+    fn on_straight(&self, n: DVec3, [enter, leave]: Window) -> Option<Window> {
+        let Some(error) = self.error_on(n, n.dot(n)) else { return Some([enter, leave]) };
+        let [[x, y, z], [u, v, w]] = [&self.a, &self.b].map(|of| of.map(|corner| corner.dot(n)));
+        let first = smaller(smaller(x, y), z) - error - larger(larger(u, v), w);
+        let last = larger(larger(x, y), z) + error - smaller(smaller(u, v), w);
+        let speed = self.velocities[0].dot(n);
+        let [first, last] = if speed > 0.0 {
+            [first / speed, last / speed]
+        } else if speed < 0.0 {
+            [last / speed, first / speed]
+        } else if first <= 0.0 && last >= 0.0 {
+            [enter, leave]
+        } else {
+            NEVER
+        };
+        some_window(larger(enter, first), smaller(leave, last))
+    }
+
+    #[inline(always)]
+    fn on_turning(
+        &self,
+        n: DVec3,
+        inverse: f64,
+        turn: impl FnOnce() -> DVec3,
+        [enter, leave]: Window,
+    ) -> Option<Window> {
+        let (square, half) = (n.dot(n), self.half);
+        let Some(error) = self.error_on(n, square) else { return Some([enter, leave]) };
+        let [of_a, of_b, speeds, bends] =
+            [&self.a, &self.b, &self.velocities, &self.bends].map(|of| of.map(|vector| vector.dot(n)));
+        let [x, y, z] = of_a;
+        let (low, high) = (smaller(smaller(x, y), z) - error, larger(larger(x, y), z) + error);
+        let turned = self.turned * inverse;
+        let stays = |room: f64, j: usize| room - turned >= speeds[j].abs() * half;
+        let is_below = |j: usize| stays(high - of_b[j] - smaller(bends[j], 0.0), j);
+        let is_above = |j: usize| stays(of_b[j] - low + larger(bends[j], 0.0), j);
+        if (0..3).any(is_below) && (0..3).any(is_above) {
+            // They overlap all the time, as mostly, and no less if the direction turns.
+            return Some([enter, leave]);
+        }
+        let turn = turn() * inverse;
+        // Across `n`, so that its length changes little.
+        let turn = turn - n * (turn.dot(n) / square);
+        let square = square + (2.0 * turn.dot(n).abs() + turn.dot(turn) * half) * half;
+        let Some(error) = self.error_on(n, square) else { return Some([enter, leave]) };
+        let error = error + turn.abs().dot(self.reach * ROUNDINGS + self.most_bent) * half;
+        let speeds_of_a = self.a.map(|corner| corner.dot(turn));
+        let speeds_of_b: [f64; 3] = array::from_fn(|j| speeds[j] + self.b[j].dot(turn));
+        let bends: [f64; 3] = array::from_fn(|j| bends[j] + self.velocities[j].dot(turn) * (half * half));
+        // As long as a corner of B is below one of A, and one above one.
+        let below = self
+            .while_any(|i, j| (of_a[i] - of_b[j] + error - smaller(bends[j], 0.0), speeds_of_b[j] - speeds_of_a[i]));
+        let above =
+            self.while_any(|i, j| (of_b[j] - of_a[i] + error + larger(bends[j], 0.0), speeds_of_a[i] - speeds_of_b[j]));
+        some_window(enter.max(below[0]).max(above[0]), leave.min(below[1]).min(above[1]))
+    }
+
+    /// When one of nine things, which have rooms and speeds, has not gone farther than its room.
+    fn while_any(&self, thing: impl Fn(usize, usize) -> (f64, f64)) -> Window {
+        let half = self.half;
+        let things = (0..9).map(|k| thing(k / 3, k % 3));
+        if things.clone().any(|(room, speed)| room >= speed.abs() * half) {
+            return [-half, half];
+        }
+        things.fold(NEVER, |window, (room, speed)| hull(window, self.until(room, speed)))
+    }
+
+    /// When something that moves with this speed has not gone farther than `room`.
+    fn until(&self, room: f64, speed: f64) -> Window {
+        let half = self.half;
+        let window = if speed > 0.0 {
+            [-half, half.min(room / speed)]
+        } else if speed < 0.0 {
+            [(room / speed).max(-half), half]
+        } else if room >= 0.0 {
+            [-half, half]
+        } else {
+            NEVER
+        };
+        if window[0] <= window[1] { window } else { NEVER }
+    }
+}
+
+/// Of sums of projections.
+const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+
+const NEVER: Window = [f64::INFINITY, f64::NEG_INFINITY];
+
+fn some_window(enter: f64, leave: f64) -> Option<Window> {
+    (enter <= leave).then_some([enter, leave])
+}
+
+/// The window around two.
+fn hull(one: Window, other: Window) -> Window {
+    [one[0].min(other[0]), one[1].max(other[1])]
+}
