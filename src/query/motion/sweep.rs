@@ -67,19 +67,23 @@ impl<'q> Sweep<'q> {
         margin: f64,
         state: &MotionState,
     ) -> Self {
-        let (middle, tolerance) = (OnceCell::new(), state.tolerance());
-        let mut sweep = Self { trees, course, piece, relation, span: None, middle, margin, tolerance, cut: 0.0 };
-        sweep.update(state);
-        sweep
+        let (cut, span) = what_matters(trees, course, piece, margin, state);
+        Self {
+            trees,
+            course,
+            piece,
+            relation,
+            span,
+            middle: OnceCell::new(),
+            margin,
+            tolerance: state.tolerance(),
+            cut,
+        }
     }
 
     /// After a contact was found.
     fn update(&mut self, state: &MotionState) {
-        let cut = self.piece.local(state.cut().min(self.piece.end));
-        self.cut = cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING;
-        let Self { trees, course, piece, margin, .. } = self;
-        let until = state.cut().clamp(piece.begin, piece.end);
-        self.span = if piece.is_on_the_spot { Span::new(course, *trees, piece, until, *margin) } else { None };
+        (self.cut, self.span) = what_matters(self.trees, self.course, self.piece, self.margin, state);
     }
 
     fn middle(&self) -> &Middle {
@@ -91,6 +95,21 @@ impl<'q> Sweep<'q> {
             Middle { relation, glide }
         })
     }
+}
+
+/// From which time of the piece on nothing matters, as `f32` sees it; and the span until then, if B turns on the spot.
+#[inline(always)]
+fn what_matters(
+    trees: [&Tree; 2],
+    course: &Course,
+    piece: &Piece,
+    margin: f64,
+    state: &MotionState,
+) -> (f32, Option<Span>) {
+    let cut = piece.local(state.cut().min(piece.end));
+    let until = state.cut().clamp(piece.begin, piece.end);
+    let span = if piece.is_on_the_spot { Span::new(course, trees, piece, until, margin) } else { None };
+    (cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING, span)
 }
 
 impl Question for Traversal<'_, '_, Sweep<'_>> {
