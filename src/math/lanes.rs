@@ -143,6 +143,11 @@ impl<L: Lanes> F8<L> {
     pub fn join(lanes: L, low: f32x4, high: f32x4) -> Self {
         Self(lanes.join(low, high), lanes)
     }
+    /// The same vector in both halves.
+    #[inline(always)]
+    pub fn twice(lanes: L, x: f32x4) -> Self {
+        Self::join(lanes, x, x)
+    }
     #[inline(always)]
     pub fn halves(self) -> [f32x4; 2] {
         self.1.halves(self.0)

@@ -15,7 +15,7 @@ use wide::f32x4;
 pub(super) trait Entries:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
-    /// Entry `k` in the place of all.
+    /// Entry `k` in the place of all. By reference: what is passed as a value goes through integer registers.
     fn spread(&self, k: usize) -> Self;
     fn abs(self) -> Self;
     fn transposed(columns: [Self; 3]) -> [Self; 3];
@@ -61,7 +61,7 @@ type Columns<V> = [V; 3];
 
 /// Where B lies in A.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place<V> {
+struct Place<V> {
     rotation: Columns<V>,
     translation: V,
     /// What a test of two boxes must allow for in the orientation of A's node, and in that of B's.
@@ -71,7 +71,7 @@ pub(super) struct Place<V> {
 impl Place<f32x4> {
     /// Both places, a half each.
     #[inline(always)]
-    pub fn and<L: Lanes>(&self, lanes: L, other: &Self) -> Place<F8<L>> {
+    fn and<L: Lanes>(&self, lanes: L, other: &Self) -> Place<F8<L>> {
         let join = |x, y| F8::join(lanes, x, y);
         Place {
             rotation: per_axis!(k => join(self.rotation[k], other.rotation[k])),
@@ -84,7 +84,7 @@ impl Place<f32x4> {
 /// B's place in A, in the unit coordinates of both, with bounds on all rounding. Boxes of both are compared in A's units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relation {
-    pub place: Place<f32x4>,
+    place: Place<f32x4>,
     /// Length of A's unit, in that of the meshes.
     pub unit: f64,
     /// Length of B's unit in A's: a power of two.
@@ -294,8 +294,9 @@ impl Views {
     #[inline(always)]
     pub fn between_at_both<L: Lanes>(lanes: L, a: &Node, b: &Node, relations: [&Relation; 2]) -> [Self; 2] {
         let place = relations[0].place.and(lanes, &relations[1].place);
-        let twice = |[x, y, z]: Columns<f32x4>| [F8::join(lanes, x, x), F8::join(lanes, y, y), F8::join(lanes, z, z)];
-        let both = Views::new(&twice(transposed(a.rotation)), &twice(b.rotation), &place);
+        let rows_of_a = transposed(a.rotation);
+        let rows_of_a = per_axis!(k => F8::twice(lanes, rows_of_a[k]));
+        let both = Views::new(&rows_of_a, &per_axis!(k => F8::twice(lanes, b.rotation[k])), &place);
         let ([a, c], [b, d]) = (both.of_a.halves(), both.of_b.halves());
         [Self { of_a: a, of_b: b }, Self { of_a: c, of_b: d }]
     }

@@ -239,9 +239,9 @@ struct Way {
 impl Way {
     #[inline(always)]
     fn new<L: Lanes>(lanes: L, own: (f32x4, f32x4), other: (f32x4, f32x4), [begin, end]: [&View; 2]) -> Self {
-        let (views, twice) = (begin.and(lanes, end), |x| F8::join(lanes, x, x));
-        let places = views.point(twice(own.0)) - twice(other.0);
-        let halves = views.half(twice(own.1)) + twice(other.1);
+        let views = begin.and(lanes, end);
+        let places = views.point(F8::twice(lanes, own.0)) - F8::twice(lanes, other.0);
+        let halves = views.half(F8::twice(lanes, own.1)) + F8::twice(lanes, other.1);
         let [from_other, last] = places.halves();
         let ([x, y], [u, v]) = ((places - halves).halves(), (places + halves).halves());
         Self {

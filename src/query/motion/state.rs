@@ -80,10 +80,8 @@ impl MotionState {
     };
 
     pub fn begin(&mut self, options: MotionOptions, tolerance: f64) {
-        // Field by field: the options need not be copied twice.
-        self.options = Some(options);
-        (self.piece, self.tolerance, self.free_until, self.done) = (0, tolerance, 0.0, f64::INFINITY);
-        (self.contact, self.followed) = (None, None);
+        *self = Self::NOTHING;
+        (self.options, self.tolerance) = (Some(options), tolerance);
     }
 
     pub fn tolerance(&self) -> f64 {

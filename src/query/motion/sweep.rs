@@ -278,7 +278,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         followed.steps += 1;
         let window = if phase == Phase::Direction {
             stats.work += WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST;
-            swept.on(closest(a, &at(from)).direction, || DVec3::ZERO, [-half, half])
+            swept.on(closest(a, &at(from)).direction, [-half, half])
         } else {
             stats.work += WORK_PER_WINDOW;
             swept.window(if state.cut() > 0.0 { state.cut() - middle } else { f64::INFINITY })

@@ -143,6 +143,13 @@ fn extent<L: Lanes>(lanes: L, x: F8<L>, y: F8<L>) -> [F8<L>; 2] {
     [zero.min(x).min(y), zero.max(x).max(y)]
 }
 
+/// The same where the other two corners are in one place.
+#[inline(always)]
+fn to_corner<L: Lanes>(lanes: L, x: F8<L>) -> [F8<L>; 2] {
+    let zero = F8::splat(lanes, 0.0);
+    [zero.min(x), zero.max(x)]
+}
+
 impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
     #[inline(always)]
     fn new(lanes: L, pair: &Gliding<L>) -> Self {
@@ -196,12 +203,17 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         pair.alive(lanes, window, cut)
     }
 
+    /// How far B extends from its first corner on a direction, at the begin and at the end.
+    #[inline(always)]
+    fn extents_of_b(&self, lanes: L, n: V8<L>) -> [[F8<L>; 2]; 2] {
+        let [e, f] = &self.f;
+        [extent(lanes, dot(e[0], n), dot(e[1], n)), extent(lanes, dot(f[0], n), dot(f[1], n))]
+    }
+
     #[inline(always)]
     fn on_normal_of_a(&self, lanes: L, window: [F8<L>; 2]) -> [F8<L>; 2] {
-        let ([e, f], zero) = (&self.f, F8::splat(lanes, 0.0));
-        let n = cross(self.p[0], self.p[1]);
-        let of_b = [extent(lanes, dot(e[0], n), dot(e[1], n)), extent(lanes, dot(f[0], n), dot(f[1], n))];
-        self.on(lanes, [n; 2], [[zero; 2]; 2], of_b, self.slop[0], window)
+        let (n, zero) = (cross(self.p[0], self.p[1]), F8::splat(lanes, 0.0));
+        self.on(lanes, [n; 2], [[zero; 2]; 2], self.extents_of_b(lanes, n), self.slop[0], window)
     }
 
     #[inline(always)]
@@ -214,28 +226,25 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
             self.on(lanes, [m, n], of_a, [[zero; 2]; 2], self.slop[1], window)
         } else {
             let n = cross(self.middle[0], self.middle[1]);
-            let of_b = [extent(lanes, dot(e[0], n), dot(e[1], n)), extent(lanes, dot(f[0], n), dot(f[1], n))];
-            self.on(lanes, [n; 2], [extent(lanes, dot(p, n), dot(q, n)); 2], of_b, self.slop[1], window)
+            let of_a = extent(lanes, dot(p, n), dot(q, n));
+            self.on(lanes, [n; 2], [of_a; 2], self.extents_of_b(lanes, n), self.slop[1], window)
         }
     }
 
     /// On the product of edge `i` of A and edge `j` of B. The ends of an edge are in the same place there.
     #[inline(always)]
     fn on_edges(&self, lanes: L, i: usize, j: usize, window: [F8<L>; 2]) -> [F8<L>; 2] {
-        let ([e, f], zero) = (&self.f, F8::splat(lanes, 0.0));
+        let [e, f] = &self.f;
         let (edge, p, beside) = (self.p[i % 3], self.p[usize::from(i == 0)], usize::from(j == 0));
         if SWINGS {
             let [m, n] = [cross(edge, e[j % 3]), cross(edge, f[j % 3])];
-            let of_a = [dot(p, m), dot(p, n)];
-            let of_b = [dot(e[beside], m), dot(f[beside], n)];
-            let of_a = [[zero.min(of_a[0]), zero.max(of_a[0])], [zero.min(of_a[1]), zero.max(of_a[1])]];
-            let of_b = [[zero.min(of_b[0]), zero.max(of_b[0])], [zero.min(of_b[1]), zero.max(of_b[1])]];
+            let of_a = [to_corner(lanes, dot(p, m)), to_corner(lanes, dot(p, n))];
+            let of_b = [to_corner(lanes, dot(e[beside], m)), to_corner(lanes, dot(f[beside], n))];
             self.on(lanes, [m, n], of_a, of_b, self.slop[2], window)
         } else {
             let n = cross(edge, self.middle[j % 3]);
-            let of_a = dot(p, n);
-            let of_b = [extent(lanes, dot(e[0], n), dot(e[1], n)), extent(lanes, dot(f[0], n), dot(f[1], n))];
-            self.on(lanes, [n; 2], [[zero.min(of_a), zero.max(of_a)]; 2], of_b, self.slop[2], window)
+            let of_a = to_corner(lanes, dot(p, n));
+            self.on(lanes, [n; 2], [of_a; 2], self.extents_of_b(lanes, n), self.slop[2], window)
         }
     }
 

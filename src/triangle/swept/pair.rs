@@ -21,12 +21,15 @@ pub(crate) struct Swept {
     half: f64,
     /// Whether all corners have the same velocity.
     is_straight: bool,
-    /// About what it adds to projections that a direction made of edges turns with B.
-    turned: f64,
 }
 
 /// From when to when two triangles may meet.
 pub(crate) type Window = [f64; 2];
+
+/// The largest coordinates of three.
+fn most([x, y, z]: [DVec3; 3]) -> DVec3 {
+    x.abs().max(y.abs()).max(z.abs())
+}
 
 /// The edges of a triangle, or how they turn.
 fn edges([x, y, z]: &[DVec3; 3]) -> [DVec3; 3] {
@@ -45,50 +48,59 @@ impl Swept {
     ) -> Self {
         let origin = a[0];
         let of = |triangle: &[DVec3; 3]| triangle.map(|corner| corner - origin);
-        let most = |[x, y, z]: [DVec3; 3]| x.abs().max(y.abs()).max(z.abs());
         let (a, b, most_bent) = (of(a), of(b), most(bends));
         let reach = most(a) + most(b) + most(velocities) * half + most_bent;
         let is_straight =
             velocities[1..].iter().all(|velocity| *velocity == velocities[0]) && bends == [DVec3::ZERO; 3];
-        let turned = if is_straight {
-            0.0
-        } else {
-            let [size, turn] = [most(a).max(most(edges(&b))), most(edges(&velocities))].map(largest);
-            0.5 * size * turn * largest(reach) * half
-        };
-        Self { a, b, velocities, bends, most_bent, error, reach, half, is_straight, turned }
+        Self { a, b, velocities, bends, most_bent, error, reach, half, is_straight }
     }
 
     /// When they may meet by the normals of both and the products of their edges, which turn with B; `None`: never. Once that is
     /// not before `latest` the rest of them is left out.
     pub fn window(&self, latest: f64) -> Option<Window> {
         let (of_a, of_b, turns) = (edges(&self.a), edges(&self.b), edges(&self.velocities));
-        let mut window = self.on(of_a[0].cross(of_a[1]), || DVec3::ZERO, [-self.half, self.half])?;
+        // About what it adds to projections that a direction turns.
+        let turned = if self.is_straight {
+            0.0
+        } else {
+            let [size, turn] = [most(of_a).max(most(of_b)), most(turns)].map(largest);
+            0.5 * size * turn * largest(self.reach) * self.half
+        };
+        let mut window = self.on(of_a[0].cross(of_a[1]), [-self.half, self.half])?;
         if window[0] < latest {
             let turn = || turns[0].cross(of_b[1]) + of_b[0].cross(turns[1]);
-            window = self.on(of_b[0].cross(of_b[1]), turn, window)?;
+            window = self.on_turning_with_b(of_b[0].cross(of_b[1]), turn, turned, window)?;
         }
         for d in of_a {
             for j in 0..3 {
                 if window[0] >= latest {
                     return Some(window);
                 }
-                window = self.on(d.cross(of_b[j]), || d.cross(turns[j]), window)?;
+                window = self.on_turning_with_b(d.cross(of_b[j]), || d.cross(turns[j]), turned, window)?;
             }
         }
         Some(window)
     }
 
-    /// What is left of a window on a direction, whatever its length, that is `n` in the middle of the time and turns by `turn` in a
-    /// unit of it.
-    pub fn on(&self, n: DVec3, turn: impl FnOnce() -> DVec3, window: Window) -> Option<Window> {
+    /// What is left of a window on the direction `n`, whatever its length.
+    pub fn on(&self, n: DVec3, window: Window) -> Option<Window> {
+        self.on_turning_with_b(n, || DVec3::ZERO, 0.0, window)
+    }
+
+    /// The same for a direction that is `n` in the middle of the time and turns by `turn` in a unit of it, which adds about `turned`
+    /// to projections.
+    fn on_turning_with_b(&self, n: DVec3, turn: impl FnOnce() -> DVec3, turned: f64, window: Window) -> Option<Window> {
         let largest = largest(n.abs());
         if !(largest > 0.0 && largest < f64::INFINITY) {
             return Some(window);
         }
         let inverse = 1.0 / largest;
         let n = n * inverse;
-        if self.is_straight { self.on_straight(n, window) } else { self.on_turning(n, inverse, turn, window) }
+        if self.is_straight {
+            self.on_straight(n, window)
+        } else {
+            self.on_turning(n, || turn() * inverse, turned * inverse, window)
+        }
     }
 
     /// How much projections on `n`, of this squared length, may be off; `None`: nothing is known.
@@ -123,8 +135,8 @@ impl Swept {
     fn on_turning(
         &self,
         n: DVec3,
-        inverse: f64,
         turn: impl FnOnce() -> DVec3,
+        turned: f64,
         [enter, leave]: Window,
     ) -> Option<Window> {
         let (square, half) = (n.dot(n), self.half);
@@ -133,7 +145,6 @@ impl Swept {
             [&self.a, &self.b, &self.velocities, &self.bends].map(|of| of.map(|vector| vector.dot(n)));
         let [x, y, z] = of_a;
         let (low, high) = (smaller(smaller(x, y), z) - error, larger(larger(x, y), z) + error);
-        let turned = self.turned * inverse;
         let stays = |room: f64, j: usize| room - turned >= speeds[j].abs() * half;
         let is_below = |j: usize| stays(high - of_b[j] - smaller(bends[j], 0.0), j);
         let is_above = |j: usize| stays(of_b[j] - low + larger(bends[j], 0.0), j);
@@ -141,7 +152,7 @@ impl Swept {
             // They overlap all the time, as mostly, and no less if the direction turns.
             return Some([enter, leave]);
         }
-        let turn = turn() * inverse;
+        let turn = turn();
         // Across `n`, so that its length changes little.
         let turn = turn - n * (turn.dot(n) / square);
         let square = square + (2.0 * turn.dot(n).abs() + turn.dot(turn) * half) * half;

@@ -1,4 +1,4 @@
-//! Triangles that meet in a span of time, made so, are found by their boxes and by themselves, and not too late.
+//! Pairs of triangles that are built to meet at a known time: the tests of boxes and of triangles find each, no later than that.
 
 use super::*;
 use crate::math::lanes::Instructions;
