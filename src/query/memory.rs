@@ -195,7 +195,8 @@ impl PairMemory {
     /// queries with this memory have shown it of these trees ([`DistanceQuery::run_with_memory`], finished or stopped): what
     /// they proved, less the longest way of a point of B since then. 0 if nothing is known. Costs some 50 operations.
     ///
-    /// While it is more than 0, [`Query`](crate::Query) with this memory answers `Separated` at once.
+    /// While it is more than 0, [`Query`](crate::Query) with this memory answers `Separated` at once, and
+    /// [`MotionQuery`](crate::MotionQuery) begins with the time until B can have gone so far.
     ///
     /// [`DistanceQuery::run_with_memory`]: crate::DistanceQuery::run_with_memory
     pub fn clearance(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
@@ -218,14 +219,20 @@ impl PairMemory {
             **known = Clearance::new(a, b, b_in_a, interval.low());
         }
         self.nearest = interval.nearest().map(|(pair, _)| pair).or(self.nearest);
-        self.last_work = work.map(|work| (Sought::Distance, work)).or(self.last_work);
+        self.remember_work(Sought::Distance, work);
     }
 
     /// After a call of a motion query; with the work of it all, if it is finished.
     pub(super) fn remember_motion(&mut self, a: &Tree, b: &Tree, pair: Option<[u32; 2]>, work: Option<u64>) {
         self.bind(a, b);
         self.nearest = pair.or(self.nearest);
-        self.last_work = work.map(|work| (Sought::Motion, work)).or(self.last_work);
+        self.remember_work(Sought::Motion, work);
+    }
+
+    /// What the clearance answered says nothing about the work of a search.
+    fn remember_work(&mut self, sought: Sought, work: Option<u64>) {
+        let searched = work.filter(|&work| work > 0);
+        self.last_work = searched.map(|work| (sought, work)).or(self.last_work);
     }
 
     /// After a call that ended for this reason. One that resumed a stopped run belongs to the same frame.

@@ -5,6 +5,7 @@
 mod common;
 use common::random;
 
+mod clearance;
 mod estimates;
 mod finished;
 mod judge;

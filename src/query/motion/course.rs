@@ -192,6 +192,12 @@ impl<'m> Course<'m> {
         f64::from(i) / f64::from(self.pieces)
     }
 
+    /// The number of the piece that does not end before a time, or of all pieces: of time 1.
+    pub fn piece_at(&self, time: f64) -> u32 {
+        let i = (time * f64::from(self.pieces)) as u32;
+        if time < 1.0 { i.min(self.pieces - 1) } else { self.pieces }
+    }
+
     pub fn piece(&self, i: u32) -> Piece {
         let (begin, end) = (self.begin(i), self.begin(i + 1));
         let (middle, length) = (begin + (end - begin) / 2.0, end - begin);

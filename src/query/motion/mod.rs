@@ -12,7 +12,7 @@ pub(super) mod state;
 mod sweep;
 mod windows;
 
-use crate::math::{Motion, Pose};
+use crate::math::{Motion, Pose, smaller};
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_PIECE};
 use crate::query::Deadline;
 #[cfg(feature = "std")]
@@ -129,6 +129,8 @@ impl<'t> MotionQuery<'t> {
     }
 
     /// [`MotionQuery::run`] with what is remembered of the pair, and will be for the next motion: the triangles that met first.
+    /// While the way of B's points is less than what the memory knows of the distance at the start
+    /// ([`PairMemory::clearance`]), the motion is free without a search.
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Passage {
         by_system_clock(budget, |clock| self.run_with(workspace, Some(memory), budget, clock))
@@ -184,12 +186,20 @@ impl<'t> MotionQuery<'t> {
     fn begin(&self, course: &Course, workspace: &mut Workspace, memory: Option<&PairMemory>) {
         workspace.clear();
         workspace.run.begin(self.key(), Strategy::NONE);
-        workspace.motion.begin(self.options, self.tolerance_in_time(course));
         let is_empty = self.a.nodes().is_empty() || self.b.nodes().is_empty();
-        workspace.motion.piece = if is_empty { course.pieces } else { 0 };
-        if !is_empty {
+        let free_until = if is_empty { 1.0 } else { memory.map_or(0.0, |memory| self.clear_until(course, memory)) };
+        workspace.motion.begin(self.options, self.tolerance_in_time(course), free_until);
+        workspace.motion.piece = course.piece_at(free_until);
+        if workspace.motion.piece < course.pieces {
             workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));
         }
+    }
+
+    /// Until when B's points go less far than the surfaces are known to be apart at the start.
+    fn clear_until(&self, course: &Course, memory: &PairMemory) -> f64 {
+        let known = memory.clearance(self.a, self.b, &course.pose(0.0));
+        let way = known - self.options.margin - 4.0 * course.rounding;
+        if way > 0.0 { smaller(way * (1.0 - 1e-9) / course.speed, 1.0) } else { 0.0 }
     }
 
     /// Begins a run that a scene goes on with: [`MotionQuery::advance`].

@@ -79,9 +79,9 @@ impl MotionState {
         followed: None,
     };
 
-    pub fn begin(&mut self, options: MotionOptions, tolerance: f64) {
-        *self = Self::NOTHING;
-        (self.options, self.tolerance) = (Some(options), tolerance);
+    /// Begins with a time before which there is no contact.
+    pub fn begin(&mut self, options: MotionOptions, tolerance: f64, free_until: f64) {
+        *self = Self { options: Some(options), tolerance, free_until, ..Self::NOTHING };
     }
 
     pub fn tolerance(&self) -> f64 {
