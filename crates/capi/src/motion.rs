@@ -7,7 +7,7 @@ use crate::memory::punctual_memory;
 use crate::mesh::punctual_point;
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::pose::punctual_pose;
-use crate::query::{answer, punctual_budget};
+use crate::query::{answer, punctual_budget, trees};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
@@ -154,11 +154,7 @@ pub unsafe extern "C" fn punctual_motion_query_run(
     door("punctual_motion_query_run", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
-                Ok(query.run_with(workspace, memory, budget, clock))
-            })
-        }
+        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c))) }
     })
 }
 
@@ -179,11 +175,7 @@ pub unsafe extern "C" fn punctual_motion_query_resume(
     door("punctual_motion_query_resume", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
-                Ok(query.resume_with(workspace, memory, budget, clock)?)
-            })
-        }
+        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?)) }
     })
 }
 
@@ -237,8 +229,7 @@ impl From<Motion> for punctual_motion {
 
 impl punctual_motion_query<'_> {
     fn check(&self) -> Result<MotionQuery<'_>, Fault> {
-        let a = given(self.a, "query->a")?.0.get("query->a")?;
-        let b = given(self.b, "query->b")?.0.get("query->b")?;
+        let [a, b] = trees(self.a, self.b)?;
         if self.tolerance.is_nan() {
             return Err(Fault::Number("query->tolerance", self.tolerance));
         }

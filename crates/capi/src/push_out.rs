@@ -4,7 +4,7 @@ use crate::clock::punctual_clock;
 use crate::mesh::punctual_point;
 use crate::outcome::{nanoseconds, punctual_stop_reason};
 use crate::pose::punctual_pose;
-use crate::query::{answer, punctual_budget};
+use crate::query::{answer, punctual_budget, trees};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
@@ -76,18 +76,13 @@ pub unsafe extern "C" fn punctual_push_out_query_run(
     door("punctual_push_out_query_run", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, None, budget, clock, push, |workspace, _, budget, clock| {
-                Ok(query.run_with(workspace, budget, clock))
-            })
-        }
+        unsafe { answer(workspace, None, budget, clock, push, |w, _, b, c| Ok(query.run_with(w, b, c))) }
     })
 }
 
 impl punctual_push_out_query<'_> {
     fn check(&self) -> Result<PushOutQuery<'_>, Fault> {
-        let a = given(self.a, "query->a")?.0.get("query->a")?;
-        let b = given(self.b, "query->b")?.0.get("query->b")?;
+        let [a, b] = trees(self.a, self.b)?;
         let query = PushOutQuery::new(a, b, self.b_in_a.check()?);
         Ok(query.query_limit(self.query_limit).poll_interval(self.poll_interval))
     }

@@ -1,17 +1,17 @@
 //! Queries: budget, clock and options in; an outcome or a certificate out.
 
-use crate::arrays::fill;
+use crate::arrays::list;
 use crate::clock::{AnyClock, punctual_clock};
 use crate::memory::punctual_memory;
 use crate::mesh::punctual_aabb;
 use crate::outcome::{hand_out, punctual_certificate, punctual_outcome};
 use crate::pose::punctual_pose;
-use crate::status::{Fault, door, given, punctual_status};
+use crate::status::{Fault, door, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
 use core::mem::MaybeUninit;
 use core::time::Duration;
-use punctual::{Budget, DEFAULT_PRIOR, MAX_STEP_WORK, Mode, Order, PairMemory, Query, Workspace};
+use punctual::{Budget, DEFAULT_PRIOR, MAX_STEP_WORK, Mode, Order, PairMemory, Query, Tree, Workspace};
 
 /// What a query looks for.
 #[repr(u32)]
@@ -156,11 +156,7 @@ pub unsafe extern "C" fn punctual_query_run(
     door("punctual_query_run", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
-                Ok(query.run_with(workspace, memory, budget, clock))
-            })
-        }
+        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c))) }
     })
 }
 
@@ -181,11 +177,7 @@ pub unsafe extern "C" fn punctual_query_resume(
     door("punctual_query_resume", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
-                Ok(query.resume_with(workspace, memory, budget, clock)?)
-            })
-        }
+        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?)) }
     })
 }
 
@@ -221,11 +213,9 @@ pub unsafe extern "C" fn punctual_query_open_boxes(
 ) -> punctual_status {
     door("punctual_query_open_boxes", || {
         let query = given(query, "query")?.check()?;
-        let count = given(count, "count")?;
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
-        Ok(())
+        unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }
     })
 }
 
@@ -249,7 +239,6 @@ pub unsafe extern "C" fn punctual_query_narrowed_certificate(
 ) -> punctual_status {
     door("punctual_query_narrowed_certificate", || {
         let query = given(query, "query")?.check()?;
-        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
@@ -283,19 +272,17 @@ pub(crate) unsafe fn answer<Answer, Outcome: From<Answer>>(
     Ok(())
 }
 
+/// The trees of a query.
+pub(crate) fn trees<'t>(a: Option<&'t punctual_tree>, b: Option<&'t punctual_tree>) -> Result<[&'t Tree; 2], Fault> {
+    Ok([given(a, "query->a")?.0.get("query->a")?, given(b, "query->b")?.0.get("query->b")?])
+}
+
 impl punctual_query<'_> {
     pub(crate) fn check(&self) -> Result<Query<'_>, Fault> {
-        let a = given(self.a, "query->a")?.0.get("query->a")?;
-        let b = given(self.b, "query->b")?.0.get("query->b")?;
-        let order = match self.order {
-            x if x == punctual_order::Penetration as u32 => Order::Penetration,
-            x if x == punctual_order::LowAlpha as u32 => Order::LowAlpha,
-            x if x == punctual_order::OverlapVolume as u32 => Order::OverlapVolume,
-            x if x == punctual_order::DepthFirst as u32 => Order::DepthFirst,
-            x if x == punctual_order::BreadthFirst as u32 => Order::BreadthFirst,
-            x if x == punctual_order::Random as u32 => Order::Random(self.seed),
-            unknown => return Err(Fault::Value("query->order", unknown)),
-        };
+        let [a, b] = trees(self.a, self.b)?;
+        use Order::{BreadthFirst, DepthFirst, LowAlpha, OverlapVolume, Penetration, Random};
+        let orders = [Penetration, LowAlpha, OverlapVolume, DepthFirst, BreadthFirst, Random(self.seed)];
+        let order = value_of(self.order, "query->order", &orders)?;
         if self.queue_threshold.is_nan() {
             return Err(Fault::Number("query->queue_threshold", f64::NAN));
         }
@@ -310,20 +297,12 @@ impl punctual_query<'_> {
 }
 
 pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<Mode, Fault> {
-    match value {
-        x if x == punctual_mode::Any as u32 => Ok(Mode::Any),
-        x if x == punctual_mode::All as u32 => Ok(Mode::All),
-        unknown => Err(Fault::Value(what, unknown)),
-    }
+    value_of(value, what, &[Mode::Any, Mode::All])
 }
 
 impl punctual_budget {
     pub(crate) fn check(self) -> Result<Budget, Fault> {
-        match self.kind {
-            x if x == punctual_budget_kind::Unlimited as u32 => Ok(Budget::unlimited()),
-            x if x == punctual_budget_kind::Time as u32 => Ok(Budget::time(Duration::from_nanos(self.limit))),
-            x if x == punctual_budget_kind::Work as u32 => Ok(Budget::work(self.limit)),
-            unknown => Err(Fault::Value("budget.kind", unknown)),
-        }
+        let time = Budget::time(Duration::from_nanos(self.limit));
+        value_of(self.kind, "budget.kind", &[Budget::unlimited(), time, Budget::work(self.limit)])
     }
 }

@@ -1,11 +1,11 @@
 //! Ray queries: a tree and a ray, or many, in; triangles and parameters out.
 
-use crate::arrays::{array, fill, find_room, room};
+use crate::arrays::{array, find_room, list, room};
 use crate::clock::punctual_clock;
 use crate::mesh::punctual_point;
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::query::{answer, punctual_budget};
-use crate::status::{Fault, door, given, punctual_status};
+use crate::status::{Fault, door, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
 use core::mem::{MaybeUninit, take};
@@ -176,11 +176,7 @@ pub unsafe extern "C" fn punctual_ray_query_run(
     door("punctual_ray_query_run", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, None, budget, clock, cast, |workspace, _, budget, clock| {
-                Ok(query.run_with(workspace, budget, clock))
-            })
-        }
+        unsafe { answer(workspace, None, budget, clock, cast, |w, _, b, c| Ok(query.run_with(w, b, c))) }
     })
 }
 
@@ -200,11 +196,7 @@ pub unsafe extern "C" fn punctual_ray_query_resume(
     door("punctual_ray_query_resume", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, None, budget, clock, cast, |workspace, _, budget, clock| {
-                Ok(query.resume_with(workspace, budget, clock)?)
-            })
-        }
+        unsafe { answer(workspace, None, budget, clock, cast, |w, _, b, c| Ok(query.resume_with(w, b, c)?)) }
     })
 }
 
@@ -219,10 +211,8 @@ pub unsafe extern "C" fn punctual_workspace_ray_hits(
 ) -> punctual_status {
     door("punctual_workspace_ray_hits", || {
         let found = given(workspace, "workspace")?.0.get("workspace")?.ray_hits();
-        let count = given(count, "count")?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(hits, capacity, "hits", found.iter().map(|&hit| Some(hit).into())) }?);
-        Ok(())
+        unsafe { list(hits, capacity, "hits", count, found.iter().map(|&hit| Some(hit))) }
     })
 }
 
@@ -401,12 +391,7 @@ impl punctual_ray_query<'_> {
 }
 
 pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<RayMode, Fault> {
-    match value {
-        x if x == punctual_ray_mode::Nearest as u32 => Ok(RayMode::Nearest),
-        x if x == punctual_ray_mode::Any as u32 => Ok(RayMode::Any),
-        x if x == punctual_ray_mode::All as u32 => Ok(RayMode::All),
-        unknown => Err(Fault::Value(what, unknown)),
-    }
+    value_of(value, what, &[RayMode::Nearest, RayMode::Any, RayMode::All])
 }
 
 impl From<Option<RayHit>> for punctual_ray_hit {
