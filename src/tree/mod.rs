@@ -155,6 +155,11 @@ impl Tree {
         self.unit.length()
     }
 
+    /// The same, but 0 of a mesh that is a single point.
+    pub(crate) fn size(&self) -> f64 {
+        if self.unit.is_point { 0.0 } else { self.unit.length() }
+    }
+
     /// The whole tree as a subtree; `None` for an empty mesh.
     pub fn root(&self) -> Option<Subtree<'_>> {
         self.nodes.first().map(|_| Subtree { tree: self, index: 0 })
