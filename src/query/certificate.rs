@@ -19,11 +19,8 @@ pub struct Certificate<'w> {
     pub(super) b: &'w Tree,
     pub(super) place: Place<'w>,
     pub(super) workspace: &'w Workspace,
-    /// The run that it is of: another one than `workspace` holds if it was narrowed.
-    whole: &'w Workspace,
-    is_narrowed: bool,
-    /// How many of the open node pairs of `whole` the narrowing took over.
-    taken: usize,
+    /// If it was narrowed: where the run is that it is of, and how many open node pairs of that the other workspace took over.
+    narrowed: Option<(&'w Workspace, usize)>,
 }
 
 /// Where B is.
@@ -35,24 +32,19 @@ pub(super) enum Place<'w> {
 }
 
 impl<'w> Certificate<'w> {
-    pub(super) fn new([a, b]: [&'w Tree; 2], b_in_a: &'w Pose, workspace: &'w Workspace, reach: f64) -> Self {
-        Self { a, b, place: Place::Still(b_in_a, reach), workspace, whole: workspace, is_narrowed: false, taken: 0 }
-    }
-
-    /// Of a motion.
-    pub(super) fn of_motion([a, b]: [&'w Tree; 2], options: &'w MotionOptions, workspace: &'w Workspace) -> Self {
-        Self { a, b, place: Place::Moving(options), workspace, whole: workspace, is_narrowed: false, taken: 0 }
+    pub(super) fn new([a, b]: [&'w Tree; 2], place: Place<'w>, workspace: &'w Workspace) -> Self {
+        Self { a, b, place, workspace, narrowed: None }
     }
 
     /// The same, of the first `taken` node pairs and all else that is not one, as another workspace went on with them.
     pub(super) fn narrowed(self, workspace: &'w Workspace, taken: usize) -> Self {
-        Self { workspace, taken, is_narrowed: true, ..self }
+        Self { workspace, narrowed: Some((self.workspace, taken)), ..self }
     }
 
     /// Units of work that it took: 0 unless it was narrowed.
     #[must_use]
     pub fn work(&self) -> u64 {
-        if self.is_narrowed { self.workspace.run.stats.work } else { 0 }
+        self.narrowed.map_or(0, |_| self.workspace.work())
     }
 
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. Of a turning motion, which a query cuts into
@@ -158,9 +150,9 @@ impl<'w> Certificate<'w> {
             Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),
         };
         let later = later.into_iter().flatten().map(Open::Piece);
-        let rest = self.whole.open_nodes().skip(self.taken).take(if self.is_narrowed { usize::MAX } else { 0 });
+        let rest = self.narrowed.into_iter().flat_map(|(run, taken)| run.open_nodes().skip(taken));
         let nodes = workspace.open_nodes().chain(rest).map(Open::Nodes);
-        let found = if self.is_narrowed { workspace.pairs() } else { &[] }.iter().copied().map(Open::Found);
+        let found = self.narrowed.map_or(&[][..], |_| workspace.pairs()).iter().copied().map(Open::Found);
         nodes.chain(triangles).chain(found).chain(later).take(self.most())
     }
 

@@ -8,7 +8,7 @@ use super::Deadline;
 #[cfg(feature = "std")]
 use super::budget::by_system_clock;
 use super::budget::{Budget, Clock};
-use super::certificate::Certificate;
+use super::certificate::{Certificate, Place};
 use super::intersection::Intersection;
 use super::interval::{Interval, Tolerance};
 use super::nearest;
@@ -144,7 +144,7 @@ impl<'t> ContactQuery<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options.
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
         workspace.run.holds(&self.key())?;
-        Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, self.options.margin))
+        Ok(Certificate::new([self.a, self.b], Place::Still(&self.b_in_a, self.options.margin), workspace))
     }
 
     /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame: which way the two faces of a
@@ -174,8 +174,7 @@ impl<'t> ContactQuery<'t> {
     }
 
     fn key(&self) -> Key {
-        let trees = [self.a.identity(), self.b.identity()];
-        Key { trees, b_in_a: self.b_in_a, asked: Asked::Contacts(self.options) }
+        Key::new([self.a, self.b], self.b_in_a, Asked::Contacts(self.options))
     }
 
     /// Whether the workspace holds a run of this query, stopped or finished.

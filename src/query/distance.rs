@@ -4,7 +4,7 @@ use super::Deadline;
 #[cfg(feature = "std")]
 use super::budget::by_system_clock;
 use super::budget::{Budget, Clock};
-use super::certificate::Certificate;
+use super::certificate::{Certificate, Place};
 use super::interval::{Interval, Tolerance};
 use super::memory::PairMemory;
 use super::nearest;
@@ -183,12 +183,11 @@ impl<'t> DistanceQuery<'t> {
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
         workspace.run.holds(&self.key())?;
         let reach = workspace.search.interval.high().min(self.options.limit + self.margin());
-        Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, reach))
+        Ok(Certificate::new([self.a, self.b], Place::Still(&self.b_in_a, reach), workspace))
     }
 
     pub(super) fn key(&self) -> Key {
-        let trees = [self.a.identity(), self.b.identity()];
-        Key { trees, b_in_a: self.b_in_a, asked: Asked::Distance(self.options) }
+        Key::new([self.a, self.b], self.b_in_a, Asked::Distance(self.options))
     }
 
     /// From the middle of A's box to that of B's.
@@ -197,9 +196,7 @@ impl<'t> DistanceQuery<'t> {
     }
 
     fn tolerance(&self) -> Tolerance {
-        let units = [self.a.unit(), self.b.unit()];
-        let [of_a, of_b] = units.map(|unit| if unit.is_point { 0.0 } else { unit.length() });
-        let size = of_a.max(of_b);
+        let size = self.a.size().max(self.b.size());
         let apart = self.middle().abs().max_element();
         let DistanceOptions { absolute, relative, .. } = self.options;
         let is_far = absolute.is_none() && apart > FAR * size;

@@ -81,6 +81,7 @@ pub use workspace::{ResumeError, Workspace};
 use crate::math::Pose;
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::tree::Tree;
+use certificate::Place;
 use intersection::Intersection;
 use memory::{Before, WITNESSES};
 use queue::Pair;
@@ -266,7 +267,7 @@ impl<'t> Query<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options.
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
         workspace.run.holds(&self.key())?;
-        Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, 0.0))
+        Ok(Certificate::new([self.a, self.b], Place::Still(&self.b_in_a, 0.0), workspace))
     }
 
     /// Whether the workspace holds a stopped run of this query.
@@ -275,11 +276,7 @@ impl<'t> Query<'t> {
     }
 
     fn key(&self) -> Key {
-        Key {
-            trees: [self.a.identity(), self.b.identity()],
-            b_in_a: self.b_in_a,
-            asked: Asked::Intersection(self.options),
-        }
+        Key::new([self.a, self.b], self.b_in_a, Asked::Intersection(self.options))
     }
 
     /// Whether both trees know what lies next to their triangles.
@@ -352,8 +349,8 @@ impl<'t> Query<'t> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
-        let (question, relation) =
-            (Intersection { options: &self.options }, Relation::new(self.a, self.b, &self.b_in_a));
+        let relation = Relation::new(self.a, self.b, &self.b_in_a);
+        let question = Intersection { options: &self.options };
         let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
         if stop == StopReason::FlushedToZero {
             return stop;

@@ -17,6 +17,7 @@ use crate::math::Pose;
 use crate::math::lanes::Instructions;
 use crate::math::random::Random;
 use crate::model::cost::{CostModel, Counts};
+use crate::tree::Tree;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::fmt;
@@ -184,6 +185,12 @@ pub(super) struct Key {
     pub trees: [usize; 2],
     pub b_in_a: Pose,
     pub asked: Asked,
+}
+
+impl Key {
+    pub fn new(trees: [&Tree; 2], b_in_a: Pose, asked: Asked) -> Self {
+        Self { trees: trees.map(Tree::identity), b_in_a, asked }
+    }
 }
 
 /// A question and all its options.

@@ -18,7 +18,7 @@ use crate::query::Deadline;
 #[cfg(feature = "std")]
 use crate::query::budget::by_system_clock;
 use crate::query::budget::{Budget, Clock};
-use crate::query::certificate::Certificate;
+use crate::query::certificate::{Certificate, Place};
 use crate::query::memory::PairMemory;
 use crate::query::options::{MotionOptions, thickness};
 use crate::query::outcome::{Stats, StopReason};
@@ -218,7 +218,7 @@ impl<'t> MotionQuery<'t> {
     /// If the last run in this workspace was not of these trees, this motion and these options.
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
         self.holds(workspace)?;
-        Ok(Certificate::of_motion([self.a, self.b], &self.options, workspace))
+        Ok(Certificate::new([self.a, self.b], Place::Moving(&self.options), workspace))
     }
 
     /// Whether the workspace has the last run of this query.
@@ -232,15 +232,13 @@ impl<'t> MotionQuery<'t> {
     }
 
     fn key(&self) -> Key {
-        let trees = [self.a.identity(), self.b.identity()];
-        Key { trees, b_in_a: self.options.of_b.start(), asked: Asked::Motion }
+        Key::new([self.a, self.b], self.options.of_b.start(), Asked::Motion)
     }
 
     /// Half of it: a contact is looked for so much after the time at which it may be. Others that may be as much earlier do
     /// not matter then, so that neighbours which meet at the same time are not looked at one by one.
     fn tolerance_in_time(&self, course: &Course) -> f64 {
-        let [of_a, of_b] = [self.a, self.b].map(|tree| if tree.unit().is_point { 0.0 } else { tree.unit().length() });
-        let length = self.options.length.unwrap_or(DEFAULT_TOLERANCE * (of_a + of_b));
+        let length = self.options.length.unwrap_or(DEFAULT_TOLERANCE * (self.a.size() + self.b.size()));
         // Nothing is known better than places are.
         let time = self.options.time.max(length.max(8.0 * course.rounding) / course.speed);
         0.5 * if time > LEAST_TOLERANCE { time.min(1.0) } else { LEAST_TOLERANCE }

@@ -239,7 +239,7 @@ impl<'t> RayBatch<'t> {
 }
 
 fn key(tree: &Tree) -> Key {
-    Key { trees: [tree.identity(); 2], b_in_a: Pose::IDENTITY, asked: Asked::Ray }
+    Key::new([tree; 2], Pose::IDENTITY, Asked::Ray)
 }
 
 /// Prepares the workspace for the first of some rays.
