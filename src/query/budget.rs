@@ -9,8 +9,8 @@ use core::time::Duration;
 #[cfg_attr(feature = "serde", serde(default = "Budget::unlimited", deny_unknown_fields))]
 #[must_use]
 pub struct Budget {
-    pub(super) time: Option<Duration>,
-    pub(super) work: Option<u64>,
+    pub(crate) time: Option<Duration>,
+    pub(crate) work: Option<u64>,
 }
 
 impl Budget {
@@ -34,14 +34,6 @@ impl Budget {
     /// distance, contacts or motion, [`MAX_DISTANCE_STEP_WORK`](crate::MAX_DISTANCE_STEP_WORK)); a budget of 0 does nothing.
     pub const fn work(limit: u64) -> Self {
         Self { time: None, work: Some(limit) }
-    }
-
-    pub(crate) const fn time_limit(self) -> Option<Duration> {
-        self.time
-    }
-
-    pub(crate) const fn work_limit(self) -> Option<u64> {
-        self.work
     }
 }
 
