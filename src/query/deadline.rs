@@ -38,11 +38,11 @@ pub(crate) struct Deadline<'c> {
 impl<'c> Deadline<'c> {
     /// The end of a budget that begins now.
     #[inline(always)]
-    pub fn of(budget: Budget, poll_interval: u64, clock: &'c dyn Clock) -> Self {
+    pub fn of(budget: Budget, clock: &'c dyn Clock) -> Self {
         let started = budget.time.map(|_| clock.now());
         let end = started.zip(budget.time).map(|(now, limit)| now.saturating_add(limit));
         let left = budget.work.unwrap_or(u64::MAX);
-        Self { started, poll_interval: poll_interval.max(1), reserve: 0, ..Self::at(end, left, clock) }
+        Self { started, poll_interval: budget.poll_interval.max(1), reserve: 0, ..Self::at(end, left, clock) }
     }
 
     /// The end at a moment of the clock, if any, and after so much work, the last step of a query included.
@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn slow_units_bring_the_looks_closer_together() {
         let clock = ManualClock::new();
-        let mut deadline = Deadline::of(Budget::time(Duration::from_micros(100)), 1, &clock);
+        let mut deadline = Deadline::of(Budget::time(Duration::from_micros(100)).poll_interval(1), &clock);
         deadline.begin(0);
         assert_eq!(deadline.stop(0), None);
         let second = deadline.next_look;

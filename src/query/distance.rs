@@ -1,8 +1,6 @@
 //! How far apart two meshes are: two trees, a pose and a budget in, a [`Distance`] with proven bounds out.
 
 use super::Deadline;
-#[cfg(feature = "std")]
-use super::budget::by_system_clock;
 use super::budget::{Budget, Clock};
 use super::certificate::{Certificate, Place};
 use super::interval::{Interval, Tolerance};
@@ -16,7 +14,6 @@ use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::math::Pose;
-use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::Tree;
 use glam::DVec3;
 
@@ -58,9 +55,8 @@ impl<'t> DistanceQuery<'t> {
     /// is asked for.
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        let (margins, limit) = ([0.0; 2], f64::INFINITY);
-        let (absolute, relative, poll_interval) = (None, None, MAX_STEP_WORK);
-        let options = DistanceOptions { absolute, relative, margins, limit, poll_interval, depth_first: false };
+        let (absolute, relative, margins, limit) = (None, None, [0.0; 2], f64::INFINITY);
+        let options = DistanceOptions { absolute, relative, margins, limit, depth_first: false };
         Self { a, b, b_in_a, options, ceiling: f64::INFINITY }
     }
 
@@ -102,14 +98,6 @@ impl<'t> DistanceQuery<'t> {
         Self { ceiling, ..self }
     }
 
-    /// Least work between looks at the clock, which come closer together towards the deadline; default
-    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
-    #[must_use]
-    pub fn poll_interval(mut self, work: u64) -> Self {
-        self.options.poll_interval = work;
-        self
-    }
-
     /// For comparison: all node pairs on one stack, the closest of siblings on top, so that `low` is 0 almost to the end.
     #[cfg(feature = "internals")]
     #[doc(hidden)]
@@ -122,7 +110,7 @@ impl<'t> DistanceQuery<'t> {
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Distance {
-        by_system_clock(budget, |clock| self.run_with(workspace, None, budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, None, budget, clock))
     }
 
     /// [`DistanceQuery::run`] with what is remembered of the pair from the frame before, and will be for the next: the
@@ -130,7 +118,7 @@ impl<'t> DistanceQuery<'t> {
     /// ([`PairMemory::clearance`]).
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Distance {
-        by_system_clock(budget, |clock| self.run_with(workspace, Some(memory), budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, Some(memory), budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -141,7 +129,7 @@ impl<'t> DistanceQuery<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Distance, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_with(workspace, None, budget, clock))
+        budget.by_system_clock(|clock| self.resume_with(workspace, None, budget, clock))
     }
 
     /// [`DistanceQuery::run`] by a clock of the caller's, with or without a memory.
@@ -152,7 +140,7 @@ impl<'t> DistanceQuery<'t> {
         budget: Budget,
         clock: &dyn Clock,
     ) -> Distance {
-        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        let mut deadline = Deadline::of(budget, clock);
         if let Some(memory) = &mut memory {
             memory.bind(self.a, self.b);
         }
@@ -172,7 +160,7 @@ impl<'t> DistanceQuery<'t> {
         clock: &dyn Clock,
     ) -> Result<Distance, ResumeError> {
         workspace.run.holds_stopped(&self.key())?;
-        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, self.options.poll_interval, clock)))
+        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, clock)))
     }
 
     /// Where the last run of this query in `workspace` may have missed what is closer than its upper bound by more than the

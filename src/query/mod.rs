@@ -59,8 +59,6 @@ mod workspace;
 
 #[cfg(feature = "std")]
 pub use budget::SystemClock;
-#[cfg(feature = "std")]
-pub(crate) use budget::by_system_clock;
 pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
 pub(crate) use clearance::displacement;
@@ -138,14 +136,6 @@ impl<'t> Query<'t> {
         self
     }
 
-    /// Least work between looks at the clock, which come closer together towards the deadline; default
-    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK). It bounds how late a budget of time can end.
-    #[must_use]
-    pub fn poll_interval(mut self, work: u64) -> Self {
-        self.options.poll_interval = work;
-        self
-    }
-
     /// The share of poses with an intersection among those that are asked about, 0 to 1; it shifts the probability of
     /// [`Query::estimate`]. By default that of the poses for which the model was fitted,
     /// [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR).
@@ -190,17 +180,17 @@ impl<'t> Query<'t> {
     /// Runs within a budget, by the clock of the system. What it finds stays in the workspace.
     ///
     /// Under a budget of time it stops as soon as it sees that the time is up, and it looks the more often the nearer the
-    /// deadline, in the end every [`Query::poll_interval`] units of work. It does not allocate, lock or panic.
+    /// deadline, in the end every [`Budget::poll_interval`] units of work. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Outcome {
-        by_system_clock(budget, |clock| self.run_with(workspace, None, budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, None, budget, clock))
     }
 
     /// [`Query::run`] with what is remembered of the pair from the frame before, and will be for the next. As long as B stays
     /// within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known without a search.
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Outcome {
-        by_system_clock(budget, |clock| self.run_with(workspace, Some(memory), budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, Some(memory), budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -211,7 +201,7 @@ impl<'t> Query<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Outcome, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_with(workspace, None, budget, clock))
+        budget.by_system_clock(|clock| self.resume_with(workspace, None, budget, clock))
     }
 
     /// [`Query::resume`] with what is remembered of the pair.
@@ -225,7 +215,7 @@ impl<'t> Query<'t> {
         memory: &mut PairMemory,
         budget: Budget,
     ) -> Result<Outcome, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_with(workspace, Some(memory), budget, clock))
+        budget.by_system_clock(|clock| self.resume_with(workspace, Some(memory), budget, clock))
     }
 
     /// [`Query::run`] by a clock of the caller's, with or without a memory.
@@ -236,7 +226,7 @@ impl<'t> Query<'t> {
         budget: Budget,
         clock: &dyn Clock,
     ) -> Outcome {
-        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        let mut deadline = Deadline::of(budget, clock);
         if let Some(memory) = &mut memory {
             memory.bind(self.a, self.b);
         }
@@ -258,7 +248,7 @@ impl<'t> Query<'t> {
         clock: &dyn Clock,
     ) -> Result<Outcome, ResumeError> {
         workspace.run.holds_stopped(&self.key())?;
-        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, self.options.poll_interval, clock)))
+        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, clock)))
     }
 
     /// What the last run of this query in `workspace` left open.

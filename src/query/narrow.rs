@@ -17,7 +17,6 @@ use super::traversal::{Question, Traversal};
 use super::views::Relation;
 use super::workspace::{ResumeError, Workspace};
 use super::{Deadline, Query};
-use crate::model::cost::MAX_STEP_WORK;
 
 impl Query<'_> {
     /// [`Query::certificate`] after so many units of work that open the largest of its boxes: the more, the less room is left
@@ -107,7 +106,7 @@ impl<'w> Certificate<'w> {
         aside.take_over(run);
         let relation = Relation::new(self.a, self.b, b_in_a);
         let clock = ManualClock::new();
-        let mut deadline = Deadline::of(Budget::work(work), MAX_STEP_WORK, &clock);
+        let mut deadline = Deadline::of(Budget::work(work), &clock);
         if reach > 0.0 {
             aside.contacts.begin(reach, usize::MAX);
         }

@@ -11,7 +11,7 @@ use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Contact, ContactQuery, Contacts, MAX_STEP_WORK};
+use punctual::{Contact, ContactQuery, Contacts};
 
 /// The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
 /// one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
@@ -28,8 +28,6 @@ pub struct punctual_contact_query<'t> {
     pub margin: f64,
     /// Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default when it is full.
     pub contact_limit: usize,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
 }
 
 /// The answer of a contact query. The contacts stay in the workspace: `punctual_workspace_contacts`.
@@ -72,7 +70,7 @@ pub extern "C" fn punctual_contact_query_new<'t>(
     b: Option<&'t punctual_tree>,
     b_in_a: punctual_pose,
 ) -> punctual_contact_query<'t> {
-    punctual_contact_query { a, b, b_in_a, margin: 0.0, contact_limit: usize::MAX, poll_interval: MAX_STEP_WORK }
+    punctual_contact_query { a, b, b_in_a, margin: 0.0, contact_limit: usize::MAX }
 }
 
 /// Runs a contact query within a budget. The first one in a workspace makes room for 4,096 contacts, unless
@@ -268,7 +266,7 @@ impl punctual_contact_query<'_> {
         let [a, b] = trees(self.a, self.b)?;
         not_negative(self.margin, "query->margin")?;
         let query = ContactQuery::new(a, b, self.b_in_a.check()?).margin(self.margin);
-        Ok(query.contact_limit(self.contact_limit).poll_interval(self.poll_interval))
+        Ok(query.contact_limit(self.contact_limit))
     }
 }
 

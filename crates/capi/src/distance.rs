@@ -12,7 +12,7 @@ use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
+use punctual::{Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK};
 
 /// The same as PUNCTUAL_MAX_STEP_WORK for distance queries.
 pub const PUNCTUAL_MAX_DISTANCE_STEP_WORK: u64 = 1040;
@@ -57,8 +57,6 @@ pub struct punctual_distance_query<'t> {
     /// Ask only whether the surfaces are no farther apart than this length: done as soon as that is known, in a fraction of the
     /// time. Infinity by default: the distance itself is asked for.
     pub closer_than: f64,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
 }
 
 /// The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length unit of the meshes.
@@ -98,7 +96,6 @@ pub extern "C" fn punctual_distance_query_new<'t>(
         relative_tolerance: 0.0,
         margins: [0.0; 2],
         closer_than: f64::INFINITY,
-        poll_interval: MAX_STEP_WORK,
     }
 }
 
@@ -276,7 +273,7 @@ impl punctual_distance_query<'_> {
             0.0 => query,
             share => query.relative_tolerance(share),
         };
-        Ok(query.margins(self.margins).closer_than(self.closer_than).poll_interval(self.poll_interval))
+        Ok(query.margins(self.margins).closer_than(self.closer_than))
     }
 }
 

@@ -61,6 +61,9 @@ pub struct punctual_budget {
     pub limit: u64,
     /// A `punctual_budget_kind`.
     pub kind: u32,
+    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default. A
+    /// frame of a scene goes by the default.
+    pub poll_interval: u64,
 }
 
 /// A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
@@ -82,8 +85,6 @@ pub struct punctual_query<'t> {
     pub seed: u64,
     /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
     pub pair_limit: usize,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
     /// For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
     /// queued: 0 queues every pair, infinity none. -1 by default: 128 (64 with `early`), and infinity for MODE_ANY with
     /// ORDER_PENETRATION.
@@ -99,20 +100,20 @@ pub struct punctual_query<'t> {
 /// As much as it takes.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_unlimited() -> punctual_budget {
-    punctual_budget { limit: 0, kind: punctual_budget_kind::Unlimited as u32 }
+    punctual_budget { limit: 0, kind: punctual_budget_kind::Unlimited as u32, poll_interval: MAX_STEP_WORK }
 }
 
 /// Stop within this time from the start of the call.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_time(nanoseconds: u64) -> punctual_budget {
-    punctual_budget { limit: nanoseconds, kind: punctual_budget_kind::Time as u32 }
+    punctual_budget { limit: nanoseconds, kind: punctual_budget_kind::Time as u32, ..punctual_budget_unlimited() }
 }
 
 /// Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK): the
 /// same bits on every machine, in every run.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_work(units: u64) -> punctual_budget {
-    punctual_budget { limit: units, kind: punctual_budget_kind::Work as u32 }
+    punctual_budget { limit: units, kind: punctual_budget_kind::Work as u32, ..punctual_budget_unlimited() }
 }
 
 /// The question whether `a` and `b` intersect, with the default options. Checked when it is run.
@@ -130,7 +131,6 @@ pub extern "C" fn punctual_query_new<'t>(
         order: punctual_order::Penetration as u32,
         seed: 0,
         pair_limit: usize::MAX,
-        poll_interval: MAX_STEP_WORK,
         queue_threshold: -1.0,
         early: 0,
         prior: DEFAULT_PRIOR,
@@ -291,7 +291,7 @@ impl punctual_query<'_> {
         }
         let query = Query::new(a, b, self.b_in_a.check()?).mode(check_mode(self.mode, "query->mode")?).order(order);
         let query = if self.queue_threshold < 0.0 { query } else { query.queue_threshold(self.queue_threshold) };
-        let query = query.pair_limit(self.pair_limit).poll_interval(self.poll_interval).early(self.early != 0);
+        let query = query.pair_limit(self.pair_limit).early(self.early != 0);
         Ok(query.prior(self.prior))
     }
 }
@@ -303,6 +303,7 @@ pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<Mode, Fault> 
 impl punctual_budget {
     pub(crate) fn check(self) -> Result<Budget, Fault> {
         let time = Budget::time(Duration::from_nanos(self.limit));
-        value_of(self.kind, "budget.kind", &[Budget::unlimited(), time, Budget::work(self.limit)])
+        let budget = value_of(self.kind, "budget.kind", &[Budget::unlimited(), time, Budget::work(self.limit)])?;
+        Ok(budget.poll_interval(self.poll_interval))
     }
 }

@@ -9,9 +9,7 @@ use crate::status::{Fault, door, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
 use core::mem::{MaybeUninit, take};
-use punctual::{
-    MAX_STEP_WORK, Ray, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Side, Tree,
-};
+use punctual::{Ray, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Side, Tree};
 
 /// The triangle of a ray that hits none.
 pub const PUNCTUAL_NO_TRIANGLE: u32 = 0xFFFF_FFFF;
@@ -85,8 +83,6 @@ pub struct punctual_ray_query<'t> {
     pub ray: punctual_ray,
     /// A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
     pub mode: u32,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
 }
 
 /// The answer of a ray query, wherever it stopped. All hits stay in the workspace: `punctual_workspace_ray_hits`.
@@ -120,8 +116,6 @@ pub struct punctual_ray_batch<'t> {
     pub count: usize,
     /// RAY_MODE_NEAREST, by default, or RAY_MODE_ANY.
     pub mode: u32,
-    /// Least work between looks at the clock; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
 }
 
 /// The answer for many rays; their hits are in the caller's array.
@@ -154,7 +148,7 @@ pub extern "C" fn punctual_ray_query_new<'t>(
     tree: Option<&'t punctual_tree>,
     ray: punctual_ray,
 ) -> punctual_ray_query<'t> {
-    punctual_ray_query { tree, ray, mode: punctual_ray_mode::Nearest as u32, poll_interval: MAX_STEP_WORK }
+    punctual_ray_query { tree, ray, mode: punctual_ray_mode::Nearest as u32 }
 }
 
 /// Runs a ray query within a budget. The first one for all hits in a workspace makes room for 4,096 hits, unless
@@ -252,7 +246,7 @@ pub unsafe extern "C" fn punctual_ray_batch_new<'t>(
     count: usize,
 ) -> punctual_ray_batch<'t> {
     let mode = punctual_ray_mode::Nearest as u32;
-    punctual_ray_batch { tree, rays, count, mode, poll_interval: MAX_STEP_WORK }
+    punctual_ray_batch { tree, rays, count, mode }
 }
 
 /// Runs many rays within a budget, and writes the hits of those that are done to `hits`, which has room for all. The first batch of
@@ -355,7 +349,7 @@ impl punctual_ray_batch<'_> {
                     } else if held.hits.len() != held.rays.len() {
                         return Err(ResumeError.into());
                     }
-                    let batch = RayBatch::new(tree, &held.rays).poll_interval(self.poll_interval);
+                    let batch = RayBatch::new(tree, &held.rays);
                     let batch = if any { batch.any() } else { batch };
                     let answer = match resumes {
                         true => batch.resume_with(workspace, &mut held.hits, budget, clock)?,
@@ -386,7 +380,7 @@ impl punctual_ray_query<'_> {
     fn check(&self) -> Result<RayQuery<'_>, Fault> {
         let tree: &Tree = given(self.tree, "query->tree")?.0.get("query->tree")?;
         let query = RayQuery::new(tree, self.ray.check("query->ray", None)?);
-        Ok(query.mode(check_mode(self.mode, "query->mode")?).poll_interval(self.poll_interval))
+        Ok(query.mode(check_mode(self.mode, "query->mode")?))
     }
 }
 

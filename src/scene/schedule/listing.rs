@@ -8,7 +8,7 @@ use super::pairs::Pairs;
 use super::tally::Tallies;
 use super::turns::RoundRobin;
 use crate::model::cost::{WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
-use crate::query::{Budget, Deadline, Mode, Verdict};
+use crate::query::{Deadline, Mode, Verdict};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
@@ -111,7 +111,7 @@ impl<'l> Listing<'l> {
     /// Lists pairs in a range of places; the place before which it ended.
     fn walk(&mut self, places: Range<usize>, deadline: &mut Deadline) -> usize {
         // Without a budget, on one thread, nothing depends on what is expected.
-        let forecasts = self.frame.threads > 1 || self.frame.budget != Budget::unlimited();
+        let forecasts = self.frame.threads > 1 || !self.frame.budget.is_unlimited();
         let settled = self.broad.open() == 0 && self.frame.bodies.changed() == 0;
         for place in places.clone() {
             if !deadline.has_room(WORK_PER_LISTED_PAIR) {
