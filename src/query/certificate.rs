@@ -19,14 +19,14 @@ pub struct Certificate<'w> {
     pub(super) b: &'w Tree,
     pub(super) place: Place<'w>,
     pub(super) workspace: &'w Workspace,
-    /// If it was narrowed: where the run is that it is of, and how many open node pairs of that the other workspace took over.
+    /// If it was narrowed: the workspace of the stopped run, and how many of its open node pairs were taken over from there.
     narrowed: Option<(&'w Workspace, usize)>,
 }
 
 /// Where B is.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Place<'w> {
-    /// At a pose, and how close to one another the points of a missed pair are, at most.
+    /// At a pose; and the largest distance of the points of a missed pair.
     Still(&'w Pose, f64),
     Moving(&'w MotionOptions),
 }
@@ -36,12 +36,12 @@ impl<'w> Certificate<'w> {
         Self { a, b, place, workspace, narrowed: None }
     }
 
-    /// The same, of the first `taken` node pairs and all else that is not one, as another workspace went on with them.
+    /// The same, after `workspace` has gone on with the first `taken` node pairs and with all triangle pairs.
     pub(super) fn narrowed(self, workspace: &'w Workspace, taken: usize) -> Self {
         Self { workspace, narrowed: Some((self.workspace, taken)), ..self }
     }
 
-    /// Units of work that it took: 0 unless it was narrowed.
+    /// Units of work spent on narrowing it; 0 if it was not narrowed.
     #[must_use]
     pub fn work(&self) -> u64 {
         self.narrowed.map_or(0, |_| self.workspace.work())
@@ -96,7 +96,7 @@ impl<'w> Certificate<'w> {
     /// Where points of an open pair may be that are within `reach` of one another.
     fn box_of(&self, open: Open, b_in_a: &Pose, reach: f64) -> Option<Aabb> {
         let Self { a, b, .. } = *self;
-        // That of B's vertices as they are placed, and twice as much for the boxes computed here (`docs/numerics.md`).
+        // The rounding of B's placed vertices, and twice as much for the boxes computed here (`docs/numerics.md`).
         let rounding = 3.0 * rounding(a.unit(), b.unit(), b_in_a) + 8.0 * f64::EPSILON * a.unit().length();
         let margin = rounding + 0.5 * reach;
         match open {
@@ -161,7 +161,7 @@ impl<'w> Certificate<'w> {
         Ahead::new([self.a, self.b], options, &self.workspace.motion)
     }
 
-    /// Of a motion that is finished nothing matters that is still in the buffers.
+    /// Most open pairs that count: none of a finished motion, whatever is still in the buffers.
     fn most(&self) -> usize {
         let is_finished = matches!(self.place, Place::Moving(_)) && !self.workspace.run.stopped;
         if is_finished { 0 } else { usize::MAX }
@@ -189,7 +189,7 @@ enum Open {
     Triangles([u32; 2]),
     /// The same of a pair that was found while the certificate was narrowed.
     Found([u32; 2]),
-    /// Everything, in a piece of a motion that was not come to.
+    /// All of both meshes, in a piece of a motion that the query has not come to.
     Piece(u32),
 }
 

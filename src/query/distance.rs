@@ -92,7 +92,7 @@ impl<'t> DistanceQuery<'t> {
         self
     }
 
-    /// Does not tell distances apart that are more than this. A stopped run goes on with the ceiling that it began with.
+    /// Beyond this, distances are not told apart. A stopped run goes on with the ceiling that it began with.
     #[must_use]
     pub(crate) fn below(self, ceiling: f64) -> Self {
         Self { ceiling, ..self }
@@ -198,7 +198,7 @@ impl<'t> DistanceQuery<'t> {
         self.options.margins[0] + self.options.margins[1]
     }
 
-    /// Whether the surfaces are apart if a finished run does not say that they meet, however close its tolerance lets them be.
+    /// Whether a finished run tells if the surfaces meet, whatever its tolerance.
     pub(crate) fn decides_contact(&self) -> bool {
         self.options.limit == f64::INFINITY && self.margin() == 0.0
     }
@@ -281,8 +281,8 @@ impl<'t> DistanceQuery<'t> {
     }
 }
 
-/// A bound less the margins, and no less than 0. Both are sums that were rounded; so many times that is added. What is
-/// infinitely far stays so.
+/// A bound less the margins, and no less than 0. `rounding`, relative to the sum of both, makes up for their own rounding. An
+/// infinite bound stays as it is.
 fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
     let is_less = margin > 0.0 && bound < f64::INFINITY;
     if is_less { (bound - margin + rounding * (bound + margin)).max(0.0) } else { bound }

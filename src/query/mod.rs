@@ -179,8 +179,8 @@ impl<'t> Query<'t> {
 
     /// Runs within a budget, by the clock of the system. What it finds stays in the workspace.
     ///
-    /// Under a budget of time it stops as soon as it sees that the time is up, and it looks the more often the nearer the
-    /// deadline, in the end every [`Budget::poll_interval`] units of work. It does not allocate, lock or panic.
+    /// Under a budget of time it looks at the clock more often the nearer the deadline, in the end every
+    /// [`Budget::poll_interval`] units of work. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Outcome {
         budget.by_system_clock(|clock| self.run_with(workspace, None, budget, clock))
@@ -274,7 +274,7 @@ impl<'t> Query<'t> {
         self.a.has_neighbors() && self.b.has_neighbors()
     }
 
-    /// How a run goes about its visits that is expected to be complete, or else that has any budget of work.
+    /// The strategy of a run that nothing stops (`complete`), or of one with a budget of work.
     pub(crate) fn strategy(&self, complete: bool) -> Strategy {
         if complete {
             Strategy::complete(&self.options)
@@ -294,7 +294,7 @@ impl<'t> Query<'t> {
             WarmStart::None => {}
             WarmStart::Paths => workspace.witnesses.extend(witnesses.iter().copied()),
             WarmStart::Witnesses => {
-                // Tested before anything else, as any other waiting pairs.
+                // They wait like any other triangle pairs, and so are tested first.
                 workspace.waiting.extend(&witnesses[..witnesses.len().min(WITNESSES)]);
                 workspace.testing = !witnesses.is_empty();
             }

@@ -56,7 +56,7 @@ pub struct Tree {
     /// Input id of each triangle, in tree order.
     ids: Box<[u32]>,
     profiles: Profiles,
-    /// Neighbours of each triangle, in tree order; none of any if they were not asked for.
+    /// Neighbors of each triangle, in tree order; empty if they are not kept.
     neighbors: Box<[Neighbors]>,
     /// SAH cost after the build.
     built_cost: f32,
@@ -89,7 +89,7 @@ pub struct TreeStats {
     pub bytes_mesh: usize,
     /// Bytes of profiles.
     pub bytes_profiles: usize,
-    /// Bytes of the neighbours of triangles.
+    /// Bytes of the neighbors of triangles.
     pub bytes_neighbors: usize,
 }
 

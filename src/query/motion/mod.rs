@@ -105,7 +105,7 @@ impl<'t> MotionQuery<'t> {
         self
     }
 
-    /// Where B is in A at a time, 0 to 1, to the bit as the query takes it.
+    /// Where B is in A at a time, 0 to 1: the very bits that the query uses.
     #[must_use]
     pub fn pose(&self, time: f64) -> Pose {
         self.course().pose(time)
@@ -225,10 +225,10 @@ impl<'t> MotionQuery<'t> {
     }
 
     /// Half of it: a contact is looked for so much after the time at which it may be. Others that may be as much earlier do
-    /// not matter then, so that neighbours which meet at the same time are not looked at one by one.
+    /// not matter then, so that neighbors which meet at the same time are not looked at one by one.
     fn tolerance_in_time(&self, course: &Course) -> f64 {
         let length = self.options.length.unwrap_or(DEFAULT_TOLERANCE * (self.a.size() + self.b.size()));
-        // Nothing is known better than places are.
+        // No time is known better than the places are.
         let time = self.options.time.max(length.max(8.0 * course.rounding) / course.speed);
         0.5 * if time > LEAST_TOLERANCE { time.min(1.0) } else { LEAST_TOLERANCE }
     }

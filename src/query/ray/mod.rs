@@ -64,8 +64,8 @@ impl<'t> RayQuery<'t> {
         self
     }
 
-    /// Runs within a budget, by the clock of the system. It does not lock or panic, and does not allocate, but for room for
-    /// [`RayMode::All`], once ([`Workspace::reserve_ray_hits`]).
+    /// Runs within a budget, by the clock of the system. It does not lock or panic. The first query for [`RayMode::All`] makes
+    /// room for 4,096 hits, unless [`Workspace::reserve_ray_hits`] has made some; otherwise nothing is allocated.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> RayCast {
         budget.by_system_clock(|clock| self.run_with(workspace, budget, clock))
@@ -153,8 +153,8 @@ impl<'t> RayBatch<'t> {
         self
     }
 
-    /// Runs within a budget, by the clock of the system, and writes the hits of the rays that are done into `hits`: as many rays
-    /// as both slices have. It does not allocate, lock or panic.
+    /// Runs within a budget, by the clock of the system, and writes the hits of the rays that are done into `hits`. If one of
+    /// the two slices is longer, the rest of it is left alone. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, hits: &mut [Option<RayHit>], budget: Budget) -> RayBatchOutcome {
         budget.by_system_clock(|clock| self.run_with(workspace, hits, budget, clock))
