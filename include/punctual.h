@@ -793,6 +793,11 @@ typedef struct punctual_budget {
    * A `punctual_budget_kind`.
    */
   uint32_t kind;
+  /**
+   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default. A
+   * frame of a scene goes by the default.
+   */
+  uint64_t poll_interval;
 } punctual_budget;
 
 /**
@@ -828,10 +833,6 @@ typedef struct punctual_query {
    * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
    */
   size_t pair_limit;
-  /**
-   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-   */
-  uint64_t poll_interval;
   /**
    * For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
    * queued: 0 queues every pair, infinity none. -1 by default: 128 (64 with `early`), and infinity for MODE_ANY with
@@ -982,10 +983,6 @@ typedef struct punctual_distance_query {
    * time. Infinity by default: the distance itself is asked for.
    */
   double closer_than;
-  /**
-   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-   */
-  uint64_t poll_interval;
 } punctual_distance_query;
 
 /**
@@ -1121,10 +1118,6 @@ typedef struct punctual_motion_query {
    * By how much each surface is thickened, A's first. 0 by default.
    */
   double margins[2];
-  /**
-   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-   */
-  uint64_t poll_interval;
 } punctual_motion_query;
 
 /**
@@ -1244,10 +1237,6 @@ typedef struct punctual_contact_query {
    * Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default when it is full.
    */
   size_t contact_limit;
-  /**
-   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-   */
-  uint64_t poll_interval;
 } punctual_contact_query;
 
 /**
@@ -1338,10 +1327,6 @@ typedef struct punctual_push_out_query {
    * Stop after this many exact queries. UINT32_MAX by default: the search ends by itself.
    */
   uint32_t query_limit;
-  /**
-   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-   */
-  uint64_t poll_interval;
 } punctual_push_out_query;
 
 /**
@@ -1429,10 +1414,6 @@ typedef struct punctual_ray_query {
    * A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
    */
   uint32_t mode;
-  /**
-   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-   */
-  uint64_t poll_interval;
 } punctual_ray_query;
 
 /**
@@ -1504,10 +1485,6 @@ typedef struct punctual_ray_batch {
    * RAY_MODE_NEAREST, by default, or RAY_MODE_ANY.
    */
   uint32_t mode;
-  /**
-   * Least work between looks at the clock; PUNCTUAL_MAX_STEP_WORK by default.
-   */
-  uint64_t poll_interval;
 } punctual_ray_batch;
 
 /**

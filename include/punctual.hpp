@@ -71,19 +71,21 @@ private:
   std::unique_ptr<H, Deleter> handle_;
 };
 
-/** The handle that `make` makes, as a T. */
-template <class T, class H, class Make> Result<T> owned(Make make) noexcept {
+/** The handle that a function writes to the place behind its other arguments, as a T. */
+template <class T, class H, class Function, class... Arguments>
+Result<T> owned(Function function, Arguments... arguments) noexcept {
   H *handle = nullptr;
-  punctual_status status = make(&handle);
+  punctual_status status = function(arguments..., &handle);
   if (status != PUNCTUAL_STATUS_OK)
     return status;
   return T(handle);
 }
 
-/** The value that `fill` fills in. */
-template <class T, class Fill> Result<T> filled(Fill fill) noexcept {
+/** The value that a function writes to the place behind its other arguments. */
+template <class T, class Function, class... Arguments>
+Result<T> filled(Function function, Arguments... arguments) noexcept {
   T value{};
-  punctual_status status = fill(&value);
+  punctual_status status = function(arguments..., &value);
   if (status != PUNCTUAL_STATUS_OK)
     return status;
   return value;
@@ -95,17 +97,15 @@ inline punctual_pose identity() noexcept { return punctual_pose_identity(); }
 
 inline Result<punctual_pose> pose_from_quaternion(double x, double y, double z, double w,
                                                   punctual_point translation) noexcept {
-  return detail::filled<punctual_pose>(
-      [&](punctual_pose *pose) { return punctual_pose_from_quaternion(x, y, z, w, translation, pose); });
+  return detail::filled<punctual_pose>(punctual_pose_from_quaternion, x, y, z, w, translation);
 }
 
 inline Result<punctual_pose> compose(const punctual_pose &outer, const punctual_pose &inner) noexcept {
-  return detail::filled<punctual_pose>(
-      [&](punctual_pose *pose) { return punctual_pose_compose(outer, inner, pose); });
+  return detail::filled<punctual_pose>(punctual_pose_compose, outer, inner);
 }
 
 inline Result<punctual_pose> inverse(const punctual_pose &of) noexcept {
-  return detail::filled<punctual_pose>([&](punctual_pose *pose) { return punctual_pose_inverse(of, pose); });
+  return detail::filled<punctual_pose>(punctual_pose_inverse, of);
 }
 
 inline punctual_motion straight(const punctual_pose &start, const punctual_point &velocity) noexcept {
@@ -113,14 +113,12 @@ inline punctual_motion straight(const punctual_pose &start, const punctual_point
 }
 
 inline Result<punctual_motion> screw(const punctual_pose &start, const punctual_pose &end) noexcept {
-  return detail::filled<punctual_motion>(
-      [&](punctual_motion *motion) { return punctual_motion_screw(start, end, motion); });
+  return detail::filled<punctual_motion>(punctual_motion_screw, start, end);
 }
 
 /** Where the body is at a time, 0 to 1. */
 inline Result<punctual_pose> pose_at(const punctual_motion &motion, double time) noexcept {
-  return detail::filled<punctual_pose>(
-      [&](punctual_pose *pose) { return punctual_motion_pose(&motion, time, pose); });
+  return detail::filled<punctual_pose>(punctual_motion_pose, &motion, time);
 }
 
 inline punctual_ray ray(const punctual_point &origin, const punctual_point &direction) noexcept {
@@ -132,7 +130,7 @@ inline punctual_ray segment(const punctual_point &from, const punctual_point &to
 }
 
 inline Result<bool> triangles_intersect(const punctual_triangle &a, const punctual_triangle &b) noexcept {
-  return detail::filled<bool>([&](bool *intersect) { return punctual_triangles_intersect(a, b, intersect); });
+  return detail::filled<bool>(punctual_triangles_intersect, a, b);
 }
 
 inline punctual_budget unlimited() noexcept { return punctual_budget_unlimited(); }
@@ -181,12 +179,10 @@ public:
   }
 
   Result<punctual_mesh_facts> describe() const noexcept {
-    return detail::filled<punctual_mesh_facts>(
-        [&](punctual_mesh_facts *facts) { return punctual_mesh_describe(get(), facts); });
+    return detail::filled<punctual_mesh_facts>(punctual_mesh_describe, get());
   }
   Result<punctual_point> vertex(std::size_t index) const noexcept {
-    return detail::filled<punctual_point>(
-        [&](punctual_point *vertex) { return punctual_mesh_vertex(get(), index, vertex); });
+    return detail::filled<punctual_point>(punctual_mesh_vertex, get(), index);
   }
   /** Three for each triangle. */
   Result<const std::uint32_t *> indices() const noexcept {
@@ -206,18 +202,15 @@ public:
 
   static Result<Tree> build(const Mesh &mesh, const punctual_build_options &options =
                                                   punctual_build_options_default()) noexcept {
-    return detail::owned<Tree, punctual_tree>(
-        [&](punctual_tree **tree) { return punctual_tree_new(mesh.get(), &options, tree); });
+    return detail::owned<Tree, punctual_tree>(punctual_tree_new, mesh.get(), &options);
   }
   static Result<Tree> from_bytes(const std::uint8_t *bytes, std::size_t count) noexcept {
-    return detail::owned<Tree, punctual_tree>(
-        [&](punctual_tree **tree) { return punctual_tree_from_bytes(bytes, count, tree); });
+    return detail::owned<Tree, punctual_tree>(punctual_tree_from_bytes, bytes, count);
   }
 
   /** Writes up to `capacity` bytes; how many there are. */
   Result<std::size_t> to_bytes(std::uint8_t *bytes, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_tree_to_bytes(get(), bytes, capacity, count); });
+    return detail::filled<std::size_t>(punctual_tree_to_bytes, get(), bytes, capacity);
   }
   [[nodiscard]] punctual_status refit(const float *vertices, std::size_t vertex_count) noexcept {
     return punctual_tree_refit_f32(get(), vertices, vertex_count);
@@ -226,16 +219,14 @@ public:
     return punctual_tree_refit_f64(get(), vertices, vertex_count);
   }
   Result<Mesh> mesh() const noexcept {
-    return detail::owned<Mesh, punctual_mesh>([&](punctual_mesh **mesh) { return punctual_tree_mesh(get(), mesh); });
+    return detail::owned<Mesh, punctual_mesh>(punctual_tree_mesh, get());
   }
   Result<punctual_tree_facts> describe() const noexcept {
-    return detail::filled<punctual_tree_facts>(
-        [&](punctual_tree_facts *facts) { return punctual_tree_describe(get(), facts); });
+    return detail::filled<punctual_tree_facts>(punctual_tree_describe, get());
   }
   /** Writes up to `capacity` levels; how many there are. */
   Result<std::size_t> levels(punctual_tree_level *levels, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_tree_levels(get(), levels, capacity, count); });
+    return detail::filled<std::size_t>(punctual_tree_levels, get(), levels, capacity);
   }
   [[nodiscard]] punctual_status validate() const noexcept { return punctual_tree_validate(get()); }
 };
@@ -247,14 +238,11 @@ public:
   static Result<Memory> make() noexcept { return detail::owned<Memory, punctual_memory>(punctual_memory_new); }
 
   Result<punctual_memory_facts> describe() const noexcept {
-    return detail::filled<punctual_memory_facts>(
-        [&](punctual_memory_facts *facts) { return punctual_memory_describe(get(), facts); });
+    return detail::filled<punctual_memory_facts>(punctual_memory_describe, get());
   }
   /** Proven: how far apart the surfaces are at least at this pose; 0 if nothing is known. */
   Result<double> clearance(const Tree &a, const Tree &b, const punctual_pose &b_in_a) const noexcept {
-    return detail::filled<double>([&](double *clearance) {
-      return punctual_memory_clearance(get(), a.get(), b.get(), b_in_a, clearance);
-    });
+    return detail::filled<double>(punctual_memory_clearance, get(), a.get(), b.get(), b_in_a);
   }
 };
 
@@ -266,9 +254,7 @@ public:
     return detail::owned<Workspace, punctual_workspace>(punctual_workspace_new);
   }
   static Result<Workspace> with_capacity(std::size_t queue, std::size_t pairs) noexcept {
-    return detail::owned<Workspace, punctual_workspace>([&](punctual_workspace **workspace) {
-      return punctual_workspace_with_capacity(queue, pairs, workspace);
-    });
+    return detail::owned<Workspace, punctual_workspace>(punctual_workspace_with_capacity, queue, pairs);
   }
 
   [[nodiscard]] punctual_status set_cost_model(const punctual_cost_model &costs) noexcept {
@@ -286,8 +272,7 @@ public:
   [[nodiscard]] punctual_status drain_pairs() noexcept { return punctual_workspace_drain_pairs(get()); }
   /** Writes up to `capacity` contacts, the nearest first; how many there are. */
   Result<std::size_t> contacts(punctual_contact *contacts, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_workspace_contacts(get(), contacts, capacity, count); });
+    return detail::filled<std::size_t>(punctual_workspace_contacts, get(), contacts, capacity);
   }
   [[nodiscard]] punctual_status drain_contacts() noexcept { return punctual_workspace_drain_contacts(get()); }
   [[nodiscard]] punctual_status reserve_contacts(std::size_t contacts) noexcept {
@@ -295,8 +280,7 @@ public:
   }
   /** Writes up to `capacity` hits of a ray; how many there are. */
   Result<std::size_t> ray_hits(punctual_ray_hit *hits, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_workspace_ray_hits(get(), hits, capacity, count); });
+    return detail::filled<std::size_t>(punctual_workspace_ray_hits, get(), hits, capacity);
   }
   [[nodiscard]] punctual_status drain_ray_hits() noexcept { return punctual_workspace_drain_ray_hits(get()); }
   [[nodiscard]] punctual_status reserve_ray_hits(std::size_t hits) noexcept {
@@ -314,37 +298,28 @@ struct Query : punctual_query {
 
   Result<punctual_outcome> run(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
                                const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_outcome>([&](punctual_outcome *outcome) {
-      return punctual_query_run(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock, outcome);
-    });
+    return detail::filled<punctual_outcome>(punctual_query_run, this, workspace.get(), memory ? memory->get() : nullptr,
+                                            budget, clock);
   }
   Result<punctual_outcome> resume(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
                                   const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_outcome>([&](punctual_outcome *outcome) {
-      return punctual_query_resume(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock, outcome);
-    });
+    return detail::filled<punctual_outcome>(punctual_query_resume, this, workspace.get(),
+                                            memory ? memory->get() : nullptr, budget, clock);
   }
   Result<punctual_prediction> predict(const Memory *memory = nullptr) const noexcept {
-    return detail::filled<punctual_prediction>([&](punctual_prediction *prediction) {
-      return punctual_query_predict(this, memory ? memory->get() : nullptr, prediction);
-    });
+    return detail::filled<punctual_prediction>(punctual_query_predict, this, memory ? memory->get() : nullptr);
   }
   Result<punctual_estimate> estimate(const Workspace &workspace, const Memory *memory = nullptr) const noexcept {
-    return detail::filled<punctual_estimate>([&](punctual_estimate *estimate) {
-      return punctual_query_estimate(this, workspace.get(), memory ? memory->get() : nullptr, estimate);
-    });
+    return detail::filled<punctual_estimate>(punctual_query_estimate, this, workspace.get(),
+                                             memory ? memory->get() : nullptr);
   }
   Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
-    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
-      return punctual_query_certificate(this, workspace.get(), certificate);
-    });
+    return detail::filled<punctual_certificate>(punctual_query_certificate, this, workspace.get());
   }
   /** Writes up to `capacity` boxes; how many there are. */
   Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
                                  std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>([&](std::size_t *count) {
-      return punctual_query_open_boxes(this, workspace.get(), boxes, capacity, count);
-    });
+    return detail::filled<std::size_t>(punctual_query_open_boxes, this, workspace.get(), boxes, capacity);
   }
   /** After so much work in another workspace. Writes up to `capacity` boxes, and how many there are to `count`. */
   Result<punctual_certificate> narrowed_certificate(const Workspace &workspace, Workspace &aside, std::uint64_t work,
@@ -367,40 +342,29 @@ struct DistanceQuery : punctual_distance_query {
 
   Result<punctual_distance> run(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
                                 const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_distance>([&](punctual_distance *distance) {
-      return punctual_distance_query_run(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock,
-                                         distance);
-    });
+    return detail::filled<punctual_distance>(punctual_distance_query_run, this, workspace.get(),
+                                             memory ? memory->get() : nullptr, budget, clock);
   }
   Result<punctual_distance> resume(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
                                    const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_distance>([&](punctual_distance *distance) {
-      return punctual_distance_query_resume(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock,
-                                            distance);
-    });
+    return detail::filled<punctual_distance>(punctual_distance_query_resume, this, workspace.get(),
+                                             memory ? memory->get() : nullptr, budget, clock);
   }
   Result<punctual_quantiles> predict(const Memory *memory = nullptr) const noexcept {
-    return detail::filled<punctual_quantiles>([&](punctual_quantiles *work) {
-      return punctual_distance_query_predict(this, memory ? memory->get() : nullptr, work);
-    });
+    return detail::filled<punctual_quantiles>(punctual_distance_query_predict, this, memory ? memory->get() : nullptr);
   }
   Result<punctual_distance_estimate> estimate(const Workspace &workspace,
                                               const Memory *memory = nullptr) const noexcept {
-    return detail::filled<punctual_distance_estimate>([&](punctual_distance_estimate *estimate) {
-      return punctual_distance_query_estimate(this, workspace.get(), memory ? memory->get() : nullptr, estimate);
-    });
+    return detail::filled<punctual_distance_estimate>(punctual_distance_query_estimate, this, workspace.get(),
+                                                      memory ? memory->get() : nullptr);
   }
   Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
-    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
-      return punctual_distance_query_certificate(this, workspace.get(), certificate);
-    });
+    return detail::filled<punctual_certificate>(punctual_distance_query_certificate, this, workspace.get());
   }
   /** Writes up to `capacity` boxes; how many there are. */
   Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
                                  std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>([&](std::size_t *count) {
-      return punctual_distance_query_open_boxes(this, workspace.get(), boxes, capacity, count);
-    });
+    return detail::filled<std::size_t>(punctual_distance_query_open_boxes, this, workspace.get(), boxes, capacity);
   }
   /** After so much work in another workspace. Writes up to `capacity` boxes, and how many there are to `count`. */
   Result<punctual_certificate> narrowed_certificate(const Workspace &workspace, Workspace &aside, std::uint64_t work,
@@ -423,26 +387,20 @@ struct MotionQuery : punctual_motion_query {
 
   Result<punctual_passage> run(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
                                const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_passage>([&](punctual_passage *passage) {
-      return punctual_motion_query_run(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock, passage);
-    });
+    return detail::filled<punctual_passage>(punctual_motion_query_run, this, workspace.get(),
+                                            memory ? memory->get() : nullptr, budget, clock);
   }
   Result<punctual_passage> resume(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
                                   const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_passage>([&](punctual_passage *passage) {
-      return punctual_motion_query_resume(this, workspace.get(), memory ? memory->get() : nullptr, budget, clock,
-                                          passage);
-    });
+    return detail::filled<punctual_passage>(punctual_motion_query_resume, this, workspace.get(),
+                                            memory ? memory->get() : nullptr, budget, clock);
   }
   Result<punctual_quantiles> predict(const Memory *memory = nullptr) const noexcept {
-    return detail::filled<punctual_quantiles>([&](punctual_quantiles *work) {
-      return punctual_motion_query_predict(this, memory ? memory->get() : nullptr, work);
-    });
+    return detail::filled<punctual_quantiles>(punctual_motion_query_predict, this, memory ? memory->get() : nullptr);
   }
   Result<punctual_quantiles> estimate(const Workspace &workspace, const Memory *memory = nullptr) const noexcept {
-    return detail::filled<punctual_quantiles>([&](punctual_quantiles *work) {
-      return punctual_motion_query_estimate(this, workspace.get(), memory ? memory->get() : nullptr, work);
-    });
+    return detail::filled<punctual_quantiles>(punctual_motion_query_estimate, this, workspace.get(),
+                                              memory ? memory->get() : nullptr);
   }
 };
 
@@ -456,33 +414,23 @@ struct ContactQuery : punctual_contact_query {
 
   Result<punctual_contacts> run(Workspace &workspace, punctual_budget budget,
                                 const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_contacts>([&](punctual_contacts *contacts) {
-      return punctual_contact_query_run(this, workspace.get(), budget, clock, contacts);
-    });
+    return detail::filled<punctual_contacts>(punctual_contact_query_run, this, workspace.get(), budget, clock);
   }
   Result<punctual_contacts> resume(Workspace &workspace, punctual_budget budget,
                                    const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_contacts>([&](punctual_contacts *contacts) {
-      return punctual_contact_query_resume(this, workspace.get(), budget, clock, contacts);
-    });
+    return detail::filled<punctual_contacts>(punctual_contact_query_resume, this, workspace.get(), budget, clock);
   }
   /** Which way the two triangles of a contact face. */
   Result<punctual_face_normals> face_normals(punctual_triangle_pair triangles) const noexcept {
-    return detail::filled<punctual_face_normals>([&](punctual_face_normals *normals) {
-      return punctual_contact_face_normals(this, triangles, normals);
-    });
+    return detail::filled<punctual_face_normals>(punctual_contact_face_normals, this, triangles);
   }
   Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
-    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
-      return punctual_contact_query_certificate(this, workspace.get(), certificate);
-    });
+    return detail::filled<punctual_certificate>(punctual_contact_query_certificate, this, workspace.get());
   }
   /** Writes up to `capacity` boxes; how many there are. */
   Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
                                  std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>([&](std::size_t *count) {
-      return punctual_contact_query_open_boxes(this, workspace.get(), boxes, capacity, count);
-    });
+    return detail::filled<std::size_t>(punctual_contact_query_open_boxes, this, workspace.get(), boxes, capacity);
   }
   /** After so much work in another workspace. Writes up to `capacity` boxes, and how many there are to `count`. */
   Result<punctual_certificate> narrowed_certificate(const Workspace &workspace, Workspace &aside, std::uint64_t work,
@@ -505,9 +453,7 @@ struct PushOutQuery : punctual_push_out_query {
 
   Result<punctual_push_out> run(Workspace &workspace, punctual_budget budget,
                                 const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_push_out>([&](punctual_push_out *push) {
-      return punctual_push_out_query_run(this, workspace.get(), budget, clock, push);
-    });
+    return detail::filled<punctual_push_out>(punctual_push_out_query_run, this, workspace.get(), budget, clock);
   }
 };
 
@@ -519,15 +465,11 @@ struct RayQuery : punctual_ray_query {
 
   Result<punctual_ray_cast> run(Workspace &workspace, punctual_budget budget,
                                 const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_ray_cast>([&](punctual_ray_cast *cast) {
-      return punctual_ray_query_run(this, workspace.get(), budget, clock, cast);
-    });
+    return detail::filled<punctual_ray_cast>(punctual_ray_query_run, this, workspace.get(), budget, clock);
   }
   Result<punctual_ray_cast> resume(Workspace &workspace, punctual_budget budget,
                                    const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_ray_cast>([&](punctual_ray_cast *cast) {
-      return punctual_ray_query_resume(this, workspace.get(), budget, clock, cast);
-    });
+    return detail::filled<punctual_ray_cast>(punctual_ray_query_resume, this, workspace.get(), budget, clock);
   }
 };
 
@@ -540,15 +482,13 @@ struct RayBatch : punctual_ray_batch {
   /** `hits` has room for all rays; those of the rays that are done are written. */
   Result<punctual_ray_batch_outcome> run(Workspace &workspace, punctual_budget budget, punctual_ray_hit *hits,
                                          const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_ray_batch_outcome>([&](punctual_ray_batch_outcome *outcome) {
-      return punctual_ray_batch_run(this, workspace.get(), budget, clock, hits, outcome);
-    });
+    return detail::filled<punctual_ray_batch_outcome>(punctual_ray_batch_run, this, workspace.get(), budget, clock,
+                                                      hits);
   }
   Result<punctual_ray_batch_outcome> resume(Workspace &workspace, punctual_budget budget, punctual_ray_hit *hits,
                                             const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_ray_batch_outcome>([&](punctual_ray_batch_outcome *outcome) {
-      return punctual_ray_batch_resume(this, workspace.get(), budget, clock, hits, outcome);
-    });
+    return detail::filled<punctual_ray_batch_outcome>(punctual_ray_batch_resume, this, workspace.get(), budget, clock,
+                                                      hits);
   }
 };
 
@@ -557,30 +497,24 @@ public:
   using Handle::Handle;
 
   static Result<Patches> make(std::size_t point_limit = 4) noexcept {
-    return detail::owned<Patches, punctual_patches>(
-        [&](punctual_patches **patches) { return punctual_patches_new(point_limit, patches); });
+    return detail::owned<Patches, punctual_patches>(punctual_patches_new, point_limit);
   }
 
   /** Those of the contacts in the workspace; how many. */
   Result<std::size_t> update(const Tree &a, const Tree &b, const Workspace &workspace) noexcept {
-    return detail::filled<std::size_t>([&](std::size_t *count) {
-      return punctual_patches_update(get(), a.get(), b.get(), workspace.get(), count);
-    });
+    return detail::filled<std::size_t>(punctual_patches_update, get(), a.get(), b.get(), workspace.get());
   }
   [[nodiscard]] punctual_status forget() noexcept { return punctual_patches_forget(get()); }
   Result<punctual_patch> describe(std::size_t index) const noexcept {
-    return detail::filled<punctual_patch>(
-        [&](punctual_patch *patch) { return punctual_patches_describe(get(), index, patch); });
+    return detail::filled<punctual_patch>(punctual_patches_describe, get(), index);
   }
   /** Writes up to `capacity` contacts of a patch, the nearest first; how many there are. */
   Result<std::size_t> contacts(std::size_t index, punctual_contact *contacts, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_patches_contacts(get(), index, contacts, capacity, count); });
+    return detail::filled<std::size_t>(punctual_patches_contacts, get(), index, contacts, capacity);
   }
   /** The same of those that stand for all. */
   Result<std::size_t> points(std::size_t index, punctual_contact *points, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_patches_points(get(), index, points, capacity, count); });
+    return detail::filled<std::size_t>(punctual_patches_points, get(), index, points, capacity);
   }
 };
 
@@ -607,8 +541,7 @@ public:
 
   static Result<Scene> make(punctual_mode mode = PUNCTUAL_MODE_ANY,
                             punctual_reach reach = PUNCTUAL_REACH_HERE) noexcept {
-    return detail::owned<Scene, punctual_scene>(
-        [&](punctual_scene **scene) { return punctual_scene_new(mode, reach, scene); });
+    return detail::owned<Scene, punctual_scene>(punctual_scene_new, mode, reach);
   }
 
   [[nodiscard]] punctual_status use_threads(std::size_t threads) noexcept {
@@ -618,21 +551,18 @@ public:
     return punctual_scene_reserve(get(), bodies, pairs);
   }
   Result<punctual_body_id> insert(const punctual_body &body) noexcept {
-    return detail::filled<punctual_body_id>(
-        [&](punctual_body_id *id) { return punctual_scene_insert(get(), &body, id); });
+    return detail::filled<punctual_body_id>(punctual_scene_insert, get(), &body);
   }
   [[nodiscard]] punctual_status remove(punctual_body_id id) noexcept { return punctual_scene_remove(get(), id); }
   Result<punctual_body> body(punctual_body_id id) const noexcept {
-    return detail::filled<punctual_body>([&](punctual_body *body) { return punctual_scene_body(get(), id, body); });
+    return detail::filled<punctual_body>(punctual_scene_body, get(), id);
   }
   Result<Tree> tree(punctual_body_id id) const noexcept {
-    return detail::owned<Tree, punctual_tree>(
-        [&](punctual_tree **tree) { return punctual_scene_tree(get(), id, tree); });
+    return detail::owned<Tree, punctual_tree>(punctual_scene_tree, get(), id);
   }
   /** Writes up to `capacity` ids; how many bodies there are. */
   Result<std::size_t> bodies(punctual_body_id *ids, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_scene_bodies(get(), ids, capacity, count); });
+    return detail::filled<std::size_t>(punctual_scene_bodies, get(), ids, capacity);
   }
   [[nodiscard]] punctual_status set_pose(punctual_body_id id, const punctual_pose &pose) noexcept {
     return punctual_scene_set_pose(get(), id, pose);
@@ -669,14 +599,11 @@ public:
   /** Bodies that move as one; the name of the compound. */
   Result<std::uint64_t> insert_compound(const punctual_pose &pose, const punctual_body *parts,
                                         std::size_t part_count) noexcept {
-    return detail::filled<std::uint64_t>([&](std::uint64_t *compound) {
-      return punctual_scene_insert_compound(get(), pose, parts, part_count, compound);
-    });
+    return detail::filled<std::uint64_t>(punctual_scene_insert_compound, get(), pose, parts, part_count);
   }
   /** Writes up to `capacity` ids; how many parts there are. */
   Result<std::size_t> parts(std::uint64_t compound, punctual_body_id *ids, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_scene_parts(get(), compound, ids, capacity, count); });
+    return detail::filled<std::size_t>(punctual_scene_parts, get(), compound, ids, capacity);
   }
   /** Empty if the body is no part of a compound. */
   Result<std::optional<std::uint64_t>> compound_of(punctual_body_id id) const noexcept {
@@ -699,9 +626,7 @@ public:
   /** The least distance between two groups of bodies; the name of the question. */
   Result<std::uint64_t> measure_groups(const punctual_body_id *x, std::size_t x_count, const punctual_body_id *y,
                                        std::size_t y_count, double tolerance) noexcept {
-    return detail::filled<std::uint64_t>([&](std::uint64_t *id) {
-      return punctual_scene_measure_groups(get(), x, x_count, y, y_count, tolerance, id);
-    });
+    return detail::filled<std::uint64_t>(punctual_scene_measure_groups, get(), x, x_count, y, y_count, tolerance);
   }
   [[nodiscard]] punctual_status stop_measuring_groups(std::uint64_t id) noexcept {
     return punctual_scene_stop_measuring_groups(get(), id);
@@ -717,12 +642,10 @@ public:
     return punctual_scene_set_question_importance(get(), question, importance);
   }
   Result<punctual_report> detect(punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
-    return detail::filled<punctual_report>(
-        [&](punctual_report *report) { return punctual_scene_detect(get(), budget, clock, report); });
+    return detail::filled<punctual_report>(punctual_scene_detect, get(), budget, clock);
   }
   Result<punctual_report> report() const noexcept {
-    return detail::filled<punctual_report>(
-        [&](punctual_report *report) { return punctual_scene_report(get(), report); });
+    return detail::filled<punctual_report>(punctual_scene_report, get());
   }
   /** Empty if the boxes of the two are apart or they may not meet. */
   Result<std::optional<punctual_pair_report>> pair(punctual_body_id x, punctual_body_id y) const noexcept {
@@ -734,48 +657,37 @@ public:
     return listed ? std::optional(pair) : std::nullopt;
   }
   Result<punctual_pair_certificate> certificate(punctual_body_id x, punctual_body_id y) const noexcept {
-    return detail::filled<punctual_pair_certificate>([&](punctual_pair_certificate *certificate) {
-      return punctual_scene_certificate(get(), x, y, certificate);
-    });
+    return detail::filled<punctual_pair_certificate>(punctual_scene_certificate, get(), x, y);
   }
   /** Writes up to `capacity` contacts of the last frame; how many there are. */
   Result<std::size_t> contacts(punctual_body_contact *contacts, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_scene_contacts(get(), contacts, capacity, count); });
+    return detail::filled<std::size_t>(punctual_scene_contacts, get(), contacts, capacity);
   }
   /** The same of the distances asked for. */
   Result<std::size_t> distances(punctual_pair_distance *distances, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_scene_distances(get(), distances, capacity, count); });
+    return detail::filled<std::size_t>(punctual_scene_distances, get(), distances, capacity);
   }
   /** The same of the distances of groups. */
   Result<std::size_t> group_distances(punctual_group_distance *distances, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_scene_group_distances(get(), distances, capacity, count); });
+    return detail::filled<std::size_t>(punctual_scene_group_distances, get(), distances, capacity);
   }
   /** Writes up to `capacity` places where two bodies touch; what is known of all. */
   Result<punctual_contact_points> contact_points(punctual_body_id x, punctual_body_id y,
                                                  punctual_contact_point *points,
                                                  std::size_t capacity) const noexcept {
-    return detail::filled<punctual_contact_points>([&](punctual_contact_points *found) {
-      return punctual_scene_contact_points(get(), x, y, points, capacity, found);
-    });
+    return detail::filled<punctual_contact_points>(punctual_scene_contact_points, get(), x, y, points, capacity);
   }
   /** The same of the pairs in motion. */
   Result<std::size_t> passages(punctual_pair_passage *passages, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_scene_passages(get(), passages, capacity, count); });
+    return detail::filled<std::size_t>(punctual_scene_passages, get(), passages, capacity);
   }
   Result<punctual_scene_ray_cast> cast(const punctual_scene_ray &ray, punctual_budget budget,
                                        const punctual_clock *clock = nullptr) noexcept {
-    return detail::filled<punctual_scene_ray_cast>([&](punctual_scene_ray_cast *cast) {
-      return punctual_scene_cast(get(), &ray, budget, clock, cast);
-    });
+    return detail::filled<punctual_scene_ray_cast>(punctual_scene_cast, get(), &ray, budget, clock);
   }
   /** Writes up to `capacity` hits of the last cast for all; how many there are. */
   Result<std::size_t> ray_hits(punctual_body_hit *hits, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(
-        [&](std::size_t *count) { return punctual_scene_ray_hits(get(), hits, capacity, count); });
+    return detail::filled<std::size_t>(punctual_scene_ray_hits, get(), hits, capacity);
   }
 };
 

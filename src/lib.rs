@@ -28,7 +28,7 @@
 //! - **No false answer.** [`Verdict::Intersecting`] has a witness, two triangles that do intersect; [`Verdict::Separated`] is
 //!   said when nothing is left to visit; everything else is [`Verdict::Undecided`]. The answer is exact for the pose as given.
 //! - **It stops.** A budget of work is passed by at most [`MAX_STEP_WORK`]; under a budget of time the clock is looked at more
-//!   often the nearer the deadline, in the end every [`Query::poll_interval`] units of work.
+//!   often the nearer the deadline, in the end every [`Budget::poll_interval`] units of work.
 //! - **What is missing is named**, by the [`Certificate`]: an upper bound, and boxes that hold every intersection not reported.
 //! - **Nothing is lost.** A stopped query can be resumed ([`Query::resume`]); cut in any way by budgets of work, it ends in the
 //!   same bits.

@@ -143,9 +143,8 @@ fn no_threshold_and_no_poll_interval_changes_the_answer() {
             for order in ORDERS {
                 for threshold in [0.0, 1.0, 100.0, 1e4, f32::INFINITY, f32::NAN] {
                     for poll in [0, 1, u64::MAX] {
-                        let query = Query::new(&a, &b, pose).mode(mode).order(order);
-                        let query = query.queue_threshold(threshold).poll_interval(poll);
-                        let (outcome, pairs) = run_to_end(&query, &mut workspace, ENOUGH);
+                        let query = Query::new(&a, &b, pose).mode(mode).order(order).queue_threshold(threshold);
+                        let (outcome, pairs) = run_to_end(&query, &mut workspace, ENOUGH.poll_interval(poll));
                         assert_complete(mode, &outcome, &pairs, &truth);
                     }
                 }

@@ -129,19 +129,18 @@ impl Said {
     }
 }
 
-/// A workspace, where hits of a batch go, and how all queries look at the clock.
+/// A workspace, where hits of a batch go, and a clock.
 #[derive(Clone)]
 struct Room {
     workspace: Workspace,
     hits: [Option<RayHit>; RAYS],
-    poll_interval: u64,
     clock: ManualClock,
 }
 
 impl Room {
     fn new() -> Self {
         let (workspace, clock) = (Workspace::new(), ManualClock::new());
-        Self { workspace, hits: [None; RAYS], poll_interval: MAX_STEP_WORK, clock }
+        Self { workspace, hits: [None; RAYS], clock }
     }
 
     fn run(&mut self, asked: Asked, place: &Place, budget: Budget) -> Said {
@@ -153,10 +152,10 @@ impl Room {
     }
 
     fn ask(&mut self, asked: Asked, place: &Place, budget: Budget, resume: bool) -> Result<Said, ResumeError> {
-        let Self { workspace, hits, poll_interval, clock } = self;
+        let Self { workspace, hits, clock } = self;
         macro_rules! ask {
             ($query:expr, $($argument:expr),*) => {{
-                let query = $query.poll_interval(*poll_interval);
+                let query = $query;
                 if resume { query.resume_with($($argument),*)? } else { query.run_with($($argument),*) }
             }};
         }
@@ -175,7 +174,7 @@ impl Room {
             }
             // It cannot be resumed.
             Asked::Push if resume => return Err(ResumeError),
-            Asked::Push => Said::Push(place.push().poll_interval(*poll_interval).run_with(workspace, budget, clock)),
+            Asked::Push => Said::Push(place.push().run_with(workspace, budget, clock)),
         })
     }
 
@@ -214,12 +213,12 @@ fn the_largest_budgets_end_like_none_however_late_the_clock() {
             let whole = Room::new().run(asked, place, Budget::work(u64::MAX - 1));
             assert!(whole.is_whole(), "{asked:?}: {whole:?}");
             for poll_interval in [0, 1, u64::MAX] {
-                let mut room = Room { poll_interval, ..Room::new() };
-                assert_eq!(room.run(asked, place, ENOUGH), whole, "{asked:?}");
+                let mut room = Room::new();
+                assert_eq!(room.run(asked, place, ENOUGH.poll_interval(poll_interval)), whole, "{asked:?}");
                 for (by, limit) in [(Duration::ZERO, Duration::MAX), (late, Duration::MAX), (late, late / 2)] {
                     room.clock = ManualClock::new();
                     room.clock.advance(by);
-                    let said = room.run(asked, place, Budget::time(limit));
+                    let said = room.run(asked, place, Budget::time(limit).poll_interval(poll_interval));
                     assert_eq!(said.end().0, whole.end().0, "{asked:?}, {limit:?} at {by:?}, every {poll_interval}");
                 }
             }

@@ -187,13 +187,12 @@ fn time_budgets_are_sound_and_kept() {
     let mut workspace = Workspace::new();
     for case in cases() {
         case.each_query(|query, mode| {
-            let query = query.poll_interval(POLL);
             for ticks in 0u32.. {
                 let clock = ManualClock::ticking(tick);
                 let time = tick * ticks;
                 // Looks are as far apart as the time that is left allows.
                 let most_per_look = POLL.max(time.as_nanos() as u64) + MAX_STEP_WORK;
-                let mut outcome = query.run_with(&mut workspace, None, Budget::time(time), &clock);
+                let mut outcome = query.run_with(&mut workspace, None, Budget::time(time).poll_interval(POLL), &clock);
                 assert_sound(&outcome, workspace.pairs(), &case.truth);
                 assert!(outcome.stats.work <= u64::from(ticks + 1) * most_per_look);
                 if outcome.stop != StopReason::Deadline {
@@ -205,7 +204,7 @@ fn time_budgets_are_sound_and_kept() {
                 assert_certificate(&certificate, &outcome, case.truth.len());
                 if ticks % 16 == 1 {
                     while outcome.stop == StopReason::Deadline {
-                        let more = Budget::time(2 * tick);
+                        let more = Budget::time(2 * tick).poll_interval(POLL);
                         outcome = query.resume_with(&mut workspace, None, more, &clock).unwrap();
                     }
                     assert_complete(mode, &outcome, workspace.pairs(), &case.truth);
@@ -232,13 +231,13 @@ fn the_clock_is_looked_at_after_each_exact_test() {
 #[test]
 fn only_the_clock_ends_a_time_budget() {
     let case = Case::new("spheres", shapes::icosphere(2), shapes::icosphere(2), shifted(0.5, 0.0, 0.0));
-    let query = case.query(Mode::All, Order::default()).poll_interval(1);
+    let query = case.query(Mode::All, Order::default());
     let mut workspace = Workspace::new();
     let clock = ManualClock::new();
-    let short = Budget::time(Duration::from_nanos(1));
+    let short = Budget::time(Duration::from_nanos(1)).poll_interval(1);
     let outcome = query.run_with(&mut workspace, None, short, &clock);
     assert_complete(Mode::All, &outcome, workspace.pairs(), &case.truth);
-    let none = Budget::time(Duration::ZERO);
+    let none = Budget::time(Duration::ZERO).poll_interval(1);
     let outcome = query.run_with(&mut workspace, None, none, &clock);
     assert_eq!(outcome.stop, StopReason::Deadline);
     assert_eq!(outcome.verdict, Verdict::Undecided);

@@ -4,21 +4,21 @@ use super::Contact;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 
-/// Contacts that are put in order together: enough that moving the others costs little, and few enough for one step.
+/// Contacts that are sorted in together: enough that moving the others costs little, and few enough for one step.
 const BLOCK: usize = 16;
 
 /// Contacts, nearest first once they are [sorted](Self::sort).
 ///
-/// Where a clock waits they are sorted block by block as they come, so that no call ends with much to sort. Otherwise all are
-/// sorted at the end, which takes less.
+/// Under a budget of time they are sorted block by block as they come, so that no call ends with much to sort. Otherwise all
+/// are sorted at the end, which takes less.
 #[derive(Debug, Default)]
 pub(crate) struct ContactList {
     /// In the order in which they were found. Those of a list that was drained stay until the next is added.
     contacts: Vec<Contact>,
-    /// Which they are: the first so many nearest first, then the latest.
+    /// Their places: those that are sorted, nearest first, then the latest.
     order: Vec<Place>,
     sorted: usize,
-    /// Whether a clock waits.
+    /// Whether the call has a budget of time.
     is_timed: bool,
     /// Most contacts at a time, if there is room for them.
     limit: usize,
@@ -96,7 +96,7 @@ impl ContactList {
         }
     }
 
-    /// Puts the latest in their places. Of a few the farthest first: a search for each, and one move of each of the others.
+    /// Sorts the latest in. A few are inserted, the farthest first: a search for each, and each of the others moves once.
     pub fn sort(&mut self) {
         let mut end = core::mem::replace(&mut self.sorted, self.order.len());
         let latest = &mut self.order[end..];

@@ -17,7 +17,7 @@ pub(crate) use pose::rotation_deviation;
 pub use pose::{Pose, PoseError};
 pub use ray::{Ray, RayError};
 
-/// The length of a vector, whose square need not be a number.
+/// The length of a vector, also where its square overflows or underflows.
 pub(crate) fn length(v: glam::DVec3) -> f64 {
     let largest = v.abs().max_element();
     if largest == 0.0 { 0.0 } else { largest * (v / largest).length() }
@@ -34,13 +34,13 @@ pub(crate) fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Not `f64::max` or `f32::max`, which take four times as long to care for what is no number.
+/// The larger of two numbers. `f64::max` and `f32::max` take four times as long, since they treat NaN apart.
 #[inline(always)]
 pub(crate) fn larger<T: PartialOrd>(x: T, y: T) -> T {
     if x > y { x } else { y }
 }
 
-/// The same of `f64::min`.
+/// The smaller of two numbers, as [`larger`].
 #[inline(always)]
 pub(crate) fn smaller<T: PartialOrd>(x: T, y: T) -> T {
     if x < y { x } else { y }

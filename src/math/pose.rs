@@ -175,7 +175,7 @@ impl Pose {
     /// As [`new`](Self::new): deviations add up, and translations too.
     pub fn compose(&self, inner: &Self) -> Result<Self, PoseError> {
         let Self { rotation, translation } = self.compose_unchecked(inner);
-        Self::new(rotation, translation)
+        Self::checked(rotation, translation)
     }
 
     /// [`compose`](Self::compose) for poses that are known to have a product.
@@ -193,7 +193,7 @@ impl Pose {
     /// As [`new`](Self::new), if the pose is at the very edge of what is accepted.
     pub fn inverse(&self) -> Result<Self, PoseError> {
         let Self { rotation, translation } = self.inverse_unchecked();
-        Self::new(rotation, translation)
+        Self::checked(rotation, translation)
     }
 
     /// [`inverse`](Self::inverse) for a pose that is known to have one.

@@ -87,7 +87,7 @@ impl Mesh {
         if count != vertices {
             return Err(MeshError::VertexCount { given: count, vertices });
         }
-        // A fault in a vertex that is not used is none.
+        // A vertex that is not used may hold anything.
         let good = |i: usize| new(i).abs().cmple(DVec3::splat(COORDINATE_LIMIT)).all();
         if (0..count).all(good) { Ok(()) } else { self.in_use().try_for_each(|i| check_vertex(i, new(i))) }
     }

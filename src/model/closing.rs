@@ -28,8 +28,7 @@ pub struct Closing {
 /// A query opens one pair at least.
 const LEAST: f64 = WORK_PER_EXPANSION as f64;
 
-/// No more than this is made of how far apart the meshes are, and how far a limit: those that the weights were fitted on are not
-/// farther.
+/// How far apart the meshes are, and how far a limit is, counts as no more than this: the weights were not fitted on more.
 const FARTHEST: f64 = 3.0;
 
 /// What [`work_left`] looks at.

@@ -27,8 +27,7 @@ pub struct Passing {
 /// A query opens one pair at least.
 const LEAST: f64 = WORK_PER_SWEPT_EXPANSION as f64;
 
-/// No more than this is made of how far apart the meshes are, and how far they go: those that the weights were fitted on are not
-/// farther.
+/// How far apart the meshes are, and how far they go, counts as no more than this: the weights were not fitted on more.
 const FARTHEST: f64 = 3.0;
 const LONGEST: f64 = 64.0;
 

@@ -66,7 +66,7 @@ impl Blocked {
 #[derive(Debug, Default)]
 pub(super) struct Pool {
     pairs: ArrayVec<Blocked, ROOM>,
-    /// Where the next goes once there is no more room.
+    /// The place that the next one takes once all are in use.
     next: usize,
 }
 

@@ -8,9 +8,6 @@ mod directions;
 mod search;
 
 use crate::math::Pose;
-use crate::model::cost::MAX_STEP_WORK;
-#[cfg(feature = "std")]
-use crate::query::by_system_clock;
 use crate::query::{Budget, Clock, Deadline, StopReason, Workspace};
 use crate::tree::Tree;
 use core::time::Duration;
@@ -41,7 +38,6 @@ pub struct PushOutQuery<'t> {
     b: &'t Tree,
     b_in_a: Pose,
     query_limit: u32,
-    poll_interval: u64,
 }
 
 /// A translation that parts the surfaces.
@@ -79,7 +75,7 @@ impl<'t> PushOutQuery<'t> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's.
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        Self { a, b, b_in_a, query_limit: u32::MAX, poll_interval: MAX_STEP_WORK }
+        Self { a, b, b_in_a, query_limit: u32::MAX }
     }
 
     /// Stop after this many exact queries. By default the search ends by itself, after about 40 at a shallow
@@ -90,24 +86,16 @@ impl<'t> PushOutQuery<'t> {
         self
     }
 
-    /// Least work between looks at the clock, which come closer together towards the deadline; default
-    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
-    #[must_use]
-    pub fn poll_interval(mut self, work: u64) -> Self {
-        self.poll_interval = work;
-        self
-    }
-
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic. Afterwards the workspace holds
     /// nothing that could be resumed.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> PushOut {
-        by_system_clock(budget, |clock| self.run_with(workspace, budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, budget, clock))
     }
 
     /// [`PushOutQuery::run`] by a clock of the caller's.
     pub fn run_with(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> PushOut {
-        let mut deadline = Deadline::of(budget, self.poll_interval, clock);
+        let mut deadline = Deadline::of(budget, clock);
         let mut search = Search::new(self, workspace, &mut deadline);
         let stop = search.run();
         let (push, queries, work) = (search.best, search.queries, search.work);

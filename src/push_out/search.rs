@@ -14,23 +14,23 @@ use crate::tree::Tree;
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
-/// Contacts that are looked for, those of them whose segments are computed, and those that begin the pool.
+/// Contacts that are looked for; how many of them have their segments computed, and how many begin the pool.
 const CONTACTS: usize = 1024;
 const SEGMENTS: usize = 128;
 const BLOCKED: usize = ROOM / 2;
 
-/// The first push is no longer than so many times what is known to be blocked.
+/// The first push is at most this many times as long as what is known to be blocked.
 const FIRST: f64 = 3.0;
 
-/// A push that is too short is made so many times longer, and so many times more each time.
+/// A push that is too short becomes longer by this factor, which grows by the next each time.
 const GROWTH: f64 = 1.6;
 const GROWTH_OF_GROWTH: f64 = 1.25;
 
-/// Another direction has to be so much shorter, and one beside the best direction.
+/// A push in another direction has to be shorter by this factor, and one beside the best direction by the next.
 const SHORTER: f64 = 0.97;
 const SHORTER_BESIDE: f64 = 0.98;
 
-/// A bisected length counts if the surfaces are apart so much further on too.
+/// A bisected length counts if the surfaces are also apart after a push this many times as long.
 const BEYOND: f64 = 1.02;
 
 /// How close lengths are bisected, and the last of all.
@@ -45,7 +45,7 @@ const TURN: f64 = 0.3;
 const LEAST_PUSH: f64 = 1e-9;
 const LEAST_STEP: f64 = 16.0 * f64::EPSILON;
 
-/// What has to end the search.
+/// The error is why the search has to end.
 type Step<T> = Result<T, StopReason>;
 
 pub(super) struct Search<'q, 'c> {
@@ -213,7 +213,7 @@ impl<'q, 'c> Search<'q, 'c> {
         Pose::new(pose.rotation(), pose.translation() + direction * distance).ok()
     }
 
-    /// Whether the surfaces are apart after a push. Proven if so; not if it leads too far for a pose.
+    /// Whether the surfaces are proven to be apart after a push; false if it leads too far for a pose.
     fn parts(&mut self, direction: DVec3, distance: f64) -> Step<bool> {
         let Some(pose) = self.pushed(direction, distance) else { return Ok(false) };
         let witness = self.witness(&Query::new(self.asked.a, self.asked.b, pose), true)?;
@@ -223,7 +223,7 @@ impl<'q, 'c> Search<'q, 'c> {
         Ok(witness.is_none())
     }
 
-    /// Two triangles that meet, by an exact query; `None` is proven.
+    /// Two triangles that meet, by an exact query; `None` is proof that none do.
     fn witness(&mut self, query: &Query, complete: bool) -> Step<Option<[u32; 2]>> {
         if self.queries >= self.asked.query_limit {
             return Err(StopReason::Finished);
@@ -270,7 +270,7 @@ impl<'q, 'c> Search<'q, 'c> {
         self.work += work;
     }
 
-    /// Of a triangle of A and one of B, A's frame, before the push.
+    /// The corners of a triangle of A and of one of B, A's frame, before the push.
     fn corners(&self, [x, y]: [u32; 2]) -> [[DVec3; 3]; 2] {
         let PushOutQuery { a, b, b_in_a, .. } = self.asked;
         [a.mesh().triangle(x as usize), b.mesh().triangle(y as usize).map(|p| b_in_a.transform_point(p))]

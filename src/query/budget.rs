@@ -1,5 +1,6 @@
 //! What a query may spend, and who tells the time.
 
+use crate::model::cost::MAX_STEP_WORK;
 use core::cell::Cell;
 use core::time::Duration;
 
@@ -9,20 +10,21 @@ use core::time::Duration;
 #[cfg_attr(feature = "serde", serde(default = "Budget::unlimited", deny_unknown_fields))]
 #[must_use]
 pub struct Budget {
-    pub(super) time: Option<Duration>,
-    pub(super) work: Option<u64>,
+    pub(crate) time: Option<Duration>,
+    pub(crate) work: Option<u64>,
+    pub(super) poll_interval: u64,
 }
 
 impl Budget {
     /// As much as it takes. Since nothing can cut the query short, the default order goes plainly depth-first, which costs
     /// least; every order finds the same in the end.
     pub const fn unlimited() -> Self {
-        Self { time: None, work: None }
+        Self { time: None, work: None, poll_interval: MAX_STEP_WORK }
     }
 
     /// Stop within this time from the start of the call.
     pub const fn time(limit: Duration) -> Self {
-        Self { time: Some(limit), work: None }
+        Self { time: Some(limit), ..Self::unlimited() }
     }
 
     /// Stop after this much work: BV tests, plus [`WORK_PER_EXPANSION`](crate::WORK_PER_EXPANSION),
@@ -33,15 +35,26 @@ impl Budget {
     /// The step at hand is finished, so up to [`MAX_STEP_WORK`](crate::MAX_STEP_WORK) units more are spent (by a query of
     /// distance, contacts or motion, [`MAX_DISTANCE_STEP_WORK`](crate::MAX_DISTANCE_STEP_WORK)); a budget of 0 does nothing.
     pub const fn work(limit: u64) -> Self {
-        Self { time: None, work: Some(limit) }
+        Self { work: Some(limit), ..Self::unlimited() }
     }
 
-    pub(crate) const fn time_limit(self) -> Option<Duration> {
-        self.time
+    /// With another least work between looks at the clock, which come closer together towards the deadline; default
+    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK). It bounds how late a budget of time can end. A frame of a scene goes by the
+    /// default.
+    pub const fn poll_interval(self, work: u64) -> Self {
+        Self { poll_interval: work, ..self }
     }
 
-    pub(crate) const fn work_limit(self) -> Option<u64> {
-        self.work
+    /// Runs by the clock of the system if time is limited. Otherwise no clock is asked, and to make that of the system, which
+    /// looks at it, would cost up to a twentieth of a small query.
+    #[cfg(feature = "std")]
+    pub(crate) fn by_system_clock<R>(self, run: impl FnOnce(&dyn Clock) -> R) -> R {
+        if self.time.is_some() { run(&SystemClock::default()) } else { run(&ManualClock::new()) }
+    }
+
+    /// Whether nothing can end the call early.
+    pub(crate) fn is_unlimited(self) -> bool {
+        self.time.is_none() && self.work.is_none()
     }
 }
 
@@ -68,13 +81,6 @@ impl Clock for SystemClock {
     fn now(&self) -> Duration {
         self.0.elapsed()
     }
-}
-
-/// Runs by the clock of the system if the budget has a limit of time. Otherwise no clock is asked, and to make that of the
-/// system, which looks at it, would cost up to a twentieth of a small query.
-#[cfg(feature = "std")]
-pub(crate) fn by_system_clock<R>(budget: Budget, run: impl FnOnce(&dyn Clock) -> R) -> R {
-    if budget.time.is_some() { run(&SystemClock::default()) } else { run(&ManualClock::new()) }
 }
 
 /// A clock that is moved by hand, for tests.

@@ -19,40 +19,32 @@ pub struct Certificate<'w> {
     pub(super) b: &'w Tree,
     pub(super) place: Place<'w>,
     pub(super) workspace: &'w Workspace,
-    /// The run that it is of: another one than `workspace` holds if it was narrowed.
-    whole: &'w Workspace,
-    is_narrowed: bool,
-    /// How many of the open node pairs of `whole` the narrowing took over.
-    taken: usize,
+    /// If it was narrowed: the workspace of the stopped run, and how many of its open node pairs were taken over from there.
+    narrowed: Option<(&'w Workspace, usize)>,
 }
 
 /// Where B is.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Place<'w> {
-    /// At a pose, and how close to one another the points of a missed pair are, at most.
+    /// At a pose; and the largest distance of the points of a missed pair.
     Still(&'w Pose, f64),
     Moving(&'w MotionOptions),
 }
 
 impl<'w> Certificate<'w> {
-    pub(super) fn new([a, b]: [&'w Tree; 2], b_in_a: &'w Pose, workspace: &'w Workspace, reach: f64) -> Self {
-        Self { a, b, place: Place::Still(b_in_a, reach), workspace, whole: workspace, is_narrowed: false, taken: 0 }
+    pub(super) fn new([a, b]: [&'w Tree; 2], place: Place<'w>, workspace: &'w Workspace) -> Self {
+        Self { a, b, place, workspace, narrowed: None }
     }
 
-    /// Of a motion.
-    pub(super) fn of_motion([a, b]: [&'w Tree; 2], options: &'w MotionOptions, workspace: &'w Workspace) -> Self {
-        Self { a, b, place: Place::Moving(options), workspace, whole: workspace, is_narrowed: false, taken: 0 }
-    }
-
-    /// The same, of the first `taken` node pairs and all else that is not one, as another workspace went on with them.
+    /// The same, after `workspace` has gone on with the first `taken` node pairs and with all triangle pairs.
     pub(super) fn narrowed(self, workspace: &'w Workspace, taken: usize) -> Self {
-        Self { workspace, taken, is_narrowed: true, ..self }
+        Self { workspace, narrowed: Some((self.workspace, taken)), ..self }
     }
 
-    /// Units of work that it took: 0 unless it was narrowed.
+    /// Units of work spent on narrowing it; 0 if it was not narrowed.
     #[must_use]
     pub fn work(&self) -> u64 {
-        if self.is_narrowed { self.workspace.run.stats.work } else { 0 }
+        self.narrowed.map_or(0, |_| self.workspace.work())
     }
 
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. Of a turning motion, which a query cuts into
@@ -104,7 +96,7 @@ impl<'w> Certificate<'w> {
     /// Where points of an open pair may be that are within `reach` of one another.
     fn box_of(&self, open: Open, b_in_a: &Pose, reach: f64) -> Option<Aabb> {
         let Self { a, b, .. } = *self;
-        // That of B's vertices as they are placed, and twice as much for the boxes computed here (`docs/numerics.md`).
+        // The rounding of B's placed vertices, and twice as much for the boxes computed here (`docs/numerics.md`).
         let rounding = 3.0 * rounding(a.unit(), b.unit(), b_in_a) + 8.0 * f64::EPSILON * a.unit().length();
         let margin = rounding + 0.5 * reach;
         match open {
@@ -158,9 +150,9 @@ impl<'w> Certificate<'w> {
             Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),
         };
         let later = later.into_iter().flatten().map(Open::Piece);
-        let rest = self.whole.open_nodes().skip(self.taken).take(if self.is_narrowed { usize::MAX } else { 0 });
+        let rest = self.narrowed.into_iter().flat_map(|(run, taken)| run.open_nodes().skip(taken));
         let nodes = workspace.open_nodes().chain(rest).map(Open::Nodes);
-        let found = if self.is_narrowed { workspace.pairs() } else { &[] }.iter().copied().map(Open::Found);
+        let found = self.narrowed.map_or(&[][..], |_| workspace.pairs()).iter().copied().map(Open::Found);
         nodes.chain(triangles).chain(found).chain(later).take(self.most())
     }
 
@@ -169,7 +161,7 @@ impl<'w> Certificate<'w> {
         Ahead::new([self.a, self.b], options, &self.workspace.motion)
     }
 
-    /// Of a motion that is finished nothing matters that is still in the buffers.
+    /// Most open pairs that count: none of a finished motion, whatever is still in the buffers.
     fn most(&self) -> usize {
         let is_finished = matches!(self.place, Place::Moving(_)) && !self.workspace.run.stopped;
         if is_finished { 0 } else { usize::MAX }
@@ -197,7 +189,7 @@ enum Open {
     Triangles([u32; 2]),
     /// The same of a pair that was found while the certificate was narrowed.
     Found([u32; 2]),
-    /// Everything, in a piece of a motion that was not come to.
+    /// All of both meshes, in a piece of a motion that the query has not come to.
     Piece(u32),
 }
 

@@ -5,10 +5,8 @@
 //! ([`intersection`](super::intersection)), whose boxes and triangle tests cost less.
 
 use super::Deadline;
-#[cfg(feature = "std")]
-use super::budget::by_system_clock;
 use super::budget::{Budget, Clock};
-use super::certificate::Certificate;
+use super::certificate::{Certificate, Place};
 use super::intersection::Intersection;
 use super::interval::{Interval, Tolerance};
 use super::nearest;
@@ -23,7 +21,6 @@ use super::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::contact::{Contact, face_normal};
 use crate::math::Pose;
 use crate::math::tolerance::COORDINATE_LIMIT;
-use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::Tree;
 use glam::DVec3;
 
@@ -69,7 +66,7 @@ impl<'t> ContactQuery<'t> {
     /// that meet are in contact.
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        let options = ContactOptions { margin: 0.0, limit: usize::MAX, poll_interval: MAX_STEP_WORK };
+        let options = ContactOptions { margin: 0.0, limit: usize::MAX };
         Self { a, b, b_in_a, options }
     }
 
@@ -88,21 +85,13 @@ impl<'t> ContactQuery<'t> {
         self
     }
 
-    /// Least work between looks at the clock, which come closer together towards the deadline; default
-    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
-    #[must_use]
-    pub fn poll_interval(mut self, work: u64) -> Self {
-        self.options.poll_interval = work;
-        self
-    }
-
     /// Runs within a budget, by the clock of the system. What it finds stays in the workspace.
     ///
     /// The first contact query in a workspace makes room for 4,096 contacts, unless [`Workspace::reserve_contacts`] has made
     /// some; later ones do not allocate. It does not lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Contacts {
-        by_system_clock(budget, |clock| self.run_with(workspace, budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -113,12 +102,12 @@ impl<'t> ContactQuery<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Contacts, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_with(workspace, budget, clock))
+        budget.by_system_clock(|clock| self.resume_with(workspace, budget, clock))
     }
 
     /// [`ContactQuery::run`] by a clock of the caller's.
     pub fn run_with(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> Contacts {
-        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        let mut deadline = Deadline::of(budget, clock);
         self.begin(workspace);
         self.spend(workspace, &mut deadline)
     }
@@ -134,7 +123,7 @@ impl<'t> ContactQuery<'t> {
         clock: &dyn Clock,
     ) -> Result<Contacts, ResumeError> {
         workspace.run.holds_stopped(&self.key())?;
-        Ok(self.spend(workspace, &mut Deadline::of(budget, self.options.poll_interval, clock)))
+        Ok(self.spend(workspace, &mut Deadline::of(budget, clock)))
     }
 
     /// Where the last run of this query in `workspace` may have missed contacts: the middle of the closest points of each is
@@ -144,7 +133,7 @@ impl<'t> ContactQuery<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options.
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
         workspace.run.holds(&self.key())?;
-        Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, self.options.margin))
+        Ok(Certificate::new([self.a, self.b], Place::Still(&self.b_in_a, self.options.margin), workspace))
     }
 
     /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame: which way the two faces of a
@@ -174,8 +163,7 @@ impl<'t> ContactQuery<'t> {
     }
 
     fn key(&self) -> Key {
-        let trees = [self.a.identity(), self.b.identity()];
-        Key { trees, b_in_a: self.b_in_a, asked: Asked::Contacts(self.options) }
+        Key::new([self.a, self.b], self.b_in_a, Asked::Contacts(self.options))
     }
 
     /// Whether the workspace holds a run of this query, stopped or finished.

@@ -14,17 +14,19 @@ use core::time::Duration;
 
 /// Watches the end of a call, or of all queries of a frame. The stop rule is [`Deadline::stop`].
 ///
-/// The clock is no type parameter: the loop would be compiled anew for each, to save a call beside a look that costs far more.
+/// The clock is not a type parameter: the loop would be compiled once for each type, to save a call that costs far less than
+/// the look at the clock itself.
 pub(crate) struct Deadline<'c> {
     clock: &'c dyn Clock,
     started: Option<Duration>,
     end: Option<Duration>,
-    /// Work that may still be done, and how much of it a query leaves for its last step and for what comes after it.
+    /// Work that may still be done, and how much of it queries leave for their last step and for what comes after them.
     left: u64,
     reserve: u64,
     after: u64,
-    /// Work that cannot pass the end, if a unit takes no more than so many nanoseconds, or so many times the mean so far.
+    /// Work that cannot pass the end, at the slowest pace that is assumed.
     safe: u64,
+    /// That pace: nanoseconds for a unit, or this many times the mean so far.
     slowest: [f64; 2],
     /// The first look and the work since.
     first_look: Option<Duration>,
@@ -38,11 +40,11 @@ pub(crate) struct Deadline<'c> {
 impl<'c> Deadline<'c> {
     /// The end of a budget that begins now.
     #[inline(always)]
-    pub fn of(budget: Budget, poll_interval: u64, clock: &'c dyn Clock) -> Self {
+    pub fn of(budget: Budget, clock: &'c dyn Clock) -> Self {
         let started = budget.time.map(|_| clock.now());
         let end = started.zip(budget.time).map(|(now, limit)| now.saturating_add(limit));
         let left = budget.work.unwrap_or(u64::MAX);
-        Self { started, poll_interval: poll_interval.max(1), reserve: 0, ..Self::at(end, left, clock) }
+        Self { started, poll_interval: budget.poll_interval.max(1), reserve: 0, ..Self::at(end, left, clock) }
     }
 
     /// The end at a moment of the clock, if any, and after so much work, the last step of a query included.
@@ -69,12 +71,12 @@ impl<'c> Deadline<'c> {
         Self { slowest: [SLOW_UNIT_OF_A_PART, SLOW_TO_MEAN_OF_A_PART], ..Self::at(end, work, clock) }
     }
 
-    /// From now on, what queries leave for a last step of so much work.
+    /// From now on queries leave room for a last step of so much work.
     pub fn leave(&mut self, work: u64) {
         self.leave_after(work, 0);
     }
 
-    /// The same, and so much for what comes after them.
+    /// The same, and for so much work `after` them.
     pub fn leave_after(&mut self, work: u64, after: u64) {
         (self.reserve, self.after) = (work - 1 + after, after);
     }
@@ -114,14 +116,14 @@ impl<'c> Deadline<'c> {
         self.at = work;
     }
 
-    /// Takes note of work besides that of queries.
+    /// Counts work that no query did.
     pub fn spend(&mut self, work: u64) {
         self.left = self.left.saturating_sub(work);
         self.safe = self.safe.saturating_sub(work);
         self.done += work;
     }
 
-    /// Whether there is room for `work` more, done as slowly as it may be.
+    /// Whether there is room for `work` more, at the slowest pace that is assumed.
     pub fn has_room(&mut self, work: u64) -> bool {
         if self.safe < work && self.is_timed() {
             self.safe = self.safe_work().unwrap_or(0);
@@ -134,7 +136,7 @@ impl<'c> Deadline<'c> {
         if self.left < work { StopReason::WorkLimit } else { StopReason::Deadline }
     }
 
-    /// Work that there is room for, done as slowly as it may be.
+    /// Work that there is room for, at the slowest pace that is assumed.
     pub fn room(&mut self) -> u64 {
         self.safe = if self.is_timed() { self.safe_work().unwrap_or(0) } else { self.safe };
         self.left.min(self.safe)
@@ -180,7 +182,7 @@ mod tests {
     #[test]
     fn slow_units_bring_the_looks_closer_together() {
         let clock = ManualClock::new();
-        let mut deadline = Deadline::of(Budget::time(Duration::from_micros(100)), 1, &clock);
+        let mut deadline = Deadline::of(Budget::time(Duration::from_micros(100)).poll_interval(1), &clock);
         deadline.begin(0);
         assert_eq!(deadline.stop(0), None);
         let second = deadline.next_look;

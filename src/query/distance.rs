@@ -1,10 +1,8 @@
 //! How far apart two meshes are: two trees, a pose and a budget in, a [`Distance`] with proven bounds out.
 
 use super::Deadline;
-#[cfg(feature = "std")]
-use super::budget::by_system_clock;
 use super::budget::{Budget, Clock};
-use super::certificate::Certificate;
+use super::certificate::{Certificate, Place};
 use super::interval::{Interval, Tolerance};
 use super::memory::PairMemory;
 use super::nearest;
@@ -16,7 +14,6 @@ use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::math::Pose;
-use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::Tree;
 use glam::DVec3;
 
@@ -58,9 +55,8 @@ impl<'t> DistanceQuery<'t> {
     /// is asked for.
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        let (margins, limit) = ([0.0; 2], f64::INFINITY);
-        let (absolute, relative, poll_interval) = (None, None, MAX_STEP_WORK);
-        let options = DistanceOptions { absolute, relative, margins, limit, poll_interval, depth_first: false };
+        let (absolute, relative, margins, limit) = (None, None, [0.0; 2], f64::INFINITY);
+        let options = DistanceOptions { absolute, relative, margins, limit, depth_first: false };
         Self { a, b, b_in_a, options, ceiling: f64::INFINITY }
     }
 
@@ -96,18 +92,10 @@ impl<'t> DistanceQuery<'t> {
         self
     }
 
-    /// Does not tell distances apart that are more than this. A stopped run goes on with the ceiling that it began with.
+    /// Beyond this, distances are not told apart. A stopped run goes on with the ceiling that it began with.
     #[must_use]
     pub(crate) fn below(self, ceiling: f64) -> Self {
         Self { ceiling, ..self }
-    }
-
-    /// Least work between looks at the clock, which come closer together towards the deadline; default
-    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
-    #[must_use]
-    pub fn poll_interval(mut self, work: u64) -> Self {
-        self.options.poll_interval = work;
-        self
     }
 
     /// For comparison: all node pairs on one stack, the closest of siblings on top, so that `low` is 0 almost to the end.
@@ -122,7 +110,7 @@ impl<'t> DistanceQuery<'t> {
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Distance {
-        by_system_clock(budget, |clock| self.run_with(workspace, None, budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, None, budget, clock))
     }
 
     /// [`DistanceQuery::run`] with what is remembered of the pair from the frame before, and will be for the next: the
@@ -130,7 +118,7 @@ impl<'t> DistanceQuery<'t> {
     /// ([`PairMemory::clearance`]).
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Distance {
-        by_system_clock(budget, |clock| self.run_with(workspace, Some(memory), budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, Some(memory), budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -141,7 +129,7 @@ impl<'t> DistanceQuery<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Distance, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_with(workspace, None, budget, clock))
+        budget.by_system_clock(|clock| self.resume_with(workspace, None, budget, clock))
     }
 
     /// [`DistanceQuery::run`] by a clock of the caller's, with or without a memory.
@@ -152,7 +140,7 @@ impl<'t> DistanceQuery<'t> {
         budget: Budget,
         clock: &dyn Clock,
     ) -> Distance {
-        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        let mut deadline = Deadline::of(budget, clock);
         if let Some(memory) = &mut memory {
             memory.bind(self.a, self.b);
         }
@@ -172,7 +160,7 @@ impl<'t> DistanceQuery<'t> {
         clock: &dyn Clock,
     ) -> Result<Distance, ResumeError> {
         workspace.run.holds_stopped(&self.key())?;
-        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, self.options.poll_interval, clock)))
+        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, clock)))
     }
 
     /// Where the last run of this query in `workspace` may have missed what is closer than its upper bound by more than the
@@ -183,12 +171,11 @@ impl<'t> DistanceQuery<'t> {
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
         workspace.run.holds(&self.key())?;
         let reach = workspace.search.interval.high().min(self.options.limit + self.margin());
-        Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, reach))
+        Ok(Certificate::new([self.a, self.b], Place::Still(&self.b_in_a, reach), workspace))
     }
 
     pub(super) fn key(&self) -> Key {
-        let trees = [self.a.identity(), self.b.identity()];
-        Key { trees, b_in_a: self.b_in_a, asked: Asked::Distance(self.options) }
+        Key::new([self.a, self.b], self.b_in_a, Asked::Distance(self.options))
     }
 
     /// From the middle of A's box to that of B's.
@@ -197,9 +184,7 @@ impl<'t> DistanceQuery<'t> {
     }
 
     fn tolerance(&self) -> Tolerance {
-        let units = [self.a.unit(), self.b.unit()];
-        let [of_a, of_b] = units.map(|unit| if unit.is_point { 0.0 } else { unit.length() });
-        let size = of_a.max(of_b);
+        let size = self.a.size().max(self.b.size());
         let apart = self.middle().abs().max_element();
         let DistanceOptions { absolute, relative, .. } = self.options;
         let is_far = absolute.is_none() && apart > FAR * size;
@@ -213,7 +198,7 @@ impl<'t> DistanceQuery<'t> {
         self.options.margins[0] + self.options.margins[1]
     }
 
-    /// Whether the surfaces are apart if a finished run does not say that they meet, however close its tolerance lets them be.
+    /// Whether a finished run tells if the surfaces meet, whatever its tolerance.
     pub(crate) fn decides_contact(&self) -> bool {
         self.options.limit == f64::INFINITY && self.margin() == 0.0
     }
@@ -296,8 +281,8 @@ impl<'t> DistanceQuery<'t> {
     }
 }
 
-/// A bound less the margins, and no less than 0. Both are sums that were rounded; so many times that is added. What is
-/// infinitely far stays so.
+/// A bound less the margins, and no less than 0. `rounding`, relative to the sum of both, makes up for their own rounding. An
+/// infinite bound stays as it is.
 fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
     let is_less = margin > 0.0 && bound < f64::INFINITY;
     if is_less { (bound - margin + rounding * (bound + margin)).max(0.0) } else { bound }

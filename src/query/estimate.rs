@@ -49,7 +49,7 @@ impl Prediction {
     }
 }
 
-/// What goes with so many BV tests.
+/// The other counts that usually go with so many BV tests.
 fn counts(bv_tests: f64) -> Counts {
     Counts {
         bv_tests,

@@ -13,10 +13,11 @@ pub(super) struct Tolerance {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interval {
     tolerance: Tolerance,
-    /// By how much the surfaces are thickened together, and whether they are closer than this is all that is asked.
+    /// By how much both surfaces together are thickened.
     margin: f64,
+    /// If finite, all that is asked is whether the thickened surfaces are closer than this.
     limit: f64,
-    /// What is farther apart is not asked about.
+    /// Distances beyond this are not told apart.
     ceiling: f64,
     low: f64,
     high: f64,
@@ -38,8 +39,7 @@ impl Interval {
         interval
     }
 
-    /// Asks about distances of the thickened surfaces only that are no more than this: of greater ones it tells no more than
-    /// that they are, and whether the surfaces meet in any case.
+    /// Does not tell distances of the thickened surfaces apart that are greater than this. Whether they meet is still asked.
     pub fn below(mut self, ceiling: f64) -> Self {
         self.ceiling = ceiling;
         self.cut = self.cut_now();
@@ -55,7 +55,7 @@ impl Interval {
         Self::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY)
     }
 
-    /// Begins with what is known of the distance; whether that is all that is asked.
+    /// Begins with a lower bound that is known; returns whether that decides all that is asked.
     pub fn know(&mut self, low: f64) -> bool {
         self.low = low;
         let is_enough = low >= self.cut;
@@ -93,7 +93,7 @@ impl Interval {
         let apart = (high - margin).min(ceiling);
         let mut enough = margin + (apart - tolerance.absolute).min(apart / (1.0 + tolerance.relative));
         if margin > 0.0 {
-            // By so much less is told when the margins are taken off.
+            // For what rounding takes when the margins are subtracted.
             enough = (enough + 4.0 * f64::EPSILON * (enough + margin)).min(high);
         }
         // Whether the surfaces meet is no question of tolerance.

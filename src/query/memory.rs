@@ -20,7 +20,7 @@ pub(super) const WITNESSES: usize = 8;
 /// Frames over which the rate of changes is averaged.
 const FRAMES_OF_RATE: f64 = 20.0;
 
-/// How many of them [`PairMemory::recheck`] tests.
+/// Most witnesses that [`PairMemory::recheck`] tests.
 const RECHECKED: usize = 2;
 
 /// What a query looked for whose work is remembered.
@@ -31,7 +31,7 @@ pub(super) enum Sought {
     Motion,
 }
 
-/// What was known of a frame before a call.
+/// What was known before a call.
 #[derive(Clone, Copy)]
 pub(super) struct Before {
     /// Whether the call went on with a stopped run.
@@ -61,8 +61,7 @@ pub struct PairMemory {
     witnesses: ArrayVec<[u32; 2], PATHS>,
     /// The triangle pair (tree order) that was closest.
     nearest: Option<[u32; 2]>,
-    /// What distance queries have proven, as of one pose. Apart, since scenes have many memories and ask no distances: `None`
-    /// there.
+    /// What distance queries have proven, as of one pose. `None` in scenes, which have many memories and no use for it.
     #[cfg_attr(feature = "serde", serde(skip))]
     clearance: Option<Box<Clearance>>,
     last_verdict: Option<bool>,
@@ -167,7 +166,7 @@ impl PairMemory {
         })
     }
 
-    /// Makes it the memory of this pair: what is of another one is forgotten.
+    /// Makes it the memory of this pair, and forgets what it knew of another.
     pub(super) fn bind(&mut self, a: &Tree, b: &Tree) {
         let trees = Some([a.lineage(), b.lineage()]);
         if self.trees.is_none() {
@@ -176,7 +175,7 @@ impl PairMemory {
             self.witnesses.retain(|&mut [x, y]| exists(a, x) && exists(b, y));
             self.nearest = self.nearest.filter(|&[x, y]| exists(a, x) && exists(b, y));
         } else if self.trees != trees {
-            // What the clearance is of is kept with it.
+            // The clearance knows its trees itself.
             *self = Self { trees, clearance: self.clearance.take(), ..Self::without_clearance() };
         }
     }
@@ -203,7 +202,7 @@ impl PairMemory {
         self.clearance.as_ref().map_or(0.0, |known| known.at(a, b, b_in_a).max(0.0))
     }
 
-    /// After a call of a distance query at a pose; with the work of it all, if it is one to go by.
+    /// After a call of a distance query at a pose; `work` is that of the whole query, if predictions can go by it.
     pub(super) fn remember_distance(
         &mut self,
         [a, b]: [&Tree; 2],
@@ -211,7 +210,7 @@ impl PairMemory {
         interval: &Interval,
         work: Option<u64>,
     ) {
-        // That of a call that resumes a run may be another one than at its start.
+        // The memory may be another one than when the run began.
         self.bind(a, b);
         if let Some(known) = &mut self.clearance
             && interval.low() > known.at(a, b, b_in_a).max(0.0)
@@ -222,7 +221,7 @@ impl PairMemory {
         self.remember_work(Sought::Distance, work);
     }
 
-    /// After a call of a motion query; with the work of it all, if it is finished.
+    /// After a call of a motion query; `work` is that of the whole query, if it is finished.
     pub(super) fn remember_motion(&mut self, a: &Tree, b: &Tree, pair: Option<[u32; 2]>, work: Option<u64>) {
         self.bind(a, b);
         self.nearest = pair.or(self.nearest);

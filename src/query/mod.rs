@@ -59,8 +59,6 @@ mod workspace;
 
 #[cfg(feature = "std")]
 pub use budget::SystemClock;
-#[cfg(feature = "std")]
-pub(crate) use budget::by_system_clock;
 pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
 pub(crate) use clearance::displacement;
@@ -81,6 +79,7 @@ pub use workspace::{ResumeError, Workspace};
 use crate::math::Pose;
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::tree::Tree;
+use certificate::Place;
 use intersection::Intersection;
 use memory::{Before, WITNESSES};
 use queue::Pair;
@@ -137,14 +136,6 @@ impl<'t> Query<'t> {
         self
     }
 
-    /// Least work between looks at the clock, which come closer together towards the deadline; default
-    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK). It bounds how late a budget of time can end.
-    #[must_use]
-    pub fn poll_interval(mut self, work: u64) -> Self {
-        self.options.poll_interval = work;
-        self
-    }
-
     /// The share of poses with an intersection among those that are asked about, 0 to 1; it shifts the probability of
     /// [`Query::estimate`]. By default that of the poses for which the model was fitted,
     /// [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR).
@@ -188,18 +179,18 @@ impl<'t> Query<'t> {
 
     /// Runs within a budget, by the clock of the system. What it finds stays in the workspace.
     ///
-    /// Under a budget of time it stops as soon as it sees that the time is up, and it looks the more often the nearer the
-    /// deadline, in the end every [`Query::poll_interval`] units of work. It does not allocate, lock or panic.
+    /// Under a budget of time it looks at the clock more often the nearer the deadline, in the end every
+    /// [`Budget::poll_interval`] units of work. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Outcome {
-        by_system_clock(budget, |clock| self.run_with(workspace, None, budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, None, budget, clock))
     }
 
     /// [`Query::run`] with what is remembered of the pair from the frame before, and will be for the next. As long as B stays
     /// within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known without a search.
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Outcome {
-        by_system_clock(budget, |clock| self.run_with(workspace, Some(memory), budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, Some(memory), budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -210,7 +201,7 @@ impl<'t> Query<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Outcome, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_with(workspace, None, budget, clock))
+        budget.by_system_clock(|clock| self.resume_with(workspace, None, budget, clock))
     }
 
     /// [`Query::resume`] with what is remembered of the pair.
@@ -224,7 +215,7 @@ impl<'t> Query<'t> {
         memory: &mut PairMemory,
         budget: Budget,
     ) -> Result<Outcome, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_with(workspace, Some(memory), budget, clock))
+        budget.by_system_clock(|clock| self.resume_with(workspace, Some(memory), budget, clock))
     }
 
     /// [`Query::run`] by a clock of the caller's, with or without a memory.
@@ -235,7 +226,7 @@ impl<'t> Query<'t> {
         budget: Budget,
         clock: &dyn Clock,
     ) -> Outcome {
-        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        let mut deadline = Deadline::of(budget, clock);
         if let Some(memory) = &mut memory {
             memory.bind(self.a, self.b);
         }
@@ -257,7 +248,7 @@ impl<'t> Query<'t> {
         clock: &dyn Clock,
     ) -> Result<Outcome, ResumeError> {
         workspace.run.holds_stopped(&self.key())?;
-        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, self.options.poll_interval, clock)))
+        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, clock)))
     }
 
     /// What the last run of this query in `workspace` left open.
@@ -266,7 +257,7 @@ impl<'t> Query<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options.
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
         workspace.run.holds(&self.key())?;
-        Ok(Certificate::new([self.a, self.b], &self.b_in_a, workspace, 0.0))
+        Ok(Certificate::new([self.a, self.b], Place::Still(&self.b_in_a, 0.0), workspace))
     }
 
     /// Whether the workspace holds a stopped run of this query.
@@ -275,11 +266,7 @@ impl<'t> Query<'t> {
     }
 
     fn key(&self) -> Key {
-        Key {
-            trees: [self.a.identity(), self.b.identity()],
-            b_in_a: self.b_in_a,
-            asked: Asked::Intersection(self.options),
-        }
+        Key::new([self.a, self.b], self.b_in_a, Asked::Intersection(self.options))
     }
 
     /// Whether both trees know what lies next to their triangles.
@@ -287,7 +274,7 @@ impl<'t> Query<'t> {
         self.a.has_neighbors() && self.b.has_neighbors()
     }
 
-    /// How a run goes about its visits that is expected to be complete, or else that has any budget of work.
+    /// The strategy of a run that nothing stops (`complete`), or of one with a budget of work.
     pub(crate) fn strategy(&self, complete: bool) -> Strategy {
         if complete {
             Strategy::complete(&self.options)
@@ -307,7 +294,7 @@ impl<'t> Query<'t> {
             WarmStart::None => {}
             WarmStart::Paths => workspace.witnesses.extend(witnesses.iter().copied()),
             WarmStart::Witnesses => {
-                // Tested before anything else, as any other waiting pairs.
+                // They wait like any other triangle pairs, and so are tested first.
                 workspace.waiting.extend(&witnesses[..witnesses.len().min(WITNESSES)]);
                 workspace.testing = !witnesses.is_empty();
             }
@@ -352,8 +339,8 @@ impl<'t> Query<'t> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
-        let (question, relation) =
-            (Intersection { options: &self.options }, Relation::new(self.a, self.b, &self.b_in_a));
+        let relation = Relation::new(self.a, self.b, &self.b_in_a);
+        let question = Intersection { options: &self.options };
         let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
         if stop == StopReason::FlushedToZero {
             return stop;

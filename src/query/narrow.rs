@@ -17,7 +17,6 @@ use super::traversal::{Question, Traversal};
 use super::views::Relation;
 use super::workspace::{ResumeError, Workspace};
 use super::{Deadline, Query};
-use crate::model::cost::MAX_STEP_WORK;
 
 impl Query<'_> {
     /// [`Query::certificate`] after so many units of work that open the largest of its boxes: the more, the less room is left
@@ -107,7 +106,7 @@ impl<'w> Certificate<'w> {
         aside.take_over(run);
         let relation = Relation::new(self.a, self.b, b_in_a);
         let clock = ManualClock::new();
-        let mut deadline = Deadline::of(Budget::work(work), MAX_STEP_WORK, &clock);
+        let mut deadline = Deadline::of(Budget::work(work), &clock);
         if reach > 0.0 {
             aside.contacts.begin(reach, usize::MAX);
         }
@@ -116,14 +115,14 @@ impl<'w> Certificate<'w> {
         let reach = (reach / relation.unit) as f32;
         let taken = traversal.queue_first(run.open_nodes(), reach);
         let _ = traversal.advance();
-        // It is nobody's run: a part of the pairs is in the other workspace.
+        // Nobody can resume it: a part of the pairs is in the other workspace.
         aside.run.key = None;
         self.narrowed(aside, taken)
     }
 }
 
 impl<Q> Traversal<'_, '_, Q> {
-    /// Queues as many of these pairs as there is room for; how many.
+    /// Queues as many of these pairs as there is room for, and returns how many.
     fn queue_first(&mut self, pairs: impl Iterator<Item = Pair>, reach: f32) -> usize {
         let room = self.workspace.front.room();
         pairs.take(room).map(|pair| self.queue_by_room(pair, 0.0, reach)).count()
@@ -141,7 +140,7 @@ impl<Q> Traversal<'_, '_, Q> {
 }
 
 impl Workspace {
-    /// Begins with all that another run has left open, but for node pairs, and with what it found.
+    /// Begins with what another run has found and left open, except its node pairs.
     fn take_over(&mut self, run: &Self) {
         self.clear();
         if let Some(key) = run.run.key {

@@ -3,7 +3,6 @@
 use super::order::Order;
 use crate::math::Motion;
 use crate::math::tolerance::COORDINATE_LIMIT;
-use crate::model::cost::MAX_STEP_WORK;
 use crate::names::named;
 
 /// What a query looks for.
@@ -25,7 +24,6 @@ pub(crate) struct Options {
     pub mode: Mode,
     pub order: Order,
     pub pair_limit: usize,
-    pub poll_interval: u64,
     pub queue_threshold: Option<f32>,
     pub early: bool,
 }
@@ -35,7 +33,6 @@ impl Options {
         mode: Mode::Any,
         order: Order::Penetration,
         pair_limit: usize::MAX,
-        poll_interval: MAX_STEP_WORK,
         queue_threshold: None,
         early: false,
     };
@@ -47,7 +44,6 @@ pub(super) struct ContactOptions {
     pub margin: f64,
     /// Most contacts in the workspace.
     pub limit: usize,
-    pub poll_interval: u64,
 }
 
 /// The same of a distance query.
@@ -59,7 +55,6 @@ pub(super) struct DistanceOptions {
     pub margins: [f64; 2],
     /// Infinite if the distance itself is asked for.
     pub limit: f64,
-    pub poll_interval: u64,
     /// For comparison: one stack for all node pairs.
     pub depth_first: bool,
 }
@@ -75,7 +70,6 @@ pub(super) struct MotionOptions {
     pub time: f64,
     /// Of both surfaces together.
     pub margin: f64,
-    pub poll_interval: u64,
 }
 
 /// By how much a surface is thickened, of what was asked for.

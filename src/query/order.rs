@@ -59,8 +59,8 @@ impl FromStr for Order {
     }
 }
 
-/// How far the boxes of two nodes overlap along each axis of A's node, A's units, and how far they could, one of them thicker
-/// by `reach`. Somewhat more than nothing, so that products of both tell flat boxes apart.
+/// How far the boxes of two nodes, one of them thicker by `reach`, overlap along each axis of A's node, and how far they
+/// could, A's units. Both are a little more than 0, so that products over the axes tell flat boxes apart.
 fn overlap(a: &Node, b: &Node, relation: &Relation, reach: f32) -> [[f32; 2]; 3] {
     let view = Views::between(a, b, relation).of_b;
     let (center, half) = (view.point(b.own_center * relation.scale), view.half(b.own_half * relation.scale));
@@ -76,7 +76,8 @@ pub(super) fn overlap_volume(a: &Node, b: &Node, relation: &Relation) -> f32 {
     overlap(a, b, relation, 0.0).iter().map(|[common, most]| common / most).product()
 }
 
-/// The bucket of a pair where those come first whose boxes are within `reach` of one another, A's units, in most room.
+/// The bucket of a pair in an order in which the largest room comes first that its boxes, one of them thicker by `reach` (A's
+/// units), have in common.
 pub(super) fn bucket_by_room(a: &Node, b: &Node, relation: &Relation, reach: f32) -> usize {
     // No two boxes overlap in 64 cubic units of A. Two buckets for each factor of two.
     let room: f32 = overlap(a, b, relation, reach).iter().map(|[common, _]| common).product();

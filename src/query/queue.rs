@@ -9,7 +9,7 @@ use crate::tree::MAX_HEIGHT;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
-/// Two nodes, and which children of each are still of interest, a bit each; for those of inner nodes all are.
+/// Two nodes, and which children of each are still of interest, a bit each. All children of inner nodes are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Pair {
     pub nodes: [u32; 2],
@@ -22,7 +22,7 @@ impl Pair {
     }
 }
 
-/// Where a pair comes from: what is below it goes there too, with exceptions.
+/// Where a pair was taken from. Most pairs below it go there too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Origin {
     /// On a path to a witness of the frame before.
@@ -49,7 +49,7 @@ struct Entry {
 /// Node pairs still to be visited.
 #[derive(Clone, Debug)]
 pub(super) struct Front {
-    /// The last is opened first. With each, which witnesses are below it, a bit for each.
+    /// The last is opened first. Each with the mask of the witnesses below it.
     paths: ArrayVec<(Pair, u16), PATHS>,
     /// Witness mask of the path popped last. Kept here because carrying it in [`Origin`] slowed every pop.
     path_witnesses: u16,
@@ -133,7 +133,7 @@ impl Front {
         self.stack.swap(at % STACK, (self.height - 1) % STACK);
     }
 
-    /// Brings some other pair of the stack to the top, each time another one.
+    /// Brings another pair of the stack to the top, a different one each time.
     pub fn go_elsewhere(&mut self) {
         let below = self.height.saturating_sub(1);
         if below > 0 && below < SCATTERED {
@@ -229,7 +229,7 @@ impl Front {
         pair
     }
 
-    /// The first bucket of which a pair is left, all before which are empty: 0 unless only the queue has any, `None` if there is none.
+    /// The first bucket that is not empty, 0 if pairs are left outside the queue, `None` if no pair is left.
     pub fn least_bucket(&self) -> Option<usize> {
         match (self.paths.is_empty() && self.height == 0, self.occupied) {
             (false, _) => Some(0),
@@ -275,10 +275,10 @@ const STACK: usize = 1 << 14;
 // The triangles are one level more.
 const _: () = assert!(STACK >= 64 * 2 * (MAX_HEIGHT + 1) + SCATTERED + BESIDE_PATHS + 64 * PATHS);
 
-/// Most pairs on the stack with which paths are still followed; each that has begun adds its siblings.
+/// Most pairs on the stack for a path to be followed on; each one that has begun adds its siblings.
 const BESIDE_PATHS: usize = 2048;
 
-/// Most pairs on the stack with which the next one is still chosen freely.
+/// Most pairs on the stack for the next one to be chosen freely.
 const SCATTERED: usize = 512;
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ pub(super) struct Refinement {
     score: i32,
     /// Steps for which it rests.
     rest: u32,
-    /// The first so many pairs in doubt are so in `f64` too.
+    /// So many pairs, the first of those in doubt, are in doubt in `f64` too.
     pub done: usize,
 }
 
@@ -19,7 +19,7 @@ impl Refinement {
     const WORST: i32 = -32;
     const REST: u32 = 32;
 
-    /// How many of the pairs in doubt are to be tested so now, `room` at most.
+    /// How many of the pairs in doubt are to be tested in `f64` now, `room` at most.
     pub fn due(&mut self, doubtful: usize, room: usize) -> usize {
         let count = (doubtful - self.done).min(room);
         if count < ENOUGH {

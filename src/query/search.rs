@@ -11,7 +11,7 @@ use arrayvec::ArrayVec;
 /// Factor of half extents with which a dive guesses.
 pub(super) const DIVE: f32 = 0.4;
 
-/// Triangle pairs that are put off; others are looked at when they are met.
+/// Most triangle pairs that are put off; the others are tested when they are met.
 const PUT_OFF: usize = 1024;
 
 /// A triangle pair (tree order) and what is proven of its distance.
@@ -34,7 +34,7 @@ pub(super) struct Search {
     pub dive: Option<Pair>,
     /// Triangle pairs that wait for the `f32` test.
     pub waiting: ArrayVec<Bounded, { WIDTH * (WIDTH + 1) }>,
-    /// Those that may be closest, after it; the most likely is the last.
+    /// Pairs that may be the closest after that test; the most likely is the last.
     pub proposed: ArrayVec<Bounded, WIDTH>,
     pub put_off: Box<ArrayVec<Bounded, PUT_OFF>>,
     /// The least key of pairs that were dropped when their turn came. Its root is taken once, at the end of a call.
@@ -81,7 +81,7 @@ impl Search {
         }
     }
 
-    /// Begins with all that another search has left, but for its dive, which leaves no trace.
+    /// Begins with all that another search has left, except its dive.
     pub fn copy_from(&mut self, other: &Self) {
         self.waiting.clone_from(&other.waiting);
         self.proposed.clone_from(&other.proposed);
@@ -105,8 +105,8 @@ impl Search {
         }
     }
 
-    /// Up to eight of them with their keys, and how many, the first again in the places left; those that are not below `cut`
-    /// are only told of.
+    /// Up to eight waiting pairs with keys below `cut`, these keys, and how many they are; the first pair fills the places
+    /// left. The keys of the others go to `dropped`.
     #[inline(always)]
     pub fn pop_batch(&mut self, cut: f32, mut dropped: impl FnMut(f32)) -> ([[u32; 2]; WIDTH], [f32; WIDTH], usize) {
         let (mut pairs, mut keys) = ([[0; 2]; WIDTH], [0.0; WIDTH]);
@@ -127,7 +127,7 @@ impl Search {
         (pairs, keys, count)
     }
 
-    /// Whether as many triangle pairs wait for a test as pay.
+    /// Whether enough triangle pairs wait for a test to be worth a batch.
     #[inline(always)]
     pub fn is_due(&self) -> bool {
         !self.proposed.is_empty() || self.waiting.len() >= WIDTH
@@ -151,7 +151,7 @@ impl Search {
             None => f32::INFINITY,
             Some(bucket) => root(self.least_key(bucket)),
         };
-        // Also if nothing was begun, of an empty mesh.
+        // Also for an empty mesh, where nothing was begun.
         self.is_used = true;
         let waiting = self.waiting.iter().map(|left| root(left.low));
         let others = self.proposed.iter().chain(&*self.put_off).map(|left| left.low);

@@ -78,7 +78,7 @@ impl Strategy {
         let mut strategy = Self::complete(options);
         let is_short = budget.time.is_some_and(|limit| !fits(limit));
         let stops = budget.work.is_some() || is_short;
-        let is_early = is_short || options.early && budget != Budget::unlimited();
+        let is_early = is_short || options.early && !budget.is_unlimited();
         strategy.march = can_march && is_early && options.mode == Mode::All && options.order == Order::default();
         let default_threshold = if strategy.march { MARCHING_QUEUE_THRESHOLD } else { DEFAULT_QUEUE_THRESHOLD };
         strategy.queue_threshold = match (options.order, options.mode) {
@@ -91,7 +91,7 @@ impl Strategy {
             if strategy.queues() && options.order == Order::default() {
                 strategy.warm_start = WarmStart::Paths;
             }
-            if budget == Budget::unlimited() {
+            if budget.is_unlimited() {
                 // Nothing can come too late, so batches may be as full as possible.
                 strategy.batch = PATIENCE;
             }

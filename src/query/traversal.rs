@@ -52,13 +52,13 @@ pub(super) trait Question {
     /// The pair to be opened next.
     fn next_pair(&mut self) -> Option<(Pair, Origin)>;
 
-    /// Replaces it by what is of interest among its children, unless it is of none itself.
+    /// Replaces the pair by those pairs of its children that matter; drops it if it does not matter any more.
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair);
 
-    /// Whether triangle pairs wait for a test: as many as pay, or any at all.
+    /// Whether triangle pairs wait for a test: enough for a batch, or `any` at all.
     fn waits(&self, any: bool) -> bool;
 
-    /// One step of tests; why the run ends with it, if it does.
+    /// Does one step of tests; returns why the run ends with it, if it does.
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason>;
 }
 

@@ -17,23 +17,24 @@ use crate::math::Pose;
 use crate::math::lanes::Instructions;
 use crate::math::random::Random;
 use crate::model::cost::{CostModel, Counts};
+use crate::tree::Tree;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::fmt;
 use core::time::Duration;
 
-/// The buffers of a query. Allocated once; no query allocates but the first for contacts, or for all hits of a ray.
+/// The buffers of a query, allocated once. Only the first query for contacts, or for all hits of a ray, allocates more.
 ///
-/// It carries capacity, the pairs that the last query found, and what that query left open for
-/// [`crate::Query::resume`]; a fresh workspace and a used one give the same answers. A clone has all of it, the room too.
+/// It holds the pairs that the last query found, and what that query left open for [`crate::Query::resume`]. A fresh
+/// workspace and a used one give the same answers. A clone has the same contents and the same capacity.
 ///
-/// It belongs to a thread of a machine, and so it knows what queries cost there ([`Workspace::cost_model`]).
+/// It also learns what queries cost on this machine ([`Workspace::cost_model`]).
 #[derive(Debug)]
 pub struct Workspace {
     pub(super) instructions: Instructions,
     pub(super) cost_model: CostModel,
     pub(super) front: Front,
-    /// Triangle pairs (tree order) that wait for the filter, and those that are left in doubt by it.
+    /// Triangle pairs (tree order) that wait for the filter, and those that it left in doubt.
     pub(super) waiting: TrianglePairs,
     pub(super) doubtful: ArrayVec<[u32; 2], 8>,
     pub(super) refinement: Refinement,
@@ -70,7 +71,7 @@ pub(super) struct Run {
     pub strategy: Strategy,
     /// Whether it was stopped by a budget or a full buffer, and so can be resumed.
     pub stopped: bool,
-    /// Without the sum of the BV tests and the peak of the queue: [`Workspace::outcome`].
+    /// Without the sum of the BV tests and the peak of the queue, which [`Workspace::outcome`] adds.
     pub stats: Stats,
     pub found: u64,
     /// First pair found: ids of the input meshes.
@@ -186,6 +187,12 @@ pub(super) struct Key {
     pub asked: Asked,
 }
 
+impl Key {
+    pub fn new(trees: [&Tree; 2], b_in_a: Pose, asked: Asked) -> Self {
+        Self { trees: trees.map(Tree::identity), b_in_a, asked }
+    }
+}
+
 /// A question and all its options.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Asked {
@@ -194,7 +201,7 @@ pub(super) enum Asked {
     /// Its options are in the [`MotionState`].
     Motion,
     Contacts(ContactOptions),
-    /// What else is asked is in the [`RayState`].
+    /// Its rays are in the [`RayState`].
     Ray,
 }
 
@@ -248,7 +255,7 @@ impl Workspace {
         self.found.drain(..)
     }
 
-    /// The contacts that the last query found, if it was a [`crate::ContactQuery`]: nearest first, those of equal distance by
+    /// The contacts that the last query found, if it was a [`crate::ContactQuery`]: the nearest first, at equal distance by
     /// the ids of their triangles; without those drained.
     pub fn contacts(&self) -> impl ExactSizeIterator<Item = &Contact> + Clone {
         self.contacts.iter()
@@ -295,7 +302,7 @@ impl Workspace {
         self.cost_model = cost_model;
     }
 
-    /// From now on there is no run to be resumed.
+    /// Leaves no run that could be resumed.
     pub(crate) fn forget_run(&mut self) {
         self.run.key = None;
     }

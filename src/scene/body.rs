@@ -1,8 +1,8 @@
 //! Bodies: a shared tree at a pose.
 
 use super::ask::Weights;
-use super::ask::located::Located;
-use super::ask::measured::Measured;
+use super::ask::contact_requests::ContactRequests;
+use super::ask::distance_requests::DistanceRequests;
 use super::error::SceneError;
 use super::facts::{Change, Facts};
 use super::filter::Filter;
@@ -83,7 +83,7 @@ impl Body {
 #[derive(Clone, Debug)]
 pub(super) struct Placed {
     pub body: Body,
-    /// Of the pose.
+    /// The inverse of the pose.
     pub inverse: Pose,
     /// The pose that it had in the frame before its last change.
     pub last: Pose,
@@ -117,24 +117,24 @@ pub(super) struct Bodies {
     facts: Vec<Facts>,
     pub travels: Vec<Travel>,
     free: Vec<u32>,
-    /// Slots with a pending change, each once, and how many of them are not just to settle.
+    /// Slots with a pending change, each once, and how many of them have a box that is out of date ([`Facts::is_changed`]).
     pending: Waiting,
     changed: usize,
-    /// Those that settle in the next frame.
+    /// Slots whose swept box is replaced by that of the body in the next frame.
     settling: Vec<u32>,
     len: usize,
     /// The frame of the last new slot.
     grown: u64,
     /// The pairs whose distances are asked for.
-    pub measured: Measured,
+    pub distance_requests: DistanceRequests,
     /// Those whose contacts are.
-    pub located: Located,
+    pub contact_requests: ContactRequests,
     pub weights: Weights,
-    /// Whether there is, or was, a body of which more may be asked than whom it meets.
+    /// Whether any body is, or was, [special](Facts::is_special).
     has_special: bool,
 }
 
-/// So many frames after it had more bodies than ever before a scene counts as young.
+/// A scene counts as young for this many frames after it had more bodies than ever before.
 const YOUTH: u64 = 64;
 
 impl Bodies {
@@ -156,7 +156,7 @@ impl Bodies {
         self.slots.capacity()
     }
 
-    /// Whether there were fewer bodies than now, at most, until a short time ago.
+    /// Whether the scene had more bodies than ever before a short time ago.
     pub fn is_young(&self, frame: u64) -> bool {
         frame < self.grown + YOUTH
     }
@@ -180,7 +180,8 @@ impl Bodies {
         self.slots[index] = Some(placed);
         self.travels[index] = Travel { remade: frame as u32, ..Travel::default() };
         self.len += 1;
-        self.note(index, frame);
+        self.facts[index].changed = frame;
+        self.note(index);
         self.set_pending(index as u32, Change::Body);
     }
 
@@ -189,9 +190,9 @@ impl Bodies {
         let placed = self.slots[id.index()].take().ok_or(SceneError::NoSuchBody { body: id })?;
         self.len -= 1;
         if mem::take(&mut self.facts[id.index()].is_measured) {
-            self.measured.forget(id.index);
+            self.distance_requests.forget(id.index);
         }
-        self.located.forget(id.index);
+        self.contact_requests.forget(id.index);
         // A slot whose generations are used up is given up.
         if let Some(next) = id.generation.checked_add(1) {
             self.facts[id.index()].generation = next;
@@ -203,17 +204,10 @@ impl Bodies {
 
     /// Changes a body in a way that may change its box or its verdicts from `frame` on.
     pub fn change(&mut self, id: BodyId, frame: u64, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
-        let first = self.facts.get(id.index()).is_some_and(|facts| facts.changed < frame);
-        self.update(id, |placed| {
-            if first {
-                placed.last = placed.body.pose;
-            }
-            change(placed);
-        })?;
-        self.facts[id.index()].changed = frame;
-        let travel = &mut self.travels[id.index()];
+        let (placed, travel, _) = self.begin_change(id, frame)?;
         (travel.gone, travel.remade) = (0.0, frame as u32);
-        self.set_pending(id.index, Change::None);
+        change(placed);
+        self.note(id.index());
         Ok(())
     }
 
@@ -223,32 +217,33 @@ impl Bodies {
             let rest = |at: &mut Placed| (at.body.pose, at.inverse, at.motion) = (pose, inverse, None);
             return self.change(id, frame, rest);
         }
-        let facts = &mut self.facts[id.index()];
-        let is_first = mem::replace(&mut facts.changed, frame) < frame;
-        if let Some(placed) = &mut self.slots[id.index()] {
-            self.travels[id.index()].go(&placed.body.tree, &placed.body.pose, &pose, is_first);
-            if is_first {
-                placed.last = placed.body.pose;
-            }
-            (placed.body.pose, placed.inverse) = (pose, inverse);
-        }
-        self.set_pending(id.index, Change::None);
+        let (placed, travel, is_first) = self.begin_change(id, frame)?;
+        travel.go(&placed.body.tree, &placed.body.pose, &pose, is_first);
+        (placed.body.pose, placed.inverse) = (pose, inverse);
         Ok(())
+    }
+
+    /// A body that something will be new about in `frame`, its travel, and whether it is the first change in this frame.
+    fn begin_change(&mut self, id: BodyId, frame: u64) -> Result<(&mut Placed, &mut Travel, bool), SceneError> {
+        self.get(id)?;
+        self.set_pending(id.index, Change::None);
+        let is_first = mem::replace(&mut self.facts[id.index()].changed, frame) < frame;
+        let placed = self.slots[id.index()].as_mut().ok_or(SceneError::NoSuchBody { body: id })?;
+        if is_first {
+            placed.last = placed.body.pose;
+        }
+        Ok((placed, &mut self.travels[id.index()], is_first))
     }
 
     /// Changes a body in a way that leaves its box and its verdicts alone.
     pub fn update(&mut self, id: BodyId, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
-        self.get(id)?;
-        if let Some(placed) = &mut self.slots[id.index()] {
-            change(placed);
-        }
-        let changed = self.facts[id.index()].changed;
-        self.note(id.index(), changed);
+        change(self.get_mut(id)?);
+        self.note(id.index());
         Ok(())
     }
 
-    /// Copies the facts of a body that was last new in `frame`.
-    fn note(&mut self, index: usize, frame: u64) {
+    /// Copies the facts of a body.
+    fn note(&mut self, index: usize) {
         let facts = &mut self.facts[index];
         if let Some(Placed { body, motion, compound, .. }) = &self.slots[index] {
             (facts.importance, facts.filter, facts.is_part) = (body.importance, body.filter, compound.is_some());
@@ -256,7 +251,6 @@ impl Bodies {
             self.has_special |= facts.is_special;
             facts.size = libm::sqrtf(libm::sqrtf(body.tree.mesh().len() as f32));
         }
-        facts.changed = frame;
     }
 
     /// Whether two bodies may meet: by their filters, and unless they are parts of one compound.
@@ -272,7 +266,7 @@ impl Bodies {
         x == y
     }
 
-    /// Whether more may be asked of a pair than if it meets.
+    /// Whether more may be asked of a pair than whether it meets.
     pub fn is_special(&self, key: PairKey) -> bool {
         self.facts_of(key).into_iter().any(|facts| facts.is_special)
     }
@@ -280,7 +274,7 @@ impl Bodies {
     /// Whether one of a pair has a motion, and its distance is not asked for.
     pub fn is_moving(&self, key: PairKey) -> bool {
         self.is_special(key)
-            && !self.measured.has(key)
+            && !self.distance_requests.has(key)
             && bodies_of(key).into_iter().any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
     }
 
@@ -292,7 +286,7 @@ impl Bodies {
     /// The least work of a turn, of whatever may be asked.
     pub fn least_work(&self) -> u64 {
         let usual = if self.has_special { LEAST_DISTANCE_WORK } else { LEAST_WORK };
-        if self.located.any() { LEAST_CONTACT_WORK } else { usual }
+        if self.contact_requests.any() { LEAST_CONTACT_WORK } else { usual }
     }
 
     /// Leaves a change to the next frame.
@@ -305,7 +299,7 @@ impl Bodies {
         facts.pending = facts.pending.max(Some(change));
     }
 
-    /// Leaves the box of a body that was on its way to the next frame.
+    /// Leaves it to the next frame to replace the swept box of a body.
     pub fn settle_next(&mut self, index: u32) {
         self.settling.push(index);
     }
@@ -316,12 +310,12 @@ impl Bodies {
         }
     }
 
-    /// How many bodies are not what their boxes are of.
+    /// How many boxes are out of date.
     pub fn changed(&self) -> usize {
         self.changed
     }
 
-    /// Bodies, and slots of removed ones, that may not be what their boxes are of.
+    /// Slots whose boxes are out of date, those of removed bodies included.
     pub fn pending(&self) -> impl Iterator<Item = u32> {
         self.pending.iter().filter(|&index| self.facts(index).is_changed())
     }
@@ -341,6 +335,11 @@ impl Bodies {
     pub fn get(&self, id: BodyId) -> Result<&Placed, SceneError> {
         let placed = self.at(id.index).filter(|_| self.facts[id.index()].generation == id.generation);
         placed.ok_or(SceneError::NoSuchBody { body: id })
+    }
+
+    pub fn get_mut(&mut self, id: BodyId) -> Result<&mut Placed, SceneError> {
+        self.get(id)?;
+        self.slots[id.index()].as_mut().ok_or(SceneError::NoSuchBody { body: id })
     }
 
     pub fn at(&self, index: u32) -> Option<&Placed> {
@@ -363,10 +362,6 @@ impl Bodies {
     pub fn last_change(&self, key: PairKey) -> u64 {
         let [x, y] = self.facts_of(key);
         x.changed.max(y.changed)
-    }
-
-    pub fn at_mut(&mut self, index: u32) -> Option<&mut Placed> {
-        self.slots.get_mut(index as usize)?.as_mut()
     }
 
     /// The facts of a slot that is or was in use.

@@ -5,14 +5,14 @@ use super::filter::Filter;
 /// What is new about a body, as far as pairs are concerned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) enum Change {
-    /// Its box may be smaller than it is: that of its way, after it came to rest.
+    /// Nothing: only its swept box, of the frame before, is to be replaced by a smaller one.
     Settle,
-    /// Its box, at most.
+    /// At most its box.
     #[default]
     None,
-    /// Its fat AABB, or whom it may meet.
+    /// Its fat AABB, or which bodies it may meet.
     Place,
-    /// It is another body than before.
+    /// The slot has another body than before.
     Body,
 }
 
@@ -21,7 +21,7 @@ pub(super) enum Change {
 pub(super) struct Facts {
     /// The frame in which pose or tree were last new.
     pub changed: u64,
-    /// The change that is not taken account of yet.
+    /// The change that the broad phase has not seen yet.
     pub pending: Option<Change>,
     pub generation: u32,
     pub importance: f32,
@@ -30,7 +30,7 @@ pub(super) struct Facts {
     pub filter: Filter,
     /// Whether one of its distances is asked for.
     pub is_measured: bool,
-    /// Whether more may be asked of its pairs than if they meet.
+    /// Whether more may be asked of its pairs than whether they meet: it has a margin or a motion, or is measured.
     pub is_special: bool,
     /// Whether it is a part of a compound.
     pub is_part: bool,

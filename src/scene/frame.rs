@@ -23,7 +23,7 @@ impl Scene {
         threads: usize,
         mut execute: impl FnMut(&mut [Batch], &Round, &Arc<Bodies>, &mut Box<Workspace>),
     ) {
-        let started = budget.time_limit().map(|_| clock.now());
+        let started = budget.time.map(|_| clock.now());
         self.report.frame += 1;
         let (number, mode, asked_since) = (self.report.frame, self.mode, self.asked_since);
         let Self { pairs, broad, bodies, schedule, scratch, report, .. } = self;
@@ -47,7 +47,7 @@ impl Scene {
         report.elapsed = ended.zip(started).map(|(ended, started)| ended.saturating_sub(started));
     }
 
-    /// Gives their boxes to bodies that moved, came or went.
+    /// Updates the boxes of bodies that were moved, inserted or removed.
     fn place_changed(&mut self, deadline: &mut Deadline) {
         let sweeps = self.reach == Reach::Swept || self.bodies.has_special();
         let work = if sweeps { WORK_PER_SWEPT_BOX } else { WORK_PER_BOX };

@@ -33,52 +33,45 @@ impl fmt::Display for BodyId {
     }
 }
 
-/// Names a compound of one scene ([`crate::Scene::insert_compound`]); that of a removed one is never valid again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct CompoundId(pub(super) u64);
+/// An id that is a number, counted up and never given out again.
+macro_rules! numbered {
+    ($(#[$docs:meta])* $id:ident, $name:literal) => {
+        $(#[$docs])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        pub struct $id(pub(super) u64);
 
-impl CompoundId {
-    /// The id as a number, for other languages.
-    pub fn to_bits(self) -> u64 {
-        self.0
-    }
+        impl $id {
+            /// The id as a number, for other languages.
+            pub fn to_bits(self) -> u64 {
+                self.0
+            }
 
-    /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are ids of its compounds.
-    pub fn from_bits(bits: u64) -> Self {
-        Self(bits)
-    }
+            /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are its ids.
+            pub fn from_bits(bits: u64) -> Self {
+                Self(bits)
+            }
+        }
+
+        impl fmt::Display for $id {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, concat!($name, " {}"), self.0)
+            }
+        }
+    };
 }
 
-impl fmt::Display for CompoundId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "compound {}", self.0)
-    }
-}
+numbered!(
+    /// Names a compound of one scene ([`crate::Scene::insert_compound`]); that of a removed one is never valid again.
+    CompoundId,
+    "compound"
+);
 
-/// Names two groups of bodies whose distance is asked for ([`crate::Scene::measure_groups`]); not valid any more once it is
-/// not.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct MeasureId(pub(super) u64);
-
-impl MeasureId {
-    /// The id as a number, for other languages.
-    pub fn to_bits(self) -> u64 {
-        self.0
-    }
-
-    /// The inverse of [`to_bits`](Self::to_bits).
-    pub fn from_bits(bits: u64) -> Self {
-        Self(bits)
-    }
-}
-
-impl fmt::Display for MeasureId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "measure {}", self.0)
-    }
-}
+numbered!(
+    /// Names two groups of bodies whose distance is asked for ([`crate::Scene::measure_groups`]), until that ends.
+    MeasureId,
+    "measure"
+);
 
 /// Two bodies by index, the lower one in the upper half: pairs are ordered by it.
 pub(super) type PairKey = u64;

@@ -1,12 +1,15 @@
 //! Many bodies, one budget a frame.
 //!
-//! A [`Scene`] holds bodies ([`body`]), some of which move as one ([`compound`]). A frame ([`frame`]) places those that changed,
-//! finds pairs of them that are near each other ([`broad`]), lists those whose boxes overlap, shares the budget among them
-//! ([`schedule`]), and runs each through the query that answers what is asked of it ([`pair`]), on one thread or on several. Of
-//! two bodies there is a state that is kept from their first turn on, a job of the frame, and a report. Those that are apart by
-//! more than they have gone since need no job; those that meet have a second question if it is asked: where. Then it is told
-//! which contacts begin and end ([`events`]). What is asked, and how much it matters, is said in [`ask`]; rays are cast between
-//! frames ([`cast`]).
+//! A [`Scene`] holds bodies ([`body`]), some of which move as one ([`compound`]). A frame ([`frame`])
+//!
+//! 1. updates the boxes of the bodies that changed, and finds the pairs that are near each other ([`broad`]);
+//! 2. lists the pairs whose boxes overlap, and shares the budget among them ([`schedule`]);
+//! 3. runs the query that answers what is asked of each pair ([`pair`]), on one thread or on several;
+//! 4. reports which contacts began and ended ([`events`]).
+//!
+//! A pair has three records: a state that is kept from its first query on, a job of the frame, and a report. A pair that was
+//! proven to be farther apart than its bodies have moved since needs no job. A pair that meets may have a second question: where
+//! it touches. The questions, and how much each matters, are in [`ask`]; rays are cast between frames ([`cast`]).
 //!
 //! Each of these steps has a part of the budget ([`schedule::share`]), stops when that is spent, and goes on in the next frame
 //! where it stopped. What was not reached is counted: bodies that are not placed, bodies whose partners are not known, pairs that
@@ -285,8 +288,7 @@ impl Scene {
     /// If the body is not in the scene.
     pub fn tree_mut(&mut self, id: BodyId) -> Result<&mut Tree, SceneError> {
         self.change(id, |_| ())?;
-        let placed = Arc::make_mut(&mut self.bodies).at_mut(id.index() as u32);
-        Ok(Arc::make_mut(&mut placed.ok_or(SceneError::NoSuchBody { body: id })?.body.tree))
+        Ok(Arc::make_mut(&mut self.bodies_mut().get_mut(id)?.body.tree))
     }
 
     /// Says whom a body may meet.
@@ -295,7 +297,7 @@ impl Scene {
     /// If the body is not in the scene.
     pub fn set_filter(&mut self, id: BodyId, filter: Filter) -> Result<(), SceneError> {
         self.change(id, |placed| placed.body.filter = filter)?;
-        self.bodies_mut().set_pending(id.index() as u32, Change::Place);
+        self.bodies_mut().set_pending(id.index, Change::Place);
         Ok(())
     }
 

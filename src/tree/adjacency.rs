@@ -33,7 +33,7 @@ impl Neighbors {
         ((steps << (u64::BITS - BITS - BITS * edge)) as i64 >> (u64::BITS - BITS)) as u32
     }
 
-    /// Makes a cluster that of an edge. One that is too far off in a huge tree is left out.
+    /// Sets the cluster on the other side of an edge. One that is too far off in a huge tree is left out.
     fn set(&mut self, edge: u32, cluster: u32) {
         let step = i64::from(cluster) - i64::from(self.cluster);
         let step = if step.unsigned_abs() < 1 << (BITS - 1) { step as u64 & ((1 << BITS) - 1) } else { 0 };

@@ -2,7 +2,7 @@
 
 use super::unit::Triangle;
 use super::wide::WIDTH;
-use crate::math::lanes::{Column, F8, Lanes, V8, per_axis};
+use crate::math::lanes::{Column, F8, Lanes, V8, per_axis, per_lane};
 
 /// Eight triangles, one a lane.
 #[derive(Clone, Copy)]
@@ -15,15 +15,10 @@ pub(super) struct Eight<L: Lanes> {
 
 impl<L: Lanes> Eight<L> {
     #[inline(always)]
-    pub fn of(lanes: L, [a, b, c, d, e, f, g, h]: [&Triangle; WIDTH]) -> Self {
-        macro_rules! part {
-            ($i:expr) => {
-                F8::columns(lanes, [&a.0[$i], &b.0[$i], &c.0[$i], &d.0[$i], &e.0[$i], &f.0[$i], &g.0[$i], &h.0[$i]])
-            };
-        }
-        let [px, py, pz, ex] = part!(0);
-        let [ey, ez, fx, fy] = part!(1);
-        let [fz, ..] = part!(2);
+    pub fn of(lanes: L, triangles: [&Triangle; WIDTH]) -> Self {
+        let [px, py, pz, ex] = F8::columns(lanes, per_lane!(i => &triangles[i].0[0]));
+        let [ey, ez, fx, fy] = F8::columns(lanes, per_lane!(i => &triangles[i].0[1]));
+        let [fz, ..] = F8::columns(lanes, per_lane!(i => &triangles[i].0[2]));
         Self { first: [px, py, pz], edges: [[ex, ey, ez], [fx, fy, fz]] }
     }
 
@@ -31,28 +26,18 @@ impl<L: Lanes> Eight<L> {
     #[inline(always)]
     pub fn of_few(lanes: L, triangles: &[Triangle]) -> Self {
         let last = triangles.len() - 1;
-        macro_rules! at {
-            ($i:expr) => {
-                &triangles[$i.min(last)]
-            };
-        }
-        Self::of(lanes, [at!(0), at!(1), at!(2), at!(3), at!(4), at!(5), at!(6), at!(7)])
+        Self::of(lanes, per_lane!(i => &triangles[last.min(i)]))
     }
 
     /// Of the triangles with these numbers.
     #[inline(always)]
-    pub fn of_numbers(lanes: L, triangles: &[Triangle], [a, b, c, d, e, f, g, h]: [u32; WIDTH]) -> Self {
-        macro_rules! at {
-            ($i:expr) => {
-                &triangles[$i as usize]
-            };
-        }
-        Self::of(lanes, [at!(a), at!(b), at!(c), at!(d), at!(e), at!(f), at!(g), at!(h)])
+    pub fn of_numbers(lanes: L, triangles: &[Triangle], numbers: [u32; WIDTH]) -> Self {
+        Self::of(lanes, per_lane!(i => &triangles[numbers[i] as usize]))
     }
 
     #[inline(always)]
-    pub fn of_chunk(lanes: L, [a, b, c, d, e, f, g, h]: &[Triangle; WIDTH]) -> Self {
-        Self::of(lanes, [a, b, c, d, e, f, g, h])
+    pub fn of_chunk(lanes: L, chunk: &[Triangle; WIDTH]) -> Self {
+        Self::of(lanes, per_lane!(i => &chunk[i]))
     }
 
     /// The corners, off by at most 2^-22.

@@ -56,7 +56,7 @@ pub struct Tree {
     /// Input id of each triangle, in tree order.
     ids: Box<[u32]>,
     profiles: Profiles,
-    /// Neighbours of each triangle, in tree order; none of any if they were not asked for.
+    /// Neighbors of each triangle, in tree order; empty if they are not kept.
     neighbors: Box<[Neighbors]>,
     /// SAH cost after the build.
     built_cost: f32,
@@ -89,7 +89,7 @@ pub struct TreeStats {
     pub bytes_mesh: usize,
     /// Bytes of profiles.
     pub bytes_profiles: usize,
-    /// Bytes of the neighbours of triangles.
+    /// Bytes of the neighbors of triangles.
     pub bytes_neighbors: usize,
 }
 
@@ -153,6 +153,11 @@ impl Tree {
     /// Length of the unit in which subtrees state their extents, in the mesh's unit of length.
     pub fn unit_length(&self) -> f64 {
         self.unit.length()
+    }
+
+    /// The same, but 0 of a mesh that is a single point.
+    pub(crate) fn size(&self) -> f64 {
+        if self.unit.is_point { 0.0 } else { self.unit.length() }
     }
 
     /// The whole tree as a subtree; `None` for an empty mesh.

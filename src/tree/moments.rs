@@ -6,7 +6,7 @@
 use super::eight::{Eight, present};
 use super::unit::Triangle;
 use super::wide::WIDTH;
-use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, sums};
+use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, per_lane, sums};
 
 /// A symmetric matrix a lane: xx, yy, zz, xy, xz, yz.
 pub(super) type Symmetric<L> = [F8<L>; 6];
@@ -65,7 +65,7 @@ impl<L: Lanes> Surfaces<L> {
             covariance: per_entry!(k => ((ee[k] + ff[k]) * three - gg[k]) * part),
             normals: per_entry!(k => normals[k] * present / area),
             largest_area: area * present,
-            largest: [first, first + 1, first + 2, first + 3, first + 4, first + 5, first + 6, first + 7],
+            largest: per_lane!(i => first + i),
         }
     }
 

@@ -189,10 +189,10 @@ fn budgets_of_time_are_sound_and_kept() {
     let mut workspace = Workspace::new();
     for mut case in cases() {
         let (_, set) = whole(&case.query());
-        let query = ContactQuery::new(&case.a, &case.b, case.pose).margin(case.margin).poll_interval(64);
+        let query = ContactQuery::new(&case.a, &case.b, case.pose).margin(case.margin);
         for ticks in (0u32..).map(|i| i * i) {
             let (clock, time) = (ManualClock::ticking(tick), tick * ticks);
-            let said = query.run_with(&mut workspace, Budget::time(time), &clock);
+            let said = query.run_with(&mut workspace, Budget::time(time).poll_interval(64), &clock);
             case.truth.assert_missing(&set, &listed(&workspace), said.low);
             let most_per_look = 64.max(time.as_nanos() as u64) + MAX_DISTANCE_STEP_WORK;
             assert!(said.stats.work <= u64::from(ticks + 1) * most_per_look, "{said:?}");
@@ -215,7 +215,7 @@ fn contacts_distances_and_intersections_in_turn() {
         let distance = DistanceQuery::new(&case.a, &case.b, case.pose).closer_than(case.margin);
         let meets = Query::new(&case.a, &case.b, case.pose).mode(Mode::All);
         let alone = distance.run_with(&mut Workspace::new(), None, ENOUGH, &clock);
-        let strangers = [query.margin(0.123), query.contact_limit(7), query.poll_interval(7)];
+        let strangers = [query.margin(0.123), query.contact_limit(7)];
         let _ = run(&query, &mut workspace, Budget::work(0));
         assert!(strangers.iter().all(|other| other.resume_with(&mut workspace, ENOUGH, &clock).is_err()));
         assert!(strangers.iter().all(|other| other.certificate(&workspace).is_err()));

@@ -172,10 +172,10 @@ fn budgets_of_time_are_sound_and_kept() {
     let mut workspace = Workspace::new();
     for mut case in cases() {
         for asked in case.truth.questions().into_iter().step_by(3) {
-            let query = asked.query(&case.a, &case.b, case.pose).poll_interval(64);
+            let query = asked.query(&case.a, &case.b, case.pose);
             for ticks in (0u32..).map(|i| i * i / 4) {
                 let (clock, time) = (ManualClock::ticking(tick), tick * ticks);
-                let mut said = query.run_with(&mut workspace, None, Budget::time(time), &clock);
+                let mut said = query.run_with(&mut workspace, None, Budget::time(time).poll_interval(64), &clock);
                 case.truth.assert_sound(&asked, &said);
                 let most_per_look = 64.max(time.as_nanos() as u64) + MAX_DISTANCE_STEP_WORK;
                 assert!(said.stats.work <= u64::from(ticks + 1) * most_per_look, "{said:?}");
@@ -259,7 +259,6 @@ fn distances_and_intersections_in_turn() {
             distance.absolute_tolerance(0.125),
             distance.margins([0.0, 1e-9]),
             distance.closer_than(1.0),
-            distance.poll_interval(7),
             asked.query(&case.b, &case.a, case.pose),
             asked.query(&case.a, &case.b, moved(0.1, 0.2, 0.3)),
         ];

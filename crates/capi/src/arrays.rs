@@ -1,6 +1,6 @@
 //! Arrays and texts of the caller's: the pointers that the compiler cannot check.
 
-use crate::status::Fault;
+use crate::status::{Fault, given};
 use core::ffi::{CStr, c_char};
 use core::mem::MaybeUninit;
 use core::slice;
@@ -65,16 +65,33 @@ pub(crate) unsafe fn fill<T>(
     pointer: *mut T,
     capacity: usize,
     what: &'static str,
-    mut items: impl Iterator<Item = T>,
+    mut items: impl Iterator<Item: Into<T>>,
 ) -> Result<usize, Fault> {
     // SAFETY: the caller's promise.
     let room = unsafe { room(pointer, capacity, what) }?;
     let mut written = 0;
     for (place, item) in room.iter_mut().zip(&mut items) {
-        place.write(item);
+        place.write(item.into());
         written += 1;
     }
     Ok(written + items.count())
+}
+
+/// [`fill`], and how many items there are is written to `count`.
+///
+/// # Safety
+/// That of [`fill`].
+pub(crate) unsafe fn list<T>(
+    pointer: *mut T,
+    capacity: usize,
+    what: &'static str,
+    count: Option<&mut MaybeUninit<usize>>,
+    items: impl Iterator<Item: Into<T>>,
+) -> Result<(), Fault> {
+    let count = given(count, "count")?;
+    // SAFETY: the caller's promise.
+    count.write(unsafe { fill(pointer, capacity, what, items) }?);
+    Ok(())
 }
 
 fn check<T>(pointer: *const T, count: usize, what: &'static str) -> Result<(), Fault> {

@@ -1,7 +1,7 @@
 //! Bodies of a scene.
 
 use crate::pose::punctual_pose;
-use crate::status::{Fault, given};
+use crate::status::{Fault, given, value_of};
 use crate::tree::punctual_tree;
 use punctual::{Body, BodyId, BodyKind, Filter};
 use std::sync::Arc;
@@ -65,10 +65,9 @@ impl punctual_body<'_> {
     pub(crate) fn check(&self) -> Result<Body, Fault> {
         let tree = Arc::clone(given(self.tree, "body->tree")?.0.get("body->tree")?);
         let pose = self.pose.check()?;
-        let body = match self.kind {
-            x if x == punctual_body_kind::Moving as u32 => Body::moving(tree, pose),
-            x if x == punctual_body_kind::Fixed as u32 => Body::fixed(tree, pose),
-            unknown => return Err(Fault::Value("body->kind", unknown)),
+        let body = match value_of(self.kind, "body->kind", &[BodyKind::Moving, BodyKind::Fixed])? {
+            BodyKind::Moving => Body::moving(tree, pose),
+            BodyKind::Fixed => Body::fixed(tree, pose),
         };
         Ok(body.filter(Filter::new(self.groups, self.mask)).importance(self.importance).margin(self.margin))
     }

@@ -1,17 +1,17 @@
 //! Contact queries: two trees, a pose and a margin in; all pairs of triangles within the margin out.
 
-use crate::arrays::{fill, find_room};
+use crate::arrays::{find_room, list};
 use crate::clock::punctual_clock;
 use crate::distance::not_negative;
 use crate::mesh::{punctual_aabb, punctual_point};
 use crate::outcome::{hand_out, punctual_certificate, punctual_stats, punctual_stop_reason};
 use crate::pose::punctual_pose;
-use crate::query::{answer, punctual_budget};
+use crate::query::{answer, punctual_budget, trees};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Contact, ContactQuery, Contacts, MAX_STEP_WORK, Tree};
+use punctual::{Contact, ContactQuery, Contacts};
 
 /// The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
 /// one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
@@ -28,8 +28,6 @@ pub struct punctual_contact_query<'t> {
     pub margin: f64,
     /// Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default when it is full.
     pub contact_limit: usize,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
 }
 
 /// The answer of a contact query. The contacts stay in the workspace: `punctual_workspace_contacts`.
@@ -72,7 +70,7 @@ pub extern "C" fn punctual_contact_query_new<'t>(
     b: Option<&'t punctual_tree>,
     b_in_a: punctual_pose,
 ) -> punctual_contact_query<'t> {
-    punctual_contact_query { a, b, b_in_a, margin: 0.0, contact_limit: usize::MAX, poll_interval: MAX_STEP_WORK }
+    punctual_contact_query { a, b, b_in_a, margin: 0.0, contact_limit: usize::MAX }
 }
 
 /// Runs a contact query within a budget. The first one in a workspace makes room for 4,096 contacts, unless
@@ -94,11 +92,7 @@ pub unsafe extern "C" fn punctual_contact_query_run(
     door("punctual_contact_query_run", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, None, budget, clock, contacts, |workspace, _, budget, clock| {
-                Ok(query.run_with(workspace, budget, clock))
-            })
-        }
+        unsafe { answer(workspace, None, budget, clock, contacts, |w, _, b, c| Ok(query.run_with(w, b, c))) }
     })
 }
 
@@ -119,11 +113,7 @@ pub unsafe extern "C" fn punctual_contact_query_resume(
     door("punctual_contact_query_resume", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, None, budget, clock, contacts, |workspace, _, budget, clock| {
-                Ok(query.resume_with(workspace, budget, clock)?)
-            })
-        }
+        unsafe { answer(workspace, None, budget, clock, contacts, |w, _, b, c| Ok(query.resume_with(w, b, c)?)) }
     })
 }
 
@@ -159,11 +149,9 @@ pub unsafe extern "C" fn punctual_contact_query_open_boxes(
 ) -> punctual_status {
     door("punctual_contact_query_open_boxes", || {
         let query = given(query, "query")?.check()?;
-        let count = given(count, "count")?;
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
-        Ok(())
+        unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }
     })
 }
 
@@ -184,7 +172,6 @@ pub unsafe extern "C" fn punctual_contact_query_narrowed_certificate(
 ) -> punctual_status {
     door("punctual_contact_query_narrowed_certificate", || {
         let query = given(query, "query")?.check()?;
-        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
@@ -205,10 +192,8 @@ pub unsafe extern "C" fn punctual_workspace_contacts(
 ) -> punctual_status {
     door("punctual_workspace_contacts", || {
         let found = given(workspace, "workspace")?.0.get("workspace")?.contacts();
-        let count = given(count, "count")?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(contacts, capacity, "contacts", found.map(Into::into)) }?);
-        Ok(())
+        unsafe { list(contacts, capacity, "contacts", count, found) }
     })
 }
 
@@ -262,7 +247,7 @@ pub extern "C" fn punctual_contact_face_normals(
     door("punctual_contact_face_normals", || {
         let normals = given(normals, "normals")?;
         let query = given(query, "query")?;
-        let [a, b] = query.trees()?;
+        let [a, b] = trees(query.a, query.b)?;
         for (name, triangle, tree) in [("triangles.a", triangles.a, a), ("triangles.b", triangles.b, b)] {
             let count = tree.mesh().len();
             if triangle as usize >= count {
@@ -277,17 +262,11 @@ pub extern "C" fn punctual_contact_face_normals(
 }
 
 impl punctual_contact_query<'_> {
-    fn trees(&self) -> Result<[&Tree; 2], Fault> {
-        let a = given(self.a, "query->a")?.0.get("query->a")?;
-        let b = given(self.b, "query->b")?.0.get("query->b")?;
-        Ok([a, b])
-    }
-
     fn check(&self) -> Result<ContactQuery<'_>, Fault> {
-        let [a, b] = self.trees()?;
+        let [a, b] = trees(self.a, self.b)?;
         not_negative(self.margin, "query->margin")?;
         let query = ContactQuery::new(a, b, self.b_in_a.check()?).margin(self.margin);
-        Ok(query.contact_limit(self.contact_limit).poll_interval(self.poll_interval))
+        Ok(query.contact_limit(self.contact_limit))
     }
 }
 

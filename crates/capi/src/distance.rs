@@ -1,18 +1,18 @@
 //! Distance queries: two trees, a pose and tolerances in; proven bounds and the closest points out.
 
-use crate::arrays::fill;
+use crate::arrays::list;
 use crate::clock::punctual_clock;
 use crate::estimate::{known, punctual_quantiles};
 use crate::memory::punctual_memory;
 use crate::mesh::{punctual_aabb, punctual_point};
 use crate::outcome::{hand_out, punctual_certificate, punctual_stats, punctual_stop_reason};
 use crate::pose::punctual_pose;
-use crate::query::{answer, punctual_budget};
+use crate::query::{answer, punctual_budget, trees};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
+use punctual::{Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK};
 
 /// The same as PUNCTUAL_MAX_STEP_WORK for distance queries.
 pub const PUNCTUAL_MAX_DISTANCE_STEP_WORK: u64 = 1040;
@@ -57,8 +57,6 @@ pub struct punctual_distance_query<'t> {
     /// Ask only whether the surfaces are no farther apart than this length: done as soon as that is known, in a fraction of the
     /// time. Infinity by default: the distance itself is asked for.
     pub closer_than: f64,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
 }
 
 /// The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length unit of the meshes.
@@ -98,7 +96,6 @@ pub extern "C" fn punctual_distance_query_new<'t>(
         relative_tolerance: 0.0,
         margins: [0.0; 2],
         closer_than: f64::INFINITY,
-        poll_interval: MAX_STEP_WORK,
     }
 }
 
@@ -121,11 +118,7 @@ pub unsafe extern "C" fn punctual_distance_query_run(
     door("punctual_distance_query_run", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
-                Ok(query.run_with(workspace, memory, budget, clock))
-            })
-        }
+        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c))) }
     })
 }
 
@@ -146,11 +139,7 @@ pub unsafe extern "C" fn punctual_distance_query_resume(
     door("punctual_distance_query_resume", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
-                Ok(query.resume_with(workspace, memory, budget, clock)?)
-            })
-        }
+        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?)) }
     })
 }
 
@@ -187,11 +176,9 @@ pub unsafe extern "C" fn punctual_distance_query_open_boxes(
 ) -> punctual_status {
     door("punctual_distance_query_open_boxes", || {
         let query = given(query, "query")?.check()?;
-        let count = given(count, "count")?;
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
-        Ok(())
+        unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }
     })
 }
 
@@ -213,7 +200,6 @@ pub unsafe extern "C" fn punctual_distance_query_narrowed_certificate(
 ) -> punctual_status {
     door("punctual_distance_query_narrowed_certificate", || {
         let query = given(query, "query")?.check()?;
-        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
@@ -271,8 +257,7 @@ pub extern "C" fn punctual_distance_query_estimate(
 
 impl punctual_distance_query<'_> {
     fn check(&self) -> Result<DistanceQuery<'_>, Fault> {
-        let a = given(self.a, "query->a")?.0.get("query->a")?;
-        let b = given(self.b, "query->b")?.0.get("query->b")?;
+        let [a, b] = trees(self.a, self.b)?;
         if self.absolute_tolerance.is_nan() {
             return Err(Fault::Number("query->absolute_tolerance", self.absolute_tolerance));
         }
@@ -288,7 +273,7 @@ impl punctual_distance_query<'_> {
             0.0 => query,
             share => query.relative_tolerance(share),
         };
-        Ok(query.margins(self.margins).closer_than(self.closer_than).poll_interval(self.poll_interval))
+        Ok(query.margins(self.margins).closer_than(self.closer_than))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Meshes.
 
 use crate::arrays::{array, path};
-use crate::status::{Fault, door, free, given, punctual_status};
+use crate::status::{Fault, door, free, given, punctual_status, value_of};
 use core::ffi::c_char;
 use core::mem::MaybeUninit;
 use punctual::Mesh;
@@ -151,8 +151,7 @@ pub unsafe extern "C" fn punctual_mesh_read_bytes(
     door("punctual_mesh_read_bytes", || {
         // SAFETY: the contract of the header for arrays.
         let bytes = unsafe { array(bytes, count, "bytes") }?;
-        let formats = [Format::Obj, Format::Stl, Format::Ply, Format::Glb];
-        let format = *formats.get(format as usize).ok_or(Fault::Value("format", format))?;
+        let format = value_of(format, "format", &[Format::Obj, Format::Stl, Format::Ply, Format::Glb])?;
         put(mesh, || Ok(punctual_io::read(bytes, format)?))
     })
 }

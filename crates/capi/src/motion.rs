@@ -7,13 +7,13 @@ use crate::memory::punctual_memory;
 use crate::mesh::punctual_point;
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::pose::punctual_pose;
-use crate::query::{answer, punctual_budget};
+use crate::query::{answer, punctual_budget, trees};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
 use punctual::glam::DVec3;
-use punctual::{MAX_STEP_WORK, Motion, MotionQuery, Passage};
+use punctual::{Motion, MotionQuery, Passage};
 
 /// A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about an axis that moves along. At
 /// time `t` a point that `start` brings to `x` is at `p + t velocity + R(t turn) (x - p)`, where `p` is a point of the axis at
@@ -93,8 +93,6 @@ pub struct punctual_motion_query<'t> {
     pub time_tolerance: f64,
     /// By how much each surface is thickened, A's first. 0 by default.
     pub margins: [f64; 2],
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
 }
 
 /// The answer of a motion query, wherever it stopped; times from 0 to 1.
@@ -131,7 +129,6 @@ pub extern "C" fn punctual_motion_query_new<'t>(
         tolerance: -1.0,
         time_tolerance: 0.0,
         margins: [0.0; 2],
-        poll_interval: MAX_STEP_WORK,
     }
 }
 
@@ -154,11 +151,7 @@ pub unsafe extern "C" fn punctual_motion_query_run(
     door("punctual_motion_query_run", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
-                Ok(query.run_with(workspace, memory, budget, clock))
-            })
-        }
+        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c))) }
     })
 }
 
@@ -179,11 +172,7 @@ pub unsafe extern "C" fn punctual_motion_query_resume(
     door("punctual_motion_query_resume", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
-                Ok(query.resume_with(workspace, memory, budget, clock)?)
-            })
-        }
+        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?)) }
     })
 }
 
@@ -237,8 +226,7 @@ impl From<Motion> for punctual_motion {
 
 impl punctual_motion_query<'_> {
     fn check(&self) -> Result<MotionQuery<'_>, Fault> {
-        let a = given(self.a, "query->a")?.0.get("query->a")?;
-        let b = given(self.b, "query->b")?.0.get("query->b")?;
+        let [a, b] = trees(self.a, self.b)?;
         if self.tolerance.is_nan() {
             return Err(Fault::Number("query->tolerance", self.tolerance));
         }
@@ -254,7 +242,7 @@ impl punctual_motion_query<'_> {
             ..0.0 => query,
             length => query.tolerance(length),
         };
-        Ok(query.time_tolerance(self.time_tolerance).margins(self.margins).poll_interval(self.poll_interval))
+        Ok(query.time_tolerance(self.time_tolerance).margins(self.margins))
     }
 }
 

@@ -1,8 +1,8 @@
 //! What queries say: outcome, counters and certificate.
 
-use crate::arrays::fill;
+use crate::arrays::list;
 use crate::mesh::punctual_aabb;
-use crate::status::Fault;
+use crate::status::{Fault, given};
 use crate::workspace::punctual_triangle_pair;
 use core::mem::MaybeUninit;
 use core::time::Duration;
@@ -119,16 +119,17 @@ impl From<Certificate<'_>> for punctual_certificate {
 /// Writes a certificate and as many of its boxes as there is room for; nothing if that is no array.
 ///
 /// # Safety
-/// That of [`fill`].
+/// That of [`list`].
 pub(crate) unsafe fn hand_out(
     open: &Certificate,
-    certificate: &mut MaybeUninit<punctual_certificate>,
+    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
     boxes: *mut punctual_aabb,
     capacity: usize,
-    count: &mut MaybeUninit<usize>,
+    count: Option<&mut MaybeUninit<usize>>,
 ) -> Result<(), Fault> {
+    let certificate = given(certificate, "certificate")?;
     // SAFETY: the caller's promise.
-    count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
+    unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }?;
     certificate.write((*open).into());
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Patches: contacts that hang together, with a few points each and ids that last from frame to frame.
 
-use crate::arrays::fill;
+use crate::arrays::list;
 use crate::contacts::punctual_contact;
 use crate::handle::Handle;
 use crate::mesh::{punctual_aabb, punctual_point, put};
@@ -120,11 +120,8 @@ pub unsafe extern "C" fn punctual_patches_contacts(
 ) -> punctual_status {
     door("punctual_patches_contacts", || {
         let (patches, patch) = find(patches, index)?;
-        let all = patches.contacts_of(patch).iter().map(Into::into);
-        let count = given(count, "count")?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(contacts, capacity, "contacts", all) }?);
-        Ok(())
+        unsafe { list(contacts, capacity, "contacts", count, patches.contacts_of(patch).iter()) }
     })
 }
 
@@ -142,11 +139,8 @@ pub unsafe extern "C" fn punctual_patches_points(
 ) -> punctual_status {
     door("punctual_patches_points", || {
         let (patches, patch) = find(patches, index)?;
-        let few = patches.points_of(patch).map(Into::into);
-        let count = given(count, "count")?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(points, capacity, "points", few) }?);
-        Ok(())
+        unsafe { list(points, capacity, "points", count, patches.points_of(patch)) }
     })
 }
 

@@ -4,13 +4,13 @@ use crate::clock::punctual_clock;
 use crate::mesh::punctual_point;
 use crate::outcome::{nanoseconds, punctual_stop_reason};
 use crate::pose::punctual_pose;
-use crate::query::{answer, punctual_budget};
+use crate::query::{answer, punctual_budget, trees};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
 use core::mem::MaybeUninit;
 use punctual::glam::DVec3;
-use punctual::{MAX_STEP_WORK, PushOut, PushOutQuery};
+use punctual::{PushOut, PushOutQuery};
 
 /// The question which way, and how far, B has to be moved until the surfaces no longer meet. Plain data, made by
 /// `punctual_push_out_query_new`, one for each pose; it borrows the trees.
@@ -25,8 +25,6 @@ pub struct punctual_push_out_query<'t> {
     pub b_in_a: punctual_pose,
     /// Stop after this many exact queries. UINT32_MAX by default: the search ends by itself.
     pub query_limit: u32,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
 }
 
 /// The answer: the shortest push found. There may be a shorter one.
@@ -58,7 +56,7 @@ pub extern "C" fn punctual_push_out_query_new<'t>(
     b: Option<&'t punctual_tree>,
     b_in_a: punctual_pose,
 ) -> punctual_push_out_query<'t> {
-    punctual_push_out_query { a, b, b_in_a, query_limit: u32::MAX, poll_interval: MAX_STEP_WORK }
+    punctual_push_out_query { a, b, b_in_a, query_limit: u32::MAX }
 }
 
 /// Looks for a push within a budget. More budget of work never gives a longer one. It does not allocate, lock or panic; afterwards
@@ -76,20 +74,15 @@ pub unsafe extern "C" fn punctual_push_out_query_run(
     door("punctual_push_out_query_run", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, None, budget, clock, push, |workspace, _, budget, clock| {
-                Ok(query.run_with(workspace, budget, clock))
-            })
-        }
+        unsafe { answer(workspace, None, budget, clock, push, |w, _, b, c| Ok(query.run_with(w, b, c))) }
     })
 }
 
 impl punctual_push_out_query<'_> {
     fn check(&self) -> Result<PushOutQuery<'_>, Fault> {
-        let a = given(self.a, "query->a")?.0.get("query->a")?;
-        let b = given(self.b, "query->b")?.0.get("query->b")?;
+        let [a, b] = trees(self.a, self.b)?;
         let query = PushOutQuery::new(a, b, self.b_in_a.check()?);
-        Ok(query.query_limit(self.query_limit).poll_interval(self.poll_interval))
+        Ok(query.query_limit(self.query_limit))
     }
 }
 

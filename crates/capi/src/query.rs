@@ -1,17 +1,17 @@
 //! Queries: budget, clock and options in; an outcome or a certificate out.
 
-use crate::arrays::fill;
+use crate::arrays::list;
 use crate::clock::{AnyClock, punctual_clock};
 use crate::memory::punctual_memory;
 use crate::mesh::punctual_aabb;
 use crate::outcome::{hand_out, punctual_certificate, punctual_outcome};
 use crate::pose::punctual_pose;
-use crate::status::{Fault, door, given, punctual_status};
+use crate::status::{Fault, door, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
 use core::mem::MaybeUninit;
 use core::time::Duration;
-use punctual::{Budget, DEFAULT_PRIOR, MAX_STEP_WORK, Mode, Order, PairMemory, Query, Workspace};
+use punctual::{Budget, DEFAULT_PRIOR, MAX_STEP_WORK, Mode, Order, PairMemory, Query, Tree, Workspace};
 
 /// What a query looks for.
 #[repr(u32)]
@@ -61,6 +61,9 @@ pub struct punctual_budget {
     pub limit: u64,
     /// A `punctual_budget_kind`.
     pub kind: u32,
+    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default. A
+    /// frame of a scene goes by the default.
+    pub poll_interval: u64,
 }
 
 /// A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
@@ -82,8 +85,6 @@ pub struct punctual_query<'t> {
     pub seed: u64,
     /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
     pub pair_limit: usize,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
     /// For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
     /// queued: 0 queues every pair, infinity none. -1 by default: 128 (64 with `early`), and infinity for MODE_ANY with
     /// ORDER_PENETRATION.
@@ -99,20 +100,20 @@ pub struct punctual_query<'t> {
 /// As much as it takes.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_unlimited() -> punctual_budget {
-    punctual_budget { limit: 0, kind: punctual_budget_kind::Unlimited as u32 }
+    punctual_budget { limit: 0, kind: punctual_budget_kind::Unlimited as u32, poll_interval: MAX_STEP_WORK }
 }
 
 /// Stop within this time from the start of the call.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_time(nanoseconds: u64) -> punctual_budget {
-    punctual_budget { limit: nanoseconds, kind: punctual_budget_kind::Time as u32 }
+    punctual_budget { limit: nanoseconds, kind: punctual_budget_kind::Time as u32, ..punctual_budget_unlimited() }
 }
 
 /// Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK): the
 /// same bits on every machine, in every run.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_work(units: u64) -> punctual_budget {
-    punctual_budget { limit: units, kind: punctual_budget_kind::Work as u32 }
+    punctual_budget { limit: units, kind: punctual_budget_kind::Work as u32, ..punctual_budget_unlimited() }
 }
 
 /// The question whether `a` and `b` intersect, with the default options. Checked when it is run.
@@ -130,7 +131,6 @@ pub extern "C" fn punctual_query_new<'t>(
         order: punctual_order::Penetration as u32,
         seed: 0,
         pair_limit: usize::MAX,
-        poll_interval: MAX_STEP_WORK,
         queue_threshold: -1.0,
         early: 0,
         prior: DEFAULT_PRIOR,
@@ -156,11 +156,7 @@ pub unsafe extern "C" fn punctual_query_run(
     door("punctual_query_run", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
-                Ok(query.run_with(workspace, memory, budget, clock))
-            })
-        }
+        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c))) }
     })
 }
 
@@ -181,11 +177,7 @@ pub unsafe extern "C" fn punctual_query_resume(
     door("punctual_query_resume", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, memory, budget, clock, outcome, |workspace, memory, budget, clock| {
-                Ok(query.resume_with(workspace, memory, budget, clock)?)
-            })
-        }
+        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?)) }
     })
 }
 
@@ -221,11 +213,9 @@ pub unsafe extern "C" fn punctual_query_open_boxes(
 ) -> punctual_status {
     door("punctual_query_open_boxes", || {
         let query = given(query, "query")?.check()?;
-        let count = given(count, "count")?;
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(boxes, capacity, "boxes", open.boxes().map(Into::into)) }?);
-        Ok(())
+        unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }
     })
 }
 
@@ -249,7 +239,6 @@ pub unsafe extern "C" fn punctual_query_narrowed_certificate(
 ) -> punctual_status {
     door("punctual_query_narrowed_certificate", || {
         let query = given(query, "query")?.check()?;
-        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
@@ -283,19 +272,17 @@ pub(crate) unsafe fn answer<Answer, Outcome: From<Answer>>(
     Ok(())
 }
 
+/// The trees of a query.
+pub(crate) fn trees<'t>(a: Option<&'t punctual_tree>, b: Option<&'t punctual_tree>) -> Result<[&'t Tree; 2], Fault> {
+    Ok([given(a, "query->a")?.0.get("query->a")?, given(b, "query->b")?.0.get("query->b")?])
+}
+
 impl punctual_query<'_> {
     pub(crate) fn check(&self) -> Result<Query<'_>, Fault> {
-        let a = given(self.a, "query->a")?.0.get("query->a")?;
-        let b = given(self.b, "query->b")?.0.get("query->b")?;
-        let order = match self.order {
-            x if x == punctual_order::Penetration as u32 => Order::Penetration,
-            x if x == punctual_order::LowAlpha as u32 => Order::LowAlpha,
-            x if x == punctual_order::OverlapVolume as u32 => Order::OverlapVolume,
-            x if x == punctual_order::DepthFirst as u32 => Order::DepthFirst,
-            x if x == punctual_order::BreadthFirst as u32 => Order::BreadthFirst,
-            x if x == punctual_order::Random as u32 => Order::Random(self.seed),
-            unknown => return Err(Fault::Value("query->order", unknown)),
-        };
+        let [a, b] = trees(self.a, self.b)?;
+        use Order::{BreadthFirst, DepthFirst, LowAlpha, OverlapVolume, Penetration, Random};
+        let orders = [Penetration, LowAlpha, OverlapVolume, DepthFirst, BreadthFirst, Random(self.seed)];
+        let order = value_of(self.order, "query->order", &orders)?;
         if self.queue_threshold.is_nan() {
             return Err(Fault::Number("query->queue_threshold", f64::NAN));
         }
@@ -304,26 +291,19 @@ impl punctual_query<'_> {
         }
         let query = Query::new(a, b, self.b_in_a.check()?).mode(check_mode(self.mode, "query->mode")?).order(order);
         let query = if self.queue_threshold < 0.0 { query } else { query.queue_threshold(self.queue_threshold) };
-        let query = query.pair_limit(self.pair_limit).poll_interval(self.poll_interval).early(self.early != 0);
+        let query = query.pair_limit(self.pair_limit).early(self.early != 0);
         Ok(query.prior(self.prior))
     }
 }
 
 pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<Mode, Fault> {
-    match value {
-        x if x == punctual_mode::Any as u32 => Ok(Mode::Any),
-        x if x == punctual_mode::All as u32 => Ok(Mode::All),
-        unknown => Err(Fault::Value(what, unknown)),
-    }
+    value_of(value, what, &[Mode::Any, Mode::All])
 }
 
 impl punctual_budget {
     pub(crate) fn check(self) -> Result<Budget, Fault> {
-        match self.kind {
-            x if x == punctual_budget_kind::Unlimited as u32 => Ok(Budget::unlimited()),
-            x if x == punctual_budget_kind::Time as u32 => Ok(Budget::time(Duration::from_nanos(self.limit))),
-            x if x == punctual_budget_kind::Work as u32 => Ok(Budget::work(self.limit)),
-            unknown => Err(Fault::Value("budget.kind", unknown)),
-        }
+        let time = Budget::time(Duration::from_nanos(self.limit));
+        let budget = value_of(self.kind, "budget.kind", &[Budget::unlimited(), time, Budget::work(self.limit)])?;
+        Ok(budget.poll_interval(self.poll_interval))
     }
 }

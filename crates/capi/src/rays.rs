@@ -1,17 +1,15 @@
 //! Ray queries: a tree and a ray, or many, in; triangles and parameters out.
 
-use crate::arrays::{array, fill, find_room, room};
+use crate::arrays::{array, find_room, list, room};
 use crate::clock::punctual_clock;
 use crate::mesh::punctual_point;
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::query::{answer, punctual_budget};
-use crate::status::{Fault, door, given, punctual_status};
+use crate::status::{Fault, door, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
 use core::mem::{MaybeUninit, take};
-use punctual::{
-    MAX_STEP_WORK, Ray, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Side, Tree,
-};
+use punctual::{Ray, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Side, Tree};
 
 /// The triangle of a ray that hits none.
 pub const PUNCTUAL_NO_TRIANGLE: u32 = 0xFFFF_FFFF;
@@ -85,8 +83,6 @@ pub struct punctual_ray_query<'t> {
     pub ray: punctual_ray,
     /// A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
     pub mode: u32,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
 }
 
 /// The answer of a ray query, wherever it stopped. All hits stay in the workspace: `punctual_workspace_ray_hits`.
@@ -120,8 +116,6 @@ pub struct punctual_ray_batch<'t> {
     pub count: usize,
     /// RAY_MODE_NEAREST, by default, or RAY_MODE_ANY.
     pub mode: u32,
-    /// Least work between looks at the clock; PUNCTUAL_MAX_STEP_WORK by default.
-    pub poll_interval: u64,
 }
 
 /// The answer for many rays; their hits are in the caller's array.
@@ -154,7 +148,7 @@ pub extern "C" fn punctual_ray_query_new<'t>(
     tree: Option<&'t punctual_tree>,
     ray: punctual_ray,
 ) -> punctual_ray_query<'t> {
-    punctual_ray_query { tree, ray, mode: punctual_ray_mode::Nearest as u32, poll_interval: MAX_STEP_WORK }
+    punctual_ray_query { tree, ray, mode: punctual_ray_mode::Nearest as u32 }
 }
 
 /// Runs a ray query within a budget. The first one for all hits in a workspace makes room for 4,096 hits, unless
@@ -176,11 +170,7 @@ pub unsafe extern "C" fn punctual_ray_query_run(
     door("punctual_ray_query_run", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, None, budget, clock, cast, |workspace, _, budget, clock| {
-                Ok(query.run_with(workspace, budget, clock))
-            })
-        }
+        unsafe { answer(workspace, None, budget, clock, cast, |w, _, b, c| Ok(query.run_with(w, b, c))) }
     })
 }
 
@@ -200,11 +190,7 @@ pub unsafe extern "C" fn punctual_ray_query_resume(
     door("punctual_ray_query_resume", || {
         let query = given(query, "query")?.check()?;
         // SAFETY: the contract of the header for clocks.
-        unsafe {
-            answer(workspace, None, budget, clock, cast, |workspace, _, budget, clock| {
-                Ok(query.resume_with(workspace, budget, clock)?)
-            })
-        }
+        unsafe { answer(workspace, None, budget, clock, cast, |w, _, b, c| Ok(query.resume_with(w, b, c)?)) }
     })
 }
 
@@ -219,10 +205,8 @@ pub unsafe extern "C" fn punctual_workspace_ray_hits(
 ) -> punctual_status {
     door("punctual_workspace_ray_hits", || {
         let found = given(workspace, "workspace")?.0.get("workspace")?.ray_hits();
-        let count = given(count, "count")?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(hits, capacity, "hits", found.iter().map(|&hit| Some(hit).into())) }?);
-        Ok(())
+        unsafe { list(hits, capacity, "hits", count, found.iter().map(|&hit| Some(hit))) }
     })
 }
 
@@ -262,7 +246,7 @@ pub unsafe extern "C" fn punctual_ray_batch_new<'t>(
     count: usize,
 ) -> punctual_ray_batch<'t> {
     let mode = punctual_ray_mode::Nearest as u32;
-    punctual_ray_batch { tree, rays, count, mode, poll_interval: MAX_STEP_WORK }
+    punctual_ray_batch { tree, rays, count, mode }
 }
 
 /// Runs many rays within a budget, and writes the hits of those that are done to `hits`, which has room for all. The first batch of
@@ -365,7 +349,7 @@ impl punctual_ray_batch<'_> {
                     } else if held.hits.len() != held.rays.len() {
                         return Err(ResumeError.into());
                     }
-                    let batch = RayBatch::new(tree, &held.rays).poll_interval(self.poll_interval);
+                    let batch = RayBatch::new(tree, &held.rays);
                     let batch = if any { batch.any() } else { batch };
                     let answer = match resumes {
                         true => batch.resume_with(workspace, &mut held.hits, budget, clock)?,
@@ -396,17 +380,12 @@ impl punctual_ray_query<'_> {
     fn check(&self) -> Result<RayQuery<'_>, Fault> {
         let tree: &Tree = given(self.tree, "query->tree")?.0.get("query->tree")?;
         let query = RayQuery::new(tree, self.ray.check("query->ray", None)?);
-        Ok(query.mode(check_mode(self.mode, "query->mode")?).poll_interval(self.poll_interval))
+        Ok(query.mode(check_mode(self.mode, "query->mode")?))
     }
 }
 
 pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<RayMode, Fault> {
-    match value {
-        x if x == punctual_ray_mode::Nearest as u32 => Ok(RayMode::Nearest),
-        x if x == punctual_ray_mode::Any as u32 => Ok(RayMode::Any),
-        x if x == punctual_ray_mode::All as u32 => Ok(RayMode::All),
-        unknown => Err(Fault::Value(what, unknown)),
-    }
+    value_of(value, what, &[RayMode::Nearest, RayMode::Any, RayMode::All])
 }
 
 impl From<Option<RayHit>> for punctual_ray_hit {

@@ -1,6 +1,6 @@
 //! Scenes: many bodies, one budget a frame.
 
-use crate::arrays::{array, fill, find_room};
+use crate::arrays::{array, find_room, list};
 use crate::body::{punctual_body, punctual_body_id};
 use crate::clock::{AnyClock, punctual_clock};
 use crate::handle::Handle;
@@ -8,7 +8,7 @@ use crate::mesh::put;
 use crate::outcome::{nanoseconds, punctual_verdict, verdict};
 use crate::pose::punctual_pose;
 use crate::query::{check_mode, punctual_budget};
-use crate::status::{Fault, door, free, given, punctual_status};
+use crate::status::{Fault, door, free, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_triangle_pair;
 use core::mem::MaybeUninit;
@@ -164,11 +164,7 @@ pub extern "C" fn punctual_scene_new(
     scene: Option<&mut MaybeUninit<Option<Box<punctual_scene>>>>,
 ) -> punctual_status {
     door("punctual_scene_new", || {
-        let reach = match reach {
-            x if x == punctual_reach::Here as u32 => Reach::Here,
-            x if x == punctual_reach::Swept as u32 => Reach::Swept,
-            unknown => return Err(Fault::Value("reach", unknown)),
-        };
+        let reach = value_of(reach, "reach", &[Reach::Here, Reach::Swept])?;
         let mode = check_mode(mode, "mode")?;
         put(scene, || {
             let scene = Scene::new().mode(mode).reach(reach);
@@ -274,10 +270,9 @@ pub unsafe extern "C" fn punctual_scene_bodies(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_bodies", || {
-        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(ids, capacity, "ids", scene.bodies().map(|(id, _)| id.into())) }?);
-        Ok(())
+        unsafe { list(ids, capacity, "ids", count, scene.bodies().map(|(id, _)| id)) }
     })
 }
 

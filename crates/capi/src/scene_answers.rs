@@ -1,6 +1,6 @@
 //! What else scenes tell: margins, contacts that last, distances, motions until the next frame, and rays.
 
-use crate::arrays::fill;
+use crate::arrays::list;
 use crate::body::punctual_body_id;
 use crate::clock::{AnyClock, punctual_clock};
 use crate::motion::punctual_motion;
@@ -161,10 +161,9 @@ pub unsafe extern "C" fn punctual_scene_contacts(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_contacts", || {
-        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(contacts, capacity, "contacts", scene.report().contacts.iter().map(Into::into)) }?);
-        Ok(())
+        unsafe { list(contacts, capacity, "contacts", count, scene.report().contacts.iter()) }
     })
 }
 
@@ -208,11 +207,9 @@ pub unsafe extern "C" fn punctual_scene_distances(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_distances", || {
-        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
-        let found = scene.report().distances.iter().map(Into::into);
+        let found = punctual_scene::get(scene)?.report().distances.iter();
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(distances, capacity, "distances", found) }?);
-        Ok(())
+        unsafe { list(distances, capacity, "distances", count, found) }
     })
 }
 
@@ -243,10 +240,9 @@ pub unsafe extern "C" fn punctual_scene_passages(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_passages", || {
-        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(passages, capacity, "passages", scene.report().passages.iter().map(Into::into)) }?);
-        Ok(())
+        unsafe { list(passages, capacity, "passages", count, scene.report().passages.iter()) }
     })
 }
 
@@ -295,10 +291,9 @@ pub unsafe extern "C" fn punctual_scene_ray_hits(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_ray_hits", || {
-        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(hits, capacity, "hits", scene.ray_hits().iter().map(|&hit| Some(hit).into())) }?);
-        Ok(())
+        unsafe { list(hits, capacity, "hits", count, scene.ray_hits().iter().map(|&hit| Some(hit))) }
     })
 }
 

@@ -1,12 +1,12 @@
 //! Bodies that move as one, distances of groups, and where bodies touch.
 
-use crate::arrays::{array, fill};
+use crate::arrays::{array, fill, list};
 use crate::body::{punctual_body, punctual_body_id};
 use crate::mesh::punctual_point;
 use crate::motion::punctual_motion;
 use crate::pose::punctual_pose;
 use crate::scene::punctual_scene;
-use crate::status::{Fault, door, given, punctual_status};
+use crate::status::{door, given, punctual_status, value_of};
 use crate::workspace::punctual_triangle_pair;
 use core::mem::MaybeUninit;
 use punctual::{BodyId, CompoundId, ContactPoint, GroupDistance, MeasureId, PairQuestion};
@@ -113,11 +113,9 @@ pub unsafe extern "C" fn punctual_scene_parts(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_parts", || {
-        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
-        let parts = scene.parts(CompoundId::from_bits(compound))?.map(Into::into);
+        let parts = punctual_scene::get(scene)?.parts(CompoundId::from_bits(compound))?;
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(ids, capacity, "ids", parts) }?);
-        Ok(())
+        unsafe { list(ids, capacity, "ids", count, parts) }
     })
 }
 
@@ -223,11 +221,9 @@ pub unsafe extern "C" fn punctual_scene_group_distances(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_group_distances", || {
-        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
-        let found = scene.report().group_distances.iter().map(Into::into);
+        let found = punctual_scene::get(scene)?.report().group_distances.iter();
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(distances, capacity, "distances", found) }?);
-        Ok(())
+        unsafe { list(distances, capacity, "distances", count, found) }
     })
 }
 
@@ -282,7 +278,7 @@ pub unsafe extern "C" fn punctual_scene_contact_points(
         let (scene, found) = (punctual_scene::get(scene)?, given(found, "found")?);
         let known = scene.contact_points(x.into(), y.into())?;
         // SAFETY: the contract of the header for arrays.
-        let count = unsafe { fill(points, capacity, "points", known.points.iter().map(Into::into)) }?;
+        let count = unsafe { fill(points, capacity, "points", known.points.iter()) }?;
         found.write(punctual_contact_points { count, low: known.low, age: known.age });
         Ok(())
     })
@@ -298,13 +294,8 @@ pub extern "C" fn punctual_scene_set_question_importance(
     importance: f32,
 ) -> punctual_status {
     door("punctual_scene_set_question_importance", || {
-        let question = match question {
-            x if x == punctual_pair_question::Meet as u32 => PairQuestion::Meet,
-            x if x == punctual_pair_question::Distance as u32 => PairQuestion::Distance,
-            x if x == punctual_pair_question::Motion as u32 => PairQuestion::Motion,
-            x if x == punctual_pair_question::Contacts as u32 => PairQuestion::Contacts,
-            unknown => return Err(Fault::Value("question", unknown)),
-        };
+        use PairQuestion::{Contacts, Distance, Meet, Motion};
+        let question = value_of(question, "question", &[Meet, Distance, Motion, Contacts])?;
         punctual_scene::change(scene, |scene| Ok(scene.set_question_importance(question, importance)?))
     })
 }

@@ -180,6 +180,11 @@ pub(crate) fn given<P>(pointer: Option<P>, what: &'static str) -> Result<P, Faul
     pointer.ok_or(Fault::Null(what))
 }
 
+/// The value of an enumeration that C passes as a number; all of them, in the order of their numbers.
+pub(crate) fn value_of<T: Copy>(number: u32, what: &'static str, all: &[T]) -> Result<T, Fault> {
+    all.get(number as usize).copied().ok_or(Fault::Value(what, number))
+}
+
 /// Frees a handle.
 pub(crate) fn free<T>(handle: Option<Box<T>>) {
     let _ = catch_unwind(AssertUnwindSafe(|| drop(handle)));

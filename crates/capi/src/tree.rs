@@ -1,9 +1,9 @@
 //! Trees.
 
-use crate::arrays::{array, fill};
+use crate::arrays::{array, list};
 use crate::handle::Handle;
 use crate::mesh::{punctual_mesh, put};
-use crate::status::{Fault, door, free, given, punctual_status};
+use crate::status::{Fault, door, free, given, punctual_status, value_of};
 use core::mem::MaybeUninit;
 use punctual::{BuildOptions, Effort, Tree};
 use std::sync::Arc;
@@ -98,12 +98,7 @@ pub extern "C" fn punctual_tree_new(
 }
 
 fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault> {
-    let effort = match options.effort {
-        x if x == punctual_effort::Fast as u32 => Effort::Fast,
-        x if x == punctual_effort::Normal as u32 => Effort::Normal,
-        x if x == punctual_effort::Best as u32 => Effort::Best,
-        unknown => return Err(Fault::Value("options->effort", unknown)),
-    };
+    let effort = value_of(options.effort, "options->effort", &[Effort::Fast, Effort::Normal, Effort::Best])?;
     let mut chosen = BuildOptions::default();
     (chosen.effort, chosen.orientations, chosen.threads) = (effort, options.frames != 0, options.threads);
     Ok(chosen.neighbors(options.neighbors != 0))
@@ -120,14 +115,13 @@ pub unsafe extern "C" fn punctual_tree_to_bytes(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_tree_to_bytes", || {
-        let (tree, count) = (given(tree, "tree")?.0.get("tree")?, given(count, "count")?);
+        let tree = given(tree, "tree")?.0.get("tree")?;
         if capacity == 0 {
-            count.write(tree.bytes_len());
-        } else {
-            // SAFETY: the contract of the header for arrays.
-            count.write(unsafe { fill(bytes, capacity, "bytes", tree.to_bytes().into_iter()) }?);
+            given(count, "count")?.write(tree.bytes_len());
+            return Ok(());
         }
-        Ok(())
+        // SAFETY: the contract of the header for arrays.
+        unsafe { list(bytes, capacity, "bytes", count, tree.to_bytes().into_iter()) }
     })
 }
 
@@ -231,13 +225,11 @@ pub unsafe extern "C" fn punctual_tree_levels(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_tree_levels", || {
-        let (tree, count) = (given(tree, "tree")?.0.get("tree")?, given(count, "count")?);
-        let stats = tree.stats();
+        let stats = given(tree, "tree")?.0.get("tree")?.stats();
         let each = stats.nodes_per_level.iter().zip(&stats.alpha_per_level);
         let each = each.map(|(&nodes, alpha)| punctual_tree_level { nodes, alpha: alpha.to_array() });
         // SAFETY: the contract of the header for arrays.
-        count.write(unsafe { fill(levels, capacity, "levels", each) }?);
-        Ok(())
+        unsafe { list(levels, capacity, "levels", count, each) }
     })
 }
 

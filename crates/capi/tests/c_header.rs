@@ -65,12 +65,8 @@ fn every_function_is_called_from_rust() {
 #[test]
 fn every_function_is_wrapped_for_cpp() {
     let wrapper = read("include/punctual.hpp");
-    let missing = |name: &&String| {
-        // Some are passed by name.
-        !wrapper.contains(&format!("{name}("))
-            && !wrapper.contains(&format!("{name})"))
-            && !wrapper.contains(&format!("{name}>"))
-    };
+    // Most are passed by name.
+    let missing = |name: &&String| !["(", ")", ",", ">"].iter().any(|end| wrapper.contains(&format!("{name}{end}")));
     let but = ["punctual_version"].map(String::from);
     assert_eq!(exported().iter().filter(missing).collect::<Vec<_>>(), but.iter().collect::<Vec<_>>());
 }

@@ -7,11 +7,11 @@ use punctual::glam::DVec3;
 use punctual::{
     BuildOptions, Contact, ContactQuery, Contacts, Patches, Pose, ResumeError, StopReason, SystemClock, Tree, Workspace,
 };
-use punctual_lab::files::ListedPose;
+use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, Limits, Loaded, parse_size};
+use crate::input::{Input, Loaded, Running, parse_size};
 use crate::push;
 use crate::view::{self, ViewArgs};
 
@@ -42,14 +42,8 @@ pub struct Args {
     /// Stop at this many contacts of a pose; those may not be the nearest.
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
     max: Option<u32>,
-    /// Sweeps over the whole list; ns is the least of them.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    reps: u32,
     #[command(flatten)]
-    limits: Limits,
-    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
-    #[arg(long)]
-    portable: bool,
+    running: Running,
     /// Take the poses as consecutive frames: a patch keeps its number while it has a triangle in common with the one of the
     /// frame before. Otherwise numbers begin anew with each pose.
     #[arg(long)]
@@ -66,7 +60,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut sweeper = Sweeper::new(args, &a, &b);
     let mut answers = sweeper.sweep(&poses)?;
-    for _ in 1..args.reps {
+    for _ in 1..args.running.reps {
         for (answer, again) in answers.iter_mut().zip(sweeper.sweep(&poses)?) {
             if let (Some(answer), Some(again)) = (answer, again) {
                 answer.times = [0, 1].map(|i| answer.times[i].min(again.times[i]));
@@ -119,17 +113,14 @@ struct Sweeper<'t> {
 
 impl<'t> Sweeper<'t> {
     fn new(args: &'t Args, a: &'t Tree, b: &'t Tree) -> Self {
-        let mut workspace = Workspace::new();
-        if args.portable {
-            workspace.use_portable_kernels();
-        }
+        let workspace = args.running.workspace();
         Self { args, trees: [a, b], workspace, patches: Patches::new(), clock: SystemClock::default() }
     }
 
     /// All poses once; none where a line holds no pose.
-    fn sweep(&mut self, poses: &[ListedPose]) -> Result<Vec<Option<Answer>>, ResumeError> {
+    fn sweep(&mut self, poses: &[Listed<Pose>]) -> Result<Vec<Option<Answer>>, ResumeError> {
         self.patches = Patches::new();
-        poses.iter().map(|listed| listed.pose.as_ref().ok().map(|pose| self.answer(pose)).transpose()).collect()
+        poses.iter().map(|listed| listed.entry.as_ref().ok().map(|pose| self.answer(pose)).transpose()).collect()
     }
 
     fn answer(&mut self, pose: &Pose) -> Result<Answer, ResumeError> {
@@ -150,7 +141,7 @@ impl<'t> Sweeper<'t> {
         contacts.sort_by(|(_, x), (_, y)| x.distance.total_cmp(&y.distance).then(x.triangles.cmp(&y.triangles)));
         let patches = patches.map(|patch| (patch.id, [patch.centroid, patch.normal], patch.distance)).collect();
         let Self { args, workspace, clock, .. } = self;
-        let push = args.push.then(|| push::Answer::of([a, b], pose, workspace, args.limits.budget(), clock));
+        let push = args.push.then(|| push::Answer::of([a, b], pose, workspace, args.running.limits.budget(), clock));
         Ok(Answer { said, contacts, patches, times, push })
     }
 
@@ -158,14 +149,14 @@ impl<'t> Sweeper<'t> {
     fn ask(&mut self, pose: &Pose) -> Result<Contacts, ResumeError> {
         let Self { args, trees: [a, b], workspace, clock, .. } = self;
         let query = args.query(a, b, *pose);
-        let mut said = query.run_with(workspace, args.limits.budget(), clock);
+        let mut said = query.run_with(workspace, args.running.limits.budget(), clock);
         while said.stop == StopReason::PairsFull {
             let found = workspace.contacts().len();
             if args.max.is_some_and(|most| found >= most as usize) {
                 break;
             }
             workspace.reserve_contacts(2 * found);
-            let left = args.limits.budget_left(said.stats.elapsed.unwrap_or_default(), said.stats.work);
+            let left = args.running.limits.budget_left(said.stats.elapsed.unwrap_or_default(), said.stats.work);
             said = query.resume_with(workspace, left, clock)?;
         }
         Ok(said)

@@ -1,15 +1,15 @@
 //! `punctual distance`: two meshes, a list of poses, how far apart they are at each, bounded within a budget.
 
 use std::io::{self, Write};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use clap::ValueEnum;
 use punctual::{BuildOptions, Distance, DistanceQuery, PairMemory, Pose, SystemClock, Tree, Workspace};
-use punctual_lab::files::ListedPose;
+use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, Limits, Loaded, least_times, parse_size};
+use crate::input::{Input, Loaded, Row, Running, least_times, parse_size};
 use crate::view::{self, ViewArgs};
 
 /// How far apart two meshes are at each pose of a list.
@@ -31,14 +31,8 @@ pub struct Args {
     input: Input,
     #[command(flatten)]
     goal: Goal,
-    /// Sweeps over the whole list; ns is the least of them.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    reps: u32,
     #[command(flatten)]
-    limits: Limits,
-    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
-    #[arg(long)]
-    portable: bool,
+    running: Running,
     /// Take the poses as consecutive frames: begin with the triangles that were closest in the one before.
     #[arg(long)]
     memory: bool,
@@ -75,11 +69,8 @@ enum ModeName {
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let Loaded { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
     let completion = args.input.complain_of_bad_poses(&poses);
-    let mut workspace = Workspace::new();
-    if args.portable {
-        workspace.use_portable_kernels();
-    }
-    let rows = least_times(args.reps, || args.sweep(&a, &b, &poses, &mut workspace));
+    let mut workspace = args.running.workspace();
+    let rows = least_times(args.running.reps, || args.sweep(&a, &b, &poses, &mut workspace));
     writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
     args.print(out, &rows)?;
     args.view.write(view::answered(&poses, &rows), |(pose, (found, _))| {
@@ -88,28 +79,25 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     Ok(completion)
 }
 
-/// An answer and what it took; none where a line holds no pose.
-type Row = Option<(Distance, Duration)>;
-
 impl Args {
     /// All poses once.
-    fn sweep(&self, a: &Tree, b: &Tree, poses: &[ListedPose], workspace: &mut Workspace) -> Vec<Row> {
+    fn sweep(&self, a: &Tree, b: &Tree, poses: &[Listed<Pose>], workspace: &mut Workspace) -> Vec<Row<Distance>> {
         let clock = SystemClock::default();
         let mut memory = self.memory.then(PairMemory::new);
         let mut answer = |&pose: &Pose| {
             let start = Instant::now();
             let query = self.query(a, b, pose);
-            let found = query.run_with(workspace, memory.as_mut(), self.limits.budget(), &clock);
+            let found = query.run_with(workspace, memory.as_mut(), self.running.limits.budget(), &clock);
             (found, start.elapsed())
         };
-        poses.iter().map(|listed| listed.pose.as_ref().ok().map(&mut answer)).collect()
+        poses.iter().map(|listed| listed.entry.as_ref().ok().map(&mut answer)).collect()
     }
 
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> DistanceQuery<'t> {
         self.goal.of(DistanceQuery::new(a, b, pose)).margins([self.margin; 2])
     }
 
-    fn print(&self, out: &mut impl Write, rows: &[Row]) -> io::Result<()> {
+    fn print(&self, out: &mut impl Write, rows: &[Row<Distance>]) -> io::Result<()> {
         writeln!(out, "pose,low,high,triangle_a,triangle_b,ax,ay,az,bx,by,bz,closer,ns,stop,work")?;
         for (i, row) in rows.iter().enumerate() {
             let Some((Distance { low, high, nearest, closer, stop, stats, .. }, least)) = row else {

@@ -1,13 +1,13 @@
-//! What `pair` and `distance` have in common: two meshes, a list of poses, a budget for each query.
+//! What the commands that go through a list have in common: its entries, the budget of each query, sweeps.
 //!
 //! The structs of arguments have no doc comments: these would replace those of the commands.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use punctual::{Budget, BuildOptions, Tree};
+use punctual::{Budget, BuildOptions, Pose, Tree, Workspace};
 use punctual_io::{FileError, load};
-use punctual_lab::files::{self, ListedPose};
+use punctual_lab::files::{self, Listed};
 use punctual_view::Bodies;
 
 use crate::{Completion, complain, view};
@@ -31,7 +31,7 @@ pub struct Loaded {
     pub b: Tree,
     /// What it took to build both trees.
     pub build: Duration,
-    pub poses: Vec<ListedPose>,
+    pub poses: Vec<Listed<Pose>>,
 }
 
 impl Input {
@@ -49,9 +49,8 @@ impl Input {
     }
 
     /// Tells which lines hold no pose.
-    pub fn complain_of_bad_poses(&self, poses: &[ListedPose]) -> Completion {
-        let faults = poses.iter().map(|listed| (listed.line, listed.pose.as_ref().err()));
-        complain_of_bad_lines(&self.poses, "pose", faults)
+    pub fn complain_of_bad_poses(&self, poses: &[Listed<Pose>]) -> Completion {
+        complain_of_bad_lines(&self.poses, "pose", poses)
     }
 }
 
@@ -64,6 +63,32 @@ pub struct Limits {
     /// Work budget of a query in work units (BV tests and weighted triangle tests); the same answer on every run.
     #[arg(long, value_name = "N")]
     budget_work: Option<u64>,
+}
+
+#[derive(clap::Args)]
+pub struct Running {
+    /// Sweeps over the whole list; ns is the least of them.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub reps: u32,
+    #[command(flatten)]
+    pub limits: Limits,
+    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
+    #[arg(long)]
+    portable: bool,
+}
+
+impl Running {
+    pub fn workspace(&self) -> Workspace {
+        self.prepared(Workspace::new())
+    }
+
+    /// A workspace that uses the kernels that are asked for.
+    pub fn prepared(&self, mut workspace: Workspace) -> Workspace {
+        if self.portable {
+            workspace.use_portable_kernels();
+        }
+        workspace
+    }
 }
 
 impl Limits {
@@ -92,12 +117,11 @@ pub fn parse_size(text: &str) -> Result<f64, String> {
     if size >= 0.0 && size.is_finite() { Ok(size) } else { Err("must be finite and not negative".into()) }
 }
 
-/// Sweeps over a list so many times: the answers of the first time, each with the least time that it took; none where a line
-/// holds nothing to answer.
-pub fn least_times<T>(
-    sweeps: u32,
-    mut sweep: impl FnMut() -> Vec<Option<(T, Duration)>>,
-) -> Vec<Option<(T, Duration)>> {
+/// An answer and what it took; none where a line holds nothing to answer.
+pub type Row<T> = Option<(T, Duration)>;
+
+/// Sweeps over a list so many times: the answers of the first time, each with the least time that it took.
+pub fn least_times<T>(sweeps: u32, mut sweep: impl FnMut() -> Vec<Row<T>>) -> Vec<Row<T>> {
     let mut rows = sweep();
     for _ in 1..sweeps {
         for (row, again) in rows.iter_mut().zip(sweep()) {
@@ -109,16 +133,12 @@ pub fn least_times<T>(
     rows
 }
 
-/// Tells which lines of a list hold none of what it is a list of: the line of each entry, and what is wrong with it.
-pub fn complain_of_bad_lines<'f>(
-    list: &Path,
-    entry: &str,
-    faults: impl Iterator<Item = (usize, Option<&'f String>)>,
-) -> Completion {
+/// Tells which lines of a file hold none of the entries that it is a list of, and why.
+pub fn complain_of_bad_lines<T>(file: &Path, kind: &str, list: &[Listed<T>]) -> Completion {
     let mut completion = Completion::Full;
-    for (i, (line, fault)) in faults.enumerate() {
-        if let Some(what) = fault {
-            complain(&FileError::at_line(list, line, format!("{entry} {i}: {what}")));
+    for (i, listed) in list.iter().enumerate() {
+        if let Err(what) = &listed.entry {
+            complain(&FileError::at_line(file, listed.line, format!("{kind} {i}: {what}")));
             completion = Completion::Partial;
         }
     }

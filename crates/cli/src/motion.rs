@@ -2,15 +2,15 @@
 
 use std::io::{self, Write};
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use punctual::{Motion, MotionQuery, PairMemory, Passage, SystemClock, Tree, Workspace};
 use punctual_io::load;
-use punctual_lab::files::{self, ListedMotion};
+use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Limits, complain_of_bad_lines, least_times, parse_size};
+use crate::input::{Row, Running, complain_of_bad_lines, least_times, parse_size};
 use crate::view::{self, ViewArgs};
 
 /// Until when the motions of a list are free, and when the meshes meet.
@@ -37,14 +37,8 @@ pub struct Args {
     /// How far B may move between free_until and touching_at, in the unit of the meshes; 0 is as close as f64 can tell.
     #[arg(long, value_name = "D", value_parser = parse_size, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Sweeps over the whole list; ns is the least of them.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    reps: u32,
     #[command(flatten)]
-    limits: Limits,
-    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
-    #[arg(long)]
-    portable: bool,
+    running: Running,
     /// Take the motions as consecutive: begin with the triangles that met in the one before.
     #[arg(long)]
     memory: bool,
@@ -61,29 +55,17 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let start = Instant::now();
     let (a, b) = (Tree::new(a), Tree::new(b));
     let build = start.elapsed();
-    let completion = complain_of_bad_lines(
-        &args.sweeps,
-        "sweep",
-        motions.iter().map(|listed| (listed.line, listed.motion.as_ref().err())),
-    );
-    let mut workspace = Workspace::new();
-    if args.portable {
-        workspace.use_portable_kernels();
-    }
-    let rows = least_times(args.reps, || args.sweep(&a, &b, &motions, &mut workspace));
+    let completion = complain_of_bad_lines(&args.sweeps, "sweep", &motions);
+    let mut workspace = args.running.workspace();
+    let rows = least_times(args.running.reps, || args.sweep(&a, &b, &motions, &mut workspace));
     writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
     print(out, &rows)?;
-    let answered =
-        motions.iter().zip(&rows).map(|(listed, row)| Some((listed.motion.as_ref().ok()?, &row.as_ref()?.0)));
-    args.view.write(answered, |(motion, passage)| {
+    args.view.write(view::answered(&motions, &rows), |(motion, (passage, _))| {
         let bodies = view::bodies([&args.a, &args.b], [&a, &b]);
         punctual_view::motion(&bodies, args.query(&a, &b, *motion), passage)
     })?;
     Ok(completion)
 }
-
-/// An answer and what it took; none where a line holds no motion.
-type Row = Option<(Passage, Duration)>;
 
 impl Args {
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, motion: Motion) -> MotionQuery<'t> {
@@ -92,19 +74,20 @@ impl Args {
     }
 
     /// All motions once.
-    fn sweep(&self, a: &Tree, b: &Tree, motions: &[ListedMotion], workspace: &mut Workspace) -> Vec<Row> {
+    fn sweep(&self, a: &Tree, b: &Tree, motions: &[Listed<Motion>], workspace: &mut Workspace) -> Vec<Row<Passage>> {
         let clock = SystemClock::default();
         let mut memory = self.memory.then(PairMemory::new);
         let mut answer = |&motion: &Motion| {
             let start = Instant::now();
-            let found = self.query(a, b, motion).run_with(workspace, memory.as_mut(), self.limits.budget(), &clock);
+            let found =
+                self.query(a, b, motion).run_with(workspace, memory.as_mut(), self.running.limits.budget(), &clock);
             (found, start.elapsed())
         };
-        motions.iter().map(|listed| listed.motion.as_ref().ok().map(&mut answer)).collect()
+        motions.iter().map(|listed| listed.entry.as_ref().ok().map(&mut answer)).collect()
     }
 }
 
-fn print(out: &mut impl Write, rows: &[Row]) -> io::Result<()> {
+fn print(out: &mut impl Write, rows: &[Row<Passage>]) -> io::Result<()> {
     writeln!(out, "sweep,free_until,touching_at,triangle_a,triangle_b,ns,stop,work")?;
     for (i, row) in rows.iter().enumerate() {
         let Some((passage, least)) = row else {

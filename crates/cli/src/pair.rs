@@ -11,7 +11,7 @@ use punctual::{BuildOptions, CostModel, Mode, Order, Pose, Query, Tree, Verdict}
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, Limits, Loaded};
+use crate::input::{Input, Loaded, Running};
 use crate::view::{self, ViewArgs};
 use calibration::CalibrationFile;
 use sweep::{PairsFile, Row, Sweeper};
@@ -31,20 +31,14 @@ pub struct Args {
     /// Stop at the first intersecting triangle pair, or find all.
     #[arg(long, value_enum, default_value = "any")]
     mode: ModeName,
-    /// Sweeps over the whole list; ns is the least of them.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    reps: u32,
     #[command(flatten)]
-    limits: Limits,
+    running: Running,
     /// Which node pair of the front is visited next.
     #[arg(long, value_enum, default_value = "penetration")]
     order: OrderName,
     /// Seed of the order `random`.
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
-    #[arg(long)]
-    portable: bool,
     /// Find much early, for queries that a budget cuts off: follow the surfaces along their contact. Only with --mode all
     /// and a budget.
     #[arg(long, requires = "budget")]
@@ -110,7 +104,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut sweeper = Sweeper::new(args, &a, &b);
     let mut rows = sweeper.first_sweep(&poses, pairs_out.as_mut(), calibration.as_mut())?;
-    for _ in 1..args.reps {
+    for _ in 1..args.running.reps {
         sweeper.sweep_again(&poses, &mut rows)?;
     }
     if let Some(file) = pairs_out {

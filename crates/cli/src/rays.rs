@@ -2,15 +2,15 @@
 
 use std::io::{self, Write};
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use punctual::{RayCast, RayHit, RayMode, RayQuery, SystemClock, Tree, Workspace};
+use punctual::{Ray, RayCast, RayHit, RayMode, RayQuery, SystemClock, Tree, Workspace};
 use punctual_io::load;
-use punctual_lab::files::{self, ListedRay};
+use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Limits, complain_of_bad_lines, least_times};
+use crate::input::{Row, Running, complain_of_bad_lines, least_times};
 
 /// What the rays of a list hit.
 ///
@@ -34,14 +34,8 @@ pub struct Args {
     /// Which hits: nearest, any or all.
     #[arg(long, value_name = "MODE", default_value_t = RayMode::Nearest)]
     mode: RayMode,
-    /// Sweeps over the whole list; ns is the least of them.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    reps: u32,
     #[command(flatten)]
-    limits: Limits,
-    /// Use the kernels that run everywhere, not the best that this machine has: slower, the same bits.
-    #[arg(long)]
-    portable: bool,
+    running: Running,
 }
 
 /// An answer, with the hits that were asked for.
@@ -53,13 +47,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let start = Instant::now();
     let tree = Tree::new(mesh);
     let build = start.elapsed();
-    let faults = rays.iter().map(|listed| (listed.line, listed.ray.as_ref().err()));
-    let completion = complain_of_bad_lines(&args.rays, "ray", faults);
-    let mut workspace = Workspace::new();
-    if args.portable {
-        workspace.use_portable_kernels();
-    }
-    let rows = least_times(args.reps, || args.sweep(&tree, &rays, &mut workspace));
+    let completion = complain_of_bad_lines(&args.rays, "ray", &rays);
+    let mut workspace = args.running.workspace();
+    let rows = least_times(args.running.reps, || args.sweep(&tree, &rays, &mut workspace));
     writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
     print(out, &rows)?;
     Ok(completion)
@@ -67,27 +57,27 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 
 impl Args {
     /// All rays once.
-    fn sweep(&self, tree: &Tree, rays: &[ListedRay], workspace: &mut Workspace) -> Vec<Option<(Answer, Duration)>> {
+    fn sweep(&self, tree: &Tree, rays: &[Listed<Ray>], workspace: &mut Workspace) -> Vec<Row<Answer>> {
         // So that room for hits is no part of the first time.
         workspace.reserve_ray_hits(tree.mesh().len());
         let clock = SystemClock::default();
-        let mut answer = |listed: &ListedRay| {
-            let ray = *listed.ray.as_ref().ok()?;
+        let mut answer = |&ray: &Ray| {
             let start = Instant::now();
-            let cast = RayQuery::new(tree, ray).mode(self.mode).run_with(workspace, self.limits.budget(), &clock);
+            let cast =
+                RayQuery::new(tree, ray).mode(self.mode).run_with(workspace, self.running.limits.budget(), &clock);
             let took = start.elapsed();
             let mut hits: Vec<RayHit> = cast.hit.into_iter().collect();
             if self.mode == RayMode::All {
                 hits = workspace.drain_ray_hits().collect();
                 hits.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
             }
-            Some(((cast, hits), took))
+            ((cast, hits), took)
         };
-        rays.iter().map(&mut answer).collect()
+        rays.iter().map(|listed| listed.entry.as_ref().ok().map(&mut answer)).collect()
     }
 }
 
-fn print(out: &mut impl Write, rows: &[Option<(Answer, Duration)>]) -> io::Result<()> {
+fn print(out: &mut impl Write, rows: &[Row<Answer>]) -> io::Result<()> {
     writeln!(out, "ray,triangle,t,side,free_until,ns,stop,work")?;
     for (i, row) in rows.iter().enumerate() {
         let Some(((cast, hits), least)) = row else {

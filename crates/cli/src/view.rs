@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use punctual::{Pose, ResumeError, Tree};
-use punctual_lab::files::ListedPose;
+use punctual::{ResumeError, Tree};
+use punctual_lab::files::Listed;
 use punctual_lab::report::{self, Failure};
 use punctual_view::{Bodies, View};
 
@@ -24,12 +24,12 @@ pub struct ViewArgs {
     view_pose: usize,
 }
 
-/// Poses with what was answered at them; `None` where a line holds no pose.
-pub fn answered<'r, T>(
-    poses: &'r [ListedPose],
+/// The entries of a list with what was answered to them; `None` where a line holds none.
+pub fn answered<'r, E, T>(
+    list: &'r [Listed<E>],
     rows: &'r [Option<T>],
-) -> impl Iterator<Item = Option<(&'r Pose, &'r T)>> {
-    poses.iter().zip(rows).map(|(listed, row)| Some((listed.pose.as_ref().ok()?, row.as_ref()?)))
+) -> impl Iterator<Item = Option<(&'r E, &'r T)>> {
+    list.iter().zip(rows).map(|(listed, row)| Some((listed.entry.as_ref().ok()?, row.as_ref()?)))
 }
 
 impl ViewArgs {

@@ -29,7 +29,7 @@ fn poses(folder: &Path) -> Result<Vec<Pose>, Failure> {
     let [a, b] = [files::mesh(folder, "a")?, files::mesh(folder, "b")?].map(Tree::new);
     let (mut workspace, clock) = (Workspace::new(), ManualClock::new());
     let mut poses = Vec::new();
-    for pose in files::poses(&folder.join("poses.txt"))?.into_iter().filter_map(|listed| listed.pose.ok()) {
+    for pose in files::poses(&folder.join("poses.txt"))?.into_iter().filter_map(|listed| listed.entry.ok()) {
         let query = Query::new(&a, &b, pose);
         let all = query.mode(Mode::All);
         let mut whole = all.run_with(&mut workspace, None, Budget::unlimited(), &clock);

@@ -8,28 +8,12 @@ use punctual_io::{FileError, load};
 
 use crate::report::Failure;
 
-/// One entry of a pose list. A line that holds no pose keeps its place in the list, with the reason.
-pub struct ListedPose {
+/// One entry of a list. A line that holds none keeps its place in the list, with the reason.
+pub struct Listed<T> {
     /// Its line in the file, counted from 1.
     pub line: usize,
-    /// The pose, or why it is none.
-    pub pose: Result<Pose, String>,
-}
-
-/// One entry of a list of motions. A line that holds none keeps its place in the list, with the reason.
-pub struct ListedMotion {
-    /// Its line in the file, counted from 1.
-    pub line: usize,
-    /// The motion, or why it is none.
-    pub motion: Result<Motion, String>,
-}
-
-/// One entry of a list of rays. A line that holds none keeps its place in the list, with the reason.
-pub struct ListedRay {
-    /// Its line in the file, counted from 1.
-    pub line: usize,
-    /// The ray, or why it is none.
-    pub ray: Result<Ray, String>,
+    /// The pose, motion or ray, or why it is none.
+    pub entry: Result<T, String>,
 }
 
 /// Reads a mesh of a case, `a` or `b`, whatever its format.
@@ -47,8 +31,8 @@ pub fn mesh(folder: &Path, stem: &str) -> Result<Mesh, Failure> {
 ///
 /// # Errors
 /// If the file cannot be read; lines that hold no pose are listed with the others.
-pub fn poses(file: &Path) -> Result<Vec<ListedPose>, FileError> {
-    listed(file, |line, fields| ListedPose { line, pose: parse(fields) })
+pub fn poses(file: &Path) -> Result<Vec<Listed<Pose>>, FileError> {
+    listed(file, parse)
 }
 
 /// Reads a list of motions of B in A's frame: 15 numbers a line, the first pose as above and a translation, or 24, the first
@@ -56,8 +40,8 @@ pub fn poses(file: &Path) -> Result<Vec<ListedPose>, FileError> {
 ///
 /// # Errors
 /// If the file cannot be read; lines that hold no motion are listed with the others.
-pub fn motions(file: &Path) -> Result<Vec<ListedMotion>, FileError> {
-    listed(file, |line, fields| ListedMotion { line, motion: parse_motion(fields) })
+pub fn motions(file: &Path) -> Result<Vec<Listed<Motion>>, FileError> {
+    listed(file, parse_motion)
 }
 
 /// Reads a list of rays: 6 numbers a line, the origin and the direction, or the ends of a segment; `#` comments and blank lines
@@ -65,8 +49,8 @@ pub fn motions(file: &Path) -> Result<Vec<ListedMotion>, FileError> {
 ///
 /// # Errors
 /// If the file cannot be read; lines that hold no ray are listed with the others.
-pub fn rays(file: &Path, are_segments: bool) -> Result<Vec<ListedRay>, FileError> {
-    listed(file, |line, fields| ListedRay { line, ray: parse_ray(fields, are_segments) })
+pub fn rays(file: &Path, are_segments: bool) -> Result<Vec<Listed<Ray>>, FileError> {
+    listed(file, |fields| parse_ray(fields, are_segments))
 }
 
 fn parse_ray(fields: &[&str], is_segment: bool) -> Result<Ray, String> {
@@ -76,11 +60,11 @@ fn parse_ray(fields: &[&str], is_segment: bool) -> Result<Ray, String> {
     ray.map_err(|error| error.to_string())
 }
 
-fn listed<T>(file: &Path, parse: impl Fn(usize, &[&str]) -> T) -> Result<Vec<T>, FileError> {
+fn listed<T>(file: &Path, parse: impl Fn(&[&str]) -> Result<T, String>) -> Result<Vec<Listed<T>>, FileError> {
     let bytes = std::fs::read(file).map_err(|error| FileError::from_io(file, &error))?;
     let text = String::from_utf8_lossy(&bytes);
-    let lines = text.lines().map(fields).zip(1..);
-    Ok(lines.filter(|(fields, _)| !fields.is_empty()).map(|(fields, line)| parse(line, &fields)).collect())
+    let lines = text.lines().map(fields).zip(1..).filter(|(fields, _)| !fields.is_empty());
+    Ok(lines.map(|(fields, line)| Listed { line, entry: parse(&fields) }).collect())
 }
 
 fn parse_motion(fields: &[&str]) -> Result<Motion, String> {

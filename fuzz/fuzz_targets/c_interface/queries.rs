@@ -31,7 +31,7 @@ struct Question {
     mode: u32,
     /// And the seed, where it counts.
     order: (u32, u64),
-    limits: (usize, u64),
+    pair_limit: usize,
     queue_threshold: f32,
 }
 
@@ -64,7 +64,8 @@ pub fn clock(call: &mut Call, bytes: &mut Unstructured, context: &mut [u64; 2]) 
 pub fn budget(call: &mut Call, bytes: &mut Unstructured) -> Result<(punctual_budget, bool)> {
     let limit = if bytes.ratio(1, 8)? { bytes.arbitrary()? } else { bytes.int_in_range(0..=5000)? };
     let kind = call.value(bytes, 3)?;
-    Ok((punctual_budget { limit, kind }, kind == punctual_budget_kind::Unlimited as u32))
+    let poll_interval = if bytes.ratio(1, 8)? { bytes.arbitrary()? } else { PUNCTUAL_MAX_STEP_WORK };
+    Ok((punctual_budget { limit, kind, poll_interval }, kind == punctual_budget_kind::Unlimited as u32))
 }
 
 /// One call of a query, or of what a query needs.
@@ -185,7 +186,6 @@ fn question(world: &World, call: &mut Call, bytes: &mut Unstructured) -> Result<
     if bytes.arbitrary()? {
         query.seed = bytes.arbitrary()?;
         query.pair_limit = if bytes.arbitrary()? { bytes.int_in_range(0..=4)? } else { bytes.arbitrary()? };
-        query.poll_interval = bytes.arbitrary()?;
         query.queue_threshold =
             if bytes.ratio(1, 4)? { f32::from_bits(bytes.arbitrary()?) } else { bytes.arbitrary::<u8>()?.into() };
         query.prior = if bytes.ratio(1, 4)? { f64::from_bits(bytes.arbitrary()?) } else { 0.5 };
@@ -203,7 +203,7 @@ impl Ask {
             b_in_a: query.b_in_a,
             mode: query.mode,
             order: (query.order, seed),
-            limits: (query.pair_limit.max(1), query.poll_interval),
+            pair_limit: query.pair_limit.max(1),
             queue_threshold: query.queue_threshold,
         }
     }
@@ -230,7 +230,7 @@ fn held(world: &World, desk: usize, call: &mut Call, bytes: &mut Unstructured) -
     let [Some(a), Some(b)] = run.question.versions.map(place) else { return question(world, call, bytes) };
     let mut query = punctual_query_new(None, None, run.question.b_in_a);
     (query.mode, query.queue_threshold) = (run.question.mode, run.question.queue_threshold);
-    ((query.order, query.seed), (query.pair_limit, query.poll_interval)) = (run.question.order, run.question.limits);
+    ((query.order, query.seed), query.pair_limit) = (run.question.order, run.question.pair_limit);
     Ok(Some(Ask { trees: [a, b], query }))
 }
 

@@ -1,4 +1,4 @@
-//! Which patch is which: patches of two frames that have triangles in common.
+//! Ids of patches: a patch keeps the id of the one of the frame before with which it has most triangles in common.
 
 use super::Patch;
 use crate::contact::Contact;
@@ -54,7 +54,7 @@ struct Link {
     contacts: u32,
 }
 
-/// A triangle that is in more pairs of patches than this says nothing of which is which.
+/// A triangle that is in more pairs of patches than this is ignored.
 const MOST_LINKS: usize = 4096;
 
 impl Identities {

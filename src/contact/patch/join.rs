@@ -27,7 +27,7 @@ impl Joined {
         self.members.reserve(contacts);
     }
 
-    /// Finds the groups of these contacts; how many there are.
+    /// Finds the groups of these contacts, and returns how many there are.
     pub fn join(&mut self, meshes: [&Mesh; 2], contacts: &[Contact]) -> usize {
         for (side, mesh) in meshes.into_iter().enumerate() {
             self.find_corners(side, mesh, contacts);
@@ -51,7 +51,7 @@ impl Joined {
 
     /// Corners at the same place count as one, also where the mesh does not know of that.
     fn find_corners(&mut self, side: usize, mesh: &Mesh, contacts: &[Contact]) {
-        // What is no number equals nothing: contacts of another mesh have no neighbors.
+        // NaN equals nothing, so contacts of another mesh have no neighbors.
         let triangle = |contact: &Contact| {
             let id = contact.triangles[side] as usize;
             if id < mesh.len() { mesh.triangle(id) } else { [DVec3::NAN; 3] }
@@ -102,7 +102,7 @@ impl Joined {
     }
 }
 
-/// The first of a group, whose parent it is itself. Halves the way for the next time.
+/// The first of a group, which is its own parent. Halves the path for the next time.
 fn find(parents: &mut [u32], mut i: u32) -> u32 {
     while parents[i as usize] != i {
         let above = parents[parents[i as usize] as usize];

@@ -116,13 +116,12 @@ impl Patches {
         self.identities.reserve(contacts);
     }
 
-    /// Takes up what is remembered of other patches, and gives back what was of these.
+    /// Takes the memory of other patches, and gives its own in exchange.
     pub(crate) fn swap_memory(&mut self, memory: &mut PatchMemory) {
         core::mem::swap(&mut self.identities.before, memory);
     }
 
-    /// Makes the patches of these contacts, nearest first, of the meshes of `a` and `b`. Those of a stopped query make what
-    /// patches they can.
+    /// Makes the patches of these contacts, nearest first, of the meshes of `a` and `b`. Contacts of a stopped query will do.
     ///
     /// A patch gets the id of the patch of the last update with which it has most triangles in common, if it has any and
     /// that id has not gone to one that has more; otherwise a new one.
@@ -157,7 +156,7 @@ impl Patches {
     /// adds most to the area of the polygon of all before, seen along the normal; fewer where nothing more is added.
     pub fn points_of<'p>(&'p self, patch: &'p Patch) -> impl ExactSizeIterator<Item = &'p Contact> + Clone {
         let contacts = self.contacts_of(patch);
-        // One that was read with `serde` may have others.
+        // A patch that was read with `serde` may name others.
         let exist = patch.points.iter().all(|&i| (i as usize) < contacts.len());
         let known = if exist { &patch.points[..] } else { &[] };
         known.iter().map(|&i| &contacts[i as usize])

@@ -1,4 +1,4 @@
-//! What a query of a motion has still before it when it was stopped: where B's parts may be while they may meet A first.
+//! What a stopped query of a motion has not come to: where B's parts are during the times in which they may meet A first.
 
 use super::course::Course;
 use super::state::MotionState;

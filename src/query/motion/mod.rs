@@ -13,12 +13,10 @@ mod sweep;
 mod windows;
 
 use crate::math::{Motion, Pose, smaller};
-use crate::model::cost::{MAX_STEP_WORK, WORK_PER_PIECE};
+use crate::model::cost::WORK_PER_PIECE;
 use crate::query::Deadline;
-#[cfg(feature = "std")]
-use crate::query::budget::by_system_clock;
 use crate::query::budget::{Budget, Clock};
-use crate::query::certificate::Certificate;
+use crate::query::certificate::{Certificate, Place};
 use crate::query::memory::PairMemory;
 use crate::query::options::{MotionOptions, thickness};
 use crate::query::outcome::{Stats, StopReason};
@@ -71,8 +69,7 @@ impl<'t> MotionQuery<'t> {
     /// millionth of the units of both meshes together ([`Tree::unit_length`], about half of a mesh's longest extent).
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Motion) -> Self {
-        let (of_a, length, time, margin, poll_interval) = (None, None, 0.0, 0.0, MAX_STEP_WORK);
-        Self { a, b, options: MotionOptions { of_a, of_b: b_in_a, length, time, margin, poll_interval } }
+        Self { a, b, options: MotionOptions { of_a: None, of_b: b_in_a, length: None, time: 0.0, margin: 0.0 } }
     }
 
     /// Asks about two bodies that both move, in the world or any other common frame.
@@ -108,15 +105,7 @@ impl<'t> MotionQuery<'t> {
         self
     }
 
-    /// Least work between looks at the clock, which come closer together towards the deadline; default
-    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
-    #[must_use]
-    pub fn poll_interval(mut self, work: u64) -> Self {
-        self.options.poll_interval = work;
-        self
-    }
-
-    /// Where B is in A at a time, 0 to 1, to the bit as the query takes it.
+    /// Where B is in A at a time, 0 to 1: the very bits that the query uses.
     #[must_use]
     pub fn pose(&self, time: f64) -> Pose {
         self.course().pose(time)
@@ -125,7 +114,7 @@ impl<'t> MotionQuery<'t> {
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Passage {
-        by_system_clock(budget, |clock| self.run_with(workspace, None, budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, None, budget, clock))
     }
 
     /// [`MotionQuery::run`] with what is remembered of the pair, and will be for the next motion: the triangles that met first.
@@ -133,7 +122,7 @@ impl<'t> MotionQuery<'t> {
     /// ([`PairMemory::clearance`]), the motion is free without a search.
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Passage {
-        by_system_clock(budget, |clock| self.run_with(workspace, Some(memory), budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, Some(memory), budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -144,7 +133,7 @@ impl<'t> MotionQuery<'t> {
     /// If the last run in this workspace was not of these trees, this motion and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Passage, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_with(workspace, None, budget, clock))
+        budget.by_system_clock(|clock| self.resume_with(workspace, None, budget, clock))
     }
 
     /// [`MotionQuery::run`] by a clock of the caller's, with or without a memory.
@@ -155,7 +144,7 @@ impl<'t> MotionQuery<'t> {
         budget: Budget,
         clock: &dyn Clock,
     ) -> Passage {
-        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        let mut deadline = Deadline::of(budget, clock);
         if let Some(memory) = &mut memory {
             memory.bind(self.a, self.b);
         }
@@ -178,7 +167,7 @@ impl<'t> MotionQuery<'t> {
         if !self.is_stopped_in(workspace) {
             return Err(ResumeError);
         }
-        let mut deadline = Deadline::of(budget, self.options.poll_interval, clock);
+        let mut deadline = Deadline::of(budget, clock);
         Ok(self.spend(&self.course(), workspace, memory, &mut deadline))
     }
 
@@ -228,7 +217,7 @@ impl<'t> MotionQuery<'t> {
     /// If the last run in this workspace was not of these trees, this motion and these options.
     pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
         self.holds(workspace)?;
-        Ok(Certificate::of_motion([self.a, self.b], &self.options, workspace))
+        Ok(Certificate::new([self.a, self.b], Place::Moving(&self.options), workspace))
     }
 
     /// Whether the workspace has the last run of this query.
@@ -242,16 +231,14 @@ impl<'t> MotionQuery<'t> {
     }
 
     fn key(&self) -> Key {
-        let trees = [self.a.identity(), self.b.identity()];
-        Key { trees, b_in_a: self.options.of_b.start(), asked: Asked::Motion }
+        Key::new([self.a, self.b], self.options.of_b.start(), Asked::Motion)
     }
 
     /// Half of it: a contact is looked for so much after the time at which it may be. Others that may be as much earlier do
-    /// not matter then, so that neighbours which meet at the same time are not looked at one by one.
+    /// not matter then, so that neighbors which meet at the same time are not looked at one by one.
     fn tolerance_in_time(&self, course: &Course) -> f64 {
-        let [of_a, of_b] = [self.a, self.b].map(|tree| if tree.unit().is_point { 0.0 } else { tree.unit().length() });
-        let length = self.options.length.unwrap_or(DEFAULT_TOLERANCE * (of_a + of_b));
-        // Nothing is known better than places are.
+        let length = self.options.length.unwrap_or(DEFAULT_TOLERANCE * (self.a.size() + self.b.size()));
+        // No time is known better than the places are.
         let time = self.options.time.max(length.max(8.0 * course.rounding) / course.speed);
         0.5 * if time > LEAST_TOLERANCE { time.min(1.0) } else { LEAST_TOLERANCE }
     }

@@ -18,13 +18,13 @@ use wide::f32x4;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beam {
     pub shaft: Shaft,
-    /// Nothing before this local parameter matters, and nothing after the other.
+    /// Only hits between these local parameters matter.
     pub from: f32,
     pub to: f32,
     /// The ray's own parameter is `(entry + local) unit`; `unit` is 0 where all is in doubt.
     pub entry: f64,
     pub unit: f64,
-    /// How well a parameter that is told is known here.
+    /// Error bound of local parameters.
     pub slack: f64,
     pub margin: f32,
 }
@@ -52,7 +52,7 @@ impl Beam {
         beam
     }
 
-    /// Makes it that of another ray. In place: what is put together of two cases takes thirty instructions more.
+    /// Makes it the beam of another ray. In place, since to return one of two cases takes thirty instructions more.
     #[inline(always)]
     pub fn follow(&mut self, unit: &Unit, ray: &Ray) {
         let aim = Aim::new(ray);
@@ -149,8 +149,8 @@ impl Beam {
     }
 }
 
-/// The largest size of a component. By bits, which are in the order of positive numbers: the compiler makes of other comparisons
-/// branches that cannot be foreseen.
+/// The largest size of a component. Compares bits, which are in the order of positive numbers: for other comparisons the
+/// compiler makes branches that are hard to predict.
 #[inline(always)]
 fn largest_size(v: DVec3) -> f64 {
     let [x, y, z] = v.abs().to_array().map(f64::to_bits);

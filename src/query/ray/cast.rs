@@ -31,7 +31,7 @@ pub(super) struct Cast<'q> {
     /// The ray at hand and those after it, and where the hits of them go.
     rays: &'q [Ray],
     hits: slice::IterMut<'q, Option<RayHit>>,
-    /// Which of those that are made ready is at hand. The first of a call is alone, those after it are eight.
+    /// Which of the rays that were made ready together is at hand: the first of a call is alone, those after it are eight.
     pub lane: usize,
     is_first: bool,
 }
@@ -145,7 +145,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         None
     }
 
-    /// Puts children on the stack, one that is entered later first, but for the one that is entered first of all.
+    /// Puts children on the stack, the last to be entered first, and returns the one that is entered first.
     #[inline(always)]
     fn push(&mut self, first_child: u32, mut children: u32, enter: &[f32; WIDTH]) -> Pair {
         let count = children.count_ones() as usize;
@@ -233,7 +233,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         &self.workspace.rays.ready[self.question.lane]
     }
 
-    /// Finds out what the ray at hand does at the root, and those that are made ready with it.
+    /// Finds out where the ray at hand enters the root, and the rays that are made ready with it.
     #[inline(always)]
     fn meet_root<L: Lanes>(&mut self, lanes: L) {
         let Cast { rays, lane, is_first, .. } = self.question;

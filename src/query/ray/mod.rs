@@ -9,10 +9,7 @@ pub(super) mod state;
 mod volley;
 
 use crate::math::{Pose, Ray};
-use crate::model::cost::MAX_STEP_WORK;
 use crate::query::Deadline;
-#[cfg(feature = "std")]
-use crate::query::budget::by_system_clock;
 use crate::query::budget::{Budget, Clock};
 use crate::query::flushing;
 use crate::query::outcome::{Stats, StopReason};
@@ -48,7 +45,6 @@ pub struct RayQuery<'t> {
     tree: &'t Tree,
     ray: Ray,
     mode: RayMode,
-    poll_interval: u64,
 }
 
 /// Room that the first query for all hits makes in a workspace that has none.
@@ -58,7 +54,7 @@ impl<'t> RayQuery<'t> {
     /// Asks for the nearest hit of `ray`, which is in the frame of the tree's mesh.
     #[must_use]
     pub fn new(tree: &'t Tree, ray: Ray) -> Self {
-        Self { tree, ray, mode: RayMode::Nearest, poll_interval: MAX_STEP_WORK }
+        Self { tree, ray, mode: RayMode::Nearest }
     }
 
     /// Asks for the nearest hit, for any, or for all.
@@ -68,19 +64,11 @@ impl<'t> RayQuery<'t> {
         self
     }
 
-    /// Least work between looks at the clock, which come closer together towards the deadline; default
-    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
-    #[must_use]
-    pub fn poll_interval(mut self, work: u64) -> Self {
-        self.poll_interval = work;
-        self
-    }
-
-    /// Runs within a budget, by the clock of the system. It does not lock or panic, and does not allocate, but for room for
-    /// [`RayMode::All`], once ([`Workspace::reserve_ray_hits`]).
+    /// Runs within a budget, by the clock of the system. It does not lock or panic. The first query for [`RayMode::All`] makes
+    /// room for 4,096 hits, unless [`Workspace::reserve_ray_hits`] has made some; otherwise nothing is allocated.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> RayCast {
-        by_system_clock(budget, |clock| self.run_with(workspace, budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -91,12 +79,12 @@ impl<'t> RayQuery<'t> {
     /// If the last run in this workspace was not of this tree, this ray and this mode, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<RayCast, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_with(workspace, budget, clock))
+        budget.by_system_clock(|clock| self.resume_with(workspace, budget, clock))
     }
 
     /// [`RayQuery::run`] by a clock of the caller's.
     pub fn run_with(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> RayCast {
-        let mut deadline = Deadline::of(budget, self.poll_interval, clock);
+        let mut deadline = Deadline::of(budget, clock);
         self.begin(workspace);
         self.spend(workspace, &mut deadline)
     }
@@ -112,7 +100,7 @@ impl<'t> RayQuery<'t> {
         clock: &dyn Clock,
     ) -> Result<RayCast, ResumeError> {
         holds(self.tree, workspace, core::slice::from_ref(&self.ray), self.mode)?;
-        Ok(self.spend(workspace, &mut Deadline::of(budget, self.poll_interval, clock)))
+        Ok(self.spend(workspace, &mut Deadline::of(budget, clock)))
     }
 
     /// Prepares the workspace for a run.
@@ -149,14 +137,13 @@ pub struct RayBatch<'t> {
     tree: &'t Tree,
     rays: &'t [Ray],
     mode: RayMode,
-    poll_interval: u64,
 }
 
 impl<'t> RayBatch<'t> {
     /// Asks for the nearest hit of each ray.
     #[must_use]
     pub fn new(tree: &'t Tree, rays: &'t [Ray]) -> Self {
-        Self { tree, rays, mode: RayMode::Nearest, poll_interval: MAX_STEP_WORK }
+        Self { tree, rays, mode: RayMode::Nearest }
     }
 
     /// Asks for any hit of each ray.
@@ -166,18 +153,11 @@ impl<'t> RayBatch<'t> {
         self
     }
 
-    /// Least work between looks at the clock; default [`MAX_STEP_WORK`](crate::MAX_STEP_WORK).
-    #[must_use]
-    pub fn poll_interval(mut self, work: u64) -> Self {
-        self.poll_interval = work;
-        self
-    }
-
-    /// Runs within a budget, by the clock of the system, and writes the hits of the rays that are done into `hits`: as many rays
-    /// as both slices have. It does not allocate, lock or panic.
+    /// Runs within a budget, by the clock of the system, and writes the hits of the rays that are done into `hits`. If one of
+    /// the two slices is longer, the rest of it is left alone. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, hits: &mut [Option<RayHit>], budget: Budget) -> RayBatchOutcome {
-        by_system_clock(budget, |clock| self.run_with(workspace, hits, budget, clock))
+        budget.by_system_clock(|clock| self.run_with(workspace, hits, budget, clock))
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget. `hits` is as long as it was; what is done
@@ -192,7 +172,7 @@ impl<'t> RayBatch<'t> {
         hits: &mut [Option<RayHit>],
         budget: Budget,
     ) -> Result<RayBatchOutcome, ResumeError> {
-        by_system_clock(budget, |clock| self.resume_with(workspace, hits, budget, clock))
+        budget.by_system_clock(|clock| self.resume_with(workspace, hits, budget, clock))
     }
 
     /// [`RayBatch::run`] by a clock of the caller's.
@@ -203,7 +183,7 @@ impl<'t> RayBatch<'t> {
         budget: Budget,
         clock: &dyn Clock,
     ) -> RayBatchOutcome {
-        let mut deadline = Deadline::of(budget, self.poll_interval, clock);
+        let mut deadline = Deadline::of(budget, clock);
         begin(self.tree, workspace, self.answered(hits), self.mode);
         self.spend(workspace, hits, &mut deadline)
     }
@@ -220,7 +200,7 @@ impl<'t> RayBatch<'t> {
         clock: &dyn Clock,
     ) -> Result<RayBatchOutcome, ResumeError> {
         holds(self.tree, workspace, self.answered(hits), self.mode)?;
-        Ok(self.spend(workspace, hits, &mut Deadline::of(budget, self.poll_interval, clock)))
+        Ok(self.spend(workspace, hits, &mut Deadline::of(budget, clock)))
     }
 
     fn answered(&self, hits: &[Option<RayHit>]) -> &'t [Ray] {
@@ -239,7 +219,7 @@ impl<'t> RayBatch<'t> {
 }
 
 fn key(tree: &Tree) -> Key {
-    Key { trees: [tree.identity(); 2], b_in_a: Pose::IDENTITY, asked: Asked::Ray }
+    Key::new([tree; 2], Pose::IDENTITY, Asked::Ray)
 }
 
 /// Prepares the workspace for the first of some rays.

@@ -3,7 +3,7 @@
 
 use super::beam::{Beam, CUBE_MARGIN, LARGEST_SLOP, LEAST_COMPONENT, MARGIN, NEAR};
 use crate::math::Ray;
-use crate::math::lanes::{Column, D8, F8, Lanes, V8, per_axis, unrolled};
+use crate::math::lanes::{Column, D8, F8, Lanes, V8, per_axis, per_lane};
 use crate::query::expand::transposed;
 use crate::tree::{Node, Tree, Unit, WIDTH, power_of_two, xyz};
 use crate::triangle::ray::EXPONENTS;
@@ -38,7 +38,7 @@ const LEAST_RATIO: f64 = 1e-150;
 #[inline(always)]
 pub(super) fn make_ready<L: Lanes>(lanes: L, tree: &Tree, rays: &[Ray], ready: &mut [Ready; WIDTH]) {
     let last = rays.len() - 1;
-    let rays = unrolled!(i in [0, 1, 2, 3, 4, 5, 6, 7] => &rays[last.min(i)]);
+    let rays = per_lane!(i => &rays[last.min(i)]);
     let (unit, root) = (tree.unit(), &tree.nodes()[0]);
     let volley = Volley::new(lanes, unit, rays);
     volley.store(ready);
@@ -145,7 +145,7 @@ impl<L: Lanes> Volley<L> {
             (splat(1.0) / direction.abs().max(splat(LEAST_COMPONENT))).or(direction.and(splat(-0.0)))
         });
         let mut missed = [u8::MAX; WIDTH];
-        let enter = unrolled!(i in [0, 1, 2, 3, 4, 5, 6, 7] => {
+        let enter = per_lane!(i => {
             let spans = per_axis!(k => {
                 let middle = (splat(root.center[k][i]) - origin[k]) * inverse[k];
                 let half = (splat(root.half[k][i]) + self.margin) * inverse[k].abs();
@@ -158,7 +158,7 @@ impl<L: Lanes> Volley<L> {
         });
         let low = F8::rows([enter[0], enter[1], enter[2], enter[3]]);
         let high = F8::rows([enter[4], enter[5], enter[6], enter[7]]);
-        let enter = unrolled!(i in [0, 1, 2, 3, 4, 5, 6, 7] => {
+        let enter = per_lane!(i => {
             let ([a, b, c, d], [e, f, g, h]) = (low[i], high[i]);
             [a, b, c, d, e, f, g, h]
         });

@@ -75,7 +75,7 @@ impl Scene {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn find_contacts(&mut self) {
-        self.bodies_mut().located.all = true;
+        self.bodies_mut().contact_requests.all = true;
         self.make_room_for_contacts();
     }
 
@@ -85,7 +85,7 @@ impl Scene {
     /// If a body is not in the scene, or both are the same.
     pub fn find_contacts_of(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
-        self.bodies_mut().located.insert(key);
+        self.bodies_mut().contact_requests.insert(key);
         self.make_room_for_contacts();
         Ok(())
     }
@@ -96,7 +96,7 @@ impl Scene {
     /// If a body is not in the scene, or both are the same.
     pub fn stop_finding_contacts_of(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
-        self.bodies_mut().located.remove(key);
+        self.bodies_mut().contact_requests.remove(key);
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! Margins of bodies, and distances that are asked for, of pairs and of groups.
 
-use super::measured::Asker;
+use super::distance_requests::Asker;
 use crate::model::cost::WORK_PER_PAIR_APART;
 use crate::query::Deadline;
 use crate::scene::Scene;
@@ -70,7 +70,7 @@ impl Scene {
         let tolerance = checks::length(x, tolerance)?;
         let key = self.bodies.key(x, y)?;
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
-        bodies.measured.insert(key, Asker::Pair, tolerance);
+        bodies.distance_requests.insert(key, Asker::Pair, tolerance);
         bodies.renew(x.index, true, frame)?;
         bodies.renew(y.index, true, frame)?;
         self.pairs.insert(&[key]);
@@ -84,7 +84,7 @@ impl Scene {
     pub fn stop_measuring(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
-        bodies.measured.remove(key, Asker::Pair);
+        bodies.distance_requests.remove(key, Asker::Pair);
         [x, y].into_iter().try_for_each(|id| bodies.stop_measuring(id.index, frame))
     }
 
@@ -133,10 +133,10 @@ impl Scene {
         keys.sort_unstable();
         keys.dedup();
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
-        let id = bodies.measured.insert_groups(&keys, tolerance);
+        let id = bodies.distance_requests.insert_groups(&keys, tolerance);
         x.iter().chain(y).try_for_each(|body| bodies.renew(body.index, true, frame))?;
         self.pairs.insert(&keys);
-        self.schedule.reserve_groups(self.bodies.measured.groups.len(), &mut self.report);
+        self.schedule.reserve_groups(self.bodies.distance_requests.groups.len(), &mut self.report);
         Ok(id)
     }
 
@@ -144,7 +144,7 @@ impl Scene {
     /// once.
     pub fn stop_measuring_groups(&mut self, id: MeasureId) {
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
-        for body in bodies.measured.remove_groups(id) {
+        for body in bodies.distance_requests.remove_groups(id) {
             let _ = bodies.stop_measuring(body, frame);
         }
     }
@@ -159,7 +159,7 @@ impl Bodies {
 
     /// Takes note that a distance of a body is asked for no more. A pair of it stays known only if the broad phase finds it.
     fn stop_measuring(&mut self, body: u32, frame: u64) -> Result<(), SceneError> {
-        self.renew(body, self.measured.has_body(body), frame)?;
+        self.renew(body, self.distance_requests.has_body(body), frame)?;
         self.set_pending(body, Change::Place);
         Ok(())
     }
@@ -167,14 +167,14 @@ impl Bodies {
     /// Finds out what of the last frame's upper bounds is left for the groups; where nothing is, boxes tell, as far as there is
     /// room to look at them.
     pub fn begin_groups(&mut self, broad: &Broad, frame: u64, deadline: &mut Deadline) {
-        for number in 0..self.measured.groups.len() {
-            let closest = self.measured.groups[number].closest;
+        for number in 0..self.distance_requests.groups.len() {
+            let closest = self.distance_requests.groups[number].closest;
             let closest = closest.filter(|&(key, ..)| self.may_meet(bodies_of(key)));
             let of_last = closest.map_or(f64::INFINITY, |(key, bounds, since)| {
                 if self.last_change(key) <= since { bounds.high } else { self.carried(key, bounds, since, frame).high }
             });
             let ceiling = if of_last < f64::INFINITY { of_last } else { self.farthest(number, broad, deadline) };
-            let group = &mut self.measured.groups[number];
+            let group = &mut self.distance_requests.groups[number];
             (group.ceiling, group.closest) = (ceiling, closest.filter(|_| of_last < f64::INFINITY));
         }
     }
@@ -182,7 +182,7 @@ impl Bodies {
     /// An upper bound of the distance of groups, by the boxes of their bodies.
     fn farthest(&self, number: usize, broad: &Broad, deadline: &mut Deadline) -> f64 {
         let mut ceiling = f64::INFINITY;
-        for key in self.measured.keys(Asker::Groups(number as u32)) {
+        for key in self.distance_requests.keys(Asker::Groups(number as u32)) {
             if !deadline.has_room(WORK_PER_PAIR_APART) {
                 break;
             }

@@ -1,23 +1,31 @@
 //! How much each question matters.
 
-use super::{Asks, PairQuestion};
+use super::{PairQuestion, TurnKind};
 use crate::scene::Scene;
 use crate::scene::body::Bodies;
 use crate::scene::error::SceneError;
 use crate::scene::id::PairKey;
 
+/// What each question adds to the importance of a pair.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Weights {
+    of: [f32; 4],
+    /// Whether one was ever set.
+    any: bool,
+}
+
 impl Bodies {
-    /// What the question that comes next adds to the importance of a pair.
+    /// What the question that comes next adds to the importance of a pair; it is looked for only if it matters.
     #[inline]
-    pub fn weight(&self, key: PairKey, asks: Asks) -> f32 {
-        self.weights.of(|| self.question(key, asks))
+    pub fn weight(&self, key: PairKey, kind: TurnKind) -> f32 {
+        if self.weights.any { self.weights.of[self.question(key, kind) as usize] } else { 0.0 }
     }
 
     #[cold]
-    fn question(&self, key: PairKey, asks: Asks) -> PairQuestion {
-        match asks {
-            Asks::Contacts => PairQuestion::Contacts,
-            _ if self.measured.has(key) => PairQuestion::Distance,
+    fn question(&self, key: PairKey, kind: TurnKind) -> PairQuestion {
+        match kind {
+            TurnKind::Contacts => PairQuestion::Contacts,
+            _ if self.distance_requests.has(key) => PairQuestion::Distance,
             _ if self.is_moving(key) => PairQuestion::Motion,
             _ => PairQuestion::Meet,
         }
@@ -44,7 +52,8 @@ impl Scene {
             return Err(SceneError::QuestionImportanceNotFinite { question });
         }
         // One zero, so that the bits give the order.
-        self.bodies_mut().weights.set(question, importance + 0.0);
+        let weights = &mut self.bodies_mut().weights;
+        (weights.of[question as usize], weights.any) = (importance + 0.0, true);
         Ok(())
     }
 }

@@ -38,8 +38,8 @@ use sort::Sort;
 /// How far the fat AABB of a moving body reaches beyond its box, on each side, relative to the longest edge.
 const SLACK: f64 = 0.05;
 
-/// Newcomers of a generation in a frame whose time or work is limited: at least so many, one for so many known pairs (it takes
-/// about as long to find the pairs of one as to merge them), and as many as there is room for.
+/// Newcomers of a generation where time or work is limited: at least `GENERATION`; one for each `GENERATION_PART` known pairs
+/// (to find the pairs of one takes about as long as to merge that many); and as many as there is room for.
 const GENERATION: usize = 16;
 const GENERATION_PART: usize = 64;
 const WORK_PER_NEWCOMER: u64 = 1_000;
@@ -223,18 +223,15 @@ impl Broad {
         }
     }
 
-    /// Finds pairs that may meet, of fat AABBs that overlap and have a new one among them: whether there is a portion of them in
-    /// [`Broad::found`], or else none is left or the deadline came first. `known`: pairs known, and the most that there may be.
-    pub fn find(&mut self, bodies: &Bodies, known: [usize; 2], deadline: &mut Deadline) -> bool {
-        self.find_portion(bodies, known, deadline).is_some()
-    }
-
     /// A portion of pairs, ascending.
     pub fn found(&self) -> &[PairKey] {
         &self.found
     }
 
-    fn find_portion(&mut self, bodies: &Bodies, known: [usize; 2], deadline: &mut Deadline) -> Option<()> {
+    /// Finds pairs that may meet, of fat AABBs that overlap and have a new one among them: a portion of them is in
+    /// [`Broad::found`] then. `None`: none is left, or the deadline came first. `known`: pairs known, and the most that there
+    /// may be.
+    pub fn find(&mut self, bodies: &Bodies, known: [usize; 2], deadline: &mut Deadline) -> Option<()> {
         loop {
             self.stage = match self.stage {
                 Stage::Idle => self.begin_generation(known[0], deadline)?,

@@ -10,8 +10,6 @@ use super::broad::bounds;
 use super::error::SceneError;
 use crate::math::Aabb;
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_BOX, WORK_PER_SEARCH};
-#[cfg(feature = "std")]
-use crate::query::by_system_clock;
 use crate::query::{Budget, Clock, Deadline, RayMode, RayQuery, StopReason, Workspace};
 use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;
@@ -38,7 +36,7 @@ impl Scene {
     /// [`SceneError::NoRay`].
     #[cfg(feature = "std")]
     pub fn cast(&mut self, ray: &SceneRay, budget: Budget) -> Result<SceneCast, SceneError> {
-        by_system_clock(budget, |clock| self.cast_with(ray, budget, clock))
+        budget.by_system_clock(|clock| self.cast_with(ray, budget, clock))
     }
 
     /// [`Scene::cast`] by a clock of the caller's.
@@ -99,7 +97,7 @@ struct Known {
 
 impl Casting<'_> {
     fn run(mut self, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
-        let mut deadline = Deadline::of(budget, MAX_STEP_WORK, clock);
+        let mut deadline = Deadline::of(budget, clock);
         deadline.leave(MAX_STEP_WORK);
         let limit = deadline.work_left();
         self.rays.queue.clear();

@@ -1,8 +1,8 @@
-//! Pairs that are apart by more than their bodies have gone since that was proven: they are decided without a query.
+//! Pairs that were proven to be farther apart than their bodies have moved since: they are decided without a query.
 //!
-//! Bodies that lie on one another tremble, and most pairs of overlapping boxes are apart. Where bodies go slowly, a pair is
-//! not asked whether it meets, but whether it is closer than some of these steps; that takes a few times the work, and
-//! then nothing for as many frames. Why it holds: `docs/numerics.md`.
+//! Bodies at rest on one another jitter, and most pairs of overlapping boxes are apart. If both bodies move slowly, the query is
+//! not whether they meet, but whether they are closer than a number of steps of this size. That takes a few times the work, and
+//! then none for as many frames. Why it holds: `docs/numerics.md`.
 
 use super::batch::{Desk, Ended};
 use super::question::Question;
@@ -19,18 +19,18 @@ use crate::scene::id::{PairKey, bodies_of};
 /// Lengths in the scene and in the frame of a body differ by less than this part of them.
 pub(crate) const STRETCH: f64 = 8.0 * SCENE_ROTATION_TOLERANCE;
 
-/// So many steps apart are pairs that are worth a proof at least, and at most so many are asked for.
+/// A proof has to last for this many steps at least; at most so many are asked for.
 const LEAST_STEPS: f64 = 8.0;
 const MOST_STEPS: f64 = 64.0;
 
-/// Nor more than this part of the smaller body: what is farther away is seen to be apart soon.
+/// Nor is more asked for than this part of the smaller body: what is farther apart is found to be so at little cost.
 const LARGEST_PART: f64 = 1.0 / 64.0;
 
-/// After a proof that failed there is none for so many frames, and of bodies that go too fast for one so many are not looked at.
+/// Frames without another attempt: after a proof that failed, and where bodies were too fast for one.
 const PAUSE: u64 = 32;
 const BREAK: u64 = 8;
 
-/// Work that there has to be room for, in that of the last search, and besides.
+/// There has to be room for this many times the work of the last search, and so much more.
 const ROOM: u64 = 4;
 const MORE_ROOM: u64 = 4096;
 
@@ -65,16 +65,16 @@ impl PairState {
         stays
     }
 
-    /// Whether it may be worth a proof by how much they are apart, as far as is seen from here. A stopped run is gone on with.
+    /// Whether to try a proof that they are apart by some distance; not if there is a stopped run to resume.
     #[inline]
-    pub fn may_part(&self, desk: &Desk) -> bool {
+    pub fn may_prove_apart(&self, desk: &Desk) -> bool {
         let is_due = -self.apart <= desk.round.frame as f64;
         desk.looks_ahead && !desk.held && self.verdict == Verdict::Separated && is_due
     }
 
-    /// Asks bodies that go slowly by how much they are apart, if they were. `None`: whether they meet is still to be asked.
+    /// Proves of slow bodies how far apart they are. `None`: whether they meet is still to be asked.
     #[inline(never)]
-    pub fn part(&mut self, pair: [&Placed; 2], b_in_a: Pose, desk: &mut Desk) -> Option<Ended> {
+    pub fn prove_apart(&mut self, pair: [&Placed; 2], b_in_a: Pose, desk: &mut Desk) -> Option<Ended> {
         let Desk { bodies, round, deadline, workspace, .. } = desk;
         let (key, frame) = (self.turn.key, round.frame);
         let Some(limit) = reach(bodies, key, pair, frame) else {
@@ -99,13 +99,13 @@ impl PairState {
             Verdict::Intersecting { .. } if round.mode == Mode::Any => {}
             _ => return None,
         }
-        (self.decided, self.completed, self.pending) = (frame, frame, Spent::default());
-        (self.verdict, self.found) = (answer.verdict, answer.found);
+        (self.completed, self.pending) = (frame, Spent::default());
+        self.decide(answer.verdict, answer.found, frame);
         Some(Ended::Complete)
     }
 }
 
-/// How far apart bodies are to be proven; `None` if they rest or go too fast, or if more is asked than whether they meet.
+/// The distance to be proven; `None` if the bodies rest or are too fast, or if more is asked than whether they meet.
 fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Option<f64> {
     let step = |body: u32| if bodies.facts(body).changed == frame { bodies.travels[body as usize].step } else { 0.0 };
     let [a, b] = bodies_of(key);
@@ -116,10 +116,10 @@ fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Optio
     let size = pair.map(|placed| placed.body.tree.unit().length()).into_iter().fold(f64::INFINITY, f64::min);
     let limit = (MOST_STEPS * step).min(LARGEST_PART * size);
     let is_slow = limit >= LEAST_STEPS * step;
-    (is_slow && !bodies.measured.has(key) && !bodies.is_moving(key)).then_some(limit)
+    (is_slow && !bodies.distance_requests.has(key) && !bodies.is_moving(key)).then_some(limit)
 }
 
-/// How far bodies that were proven to be `low` apart, margins not counted, may go in the scene.
+/// How far bodies that were proven to be `low` apart, margins not counted, can move before they may meet.
 pub(crate) fn room(pair: [&Placed; 2], low: f64) -> f64 {
     let [of_a, of_b] = pair.map(|placed| slack(&placed.body.tree, &placed.body.pose));
     low - STRETCH * (low + margins(pair)) - of_a - of_b

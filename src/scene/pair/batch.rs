@@ -10,7 +10,7 @@ use super::touch::{MOST_CONTACTS, Touch};
 use crate::contact::Patches;
 use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::query::{Clock, Deadline, Mode, StopReason, Workspace};
-use crate::scene::ask::Asks;
+use crate::scene::ask::TurnKind;
 use crate::scene::body::Bodies;
 use crate::scene::id::PairKey;
 use alloc::boxed::Box;
@@ -47,7 +47,7 @@ pub(crate) struct Batch {
     #[allow(clippy::vec_box, reason = "states move in and out by their pointers, and room for them is cheap")]
     pub turns: Vec<Box<PairState>>,
     pub budget: u64,
-    /// Whether more may be done than to answer: what spares later frames work.
+    /// Whether it may do more than answer, to save later frames work.
     pub looks_ahead: bool,
     /// The pair whose run was stopped by the end of the budget; the run is in the workspace.
     pub held: Option<PairKey>,
@@ -57,7 +57,7 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
-    /// A batch with a workspace, so that no frame has to allocate one.
+    /// With a workspace, so that no frame has to allocate one.
     pub fn new() -> Self {
         Self { workspace: Some(workspace()), ..Self::default() }
     }
@@ -110,7 +110,7 @@ impl Batch {
     }
 }
 
-/// What a turn has to work with.
+/// All that a turn needs.
 pub(crate) struct Desk<'d, 'c> {
     pub bodies: &'d Bodies,
     pub round: &'d Round,
@@ -137,8 +137,8 @@ impl PairState {
         let Some([a, b]) = bodies.pair(self.turn.key) else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
         self.apart = self.apart.min(0.0);
-        if self.turn.asks == Asks::Witness && !desk.held {
-            self.turn.asks = Asks::Meet;
+        if self.turn.kind == TurnKind::Witness && !desk.held {
+            self.turn.kind = TurnKind::Meet;
             self.turn.spent.work += WORK_PER_WITNESS;
             desk.deadline.spend(WORK_PER_WITNESS);
             if self.retest([a, b], &b_in_a, round.frame) {
@@ -148,24 +148,24 @@ impl PairState {
         if round.witnesses_only {
             return Ended::NotBegun;
         }
-        if self.turn.asks == Asks::Meet
-            && self.may_part(desk)
-            && let Some(ended) = self.part([a, b], b_in_a, desk)
+        if self.turn.kind == TurnKind::Meet
+            && self.may_prove_apart(desk)
+            && let Some(ended) = self.prove_apart([a, b], b_in_a, desk)
         {
             self.turn.is_blank = false;
             return ended;
         }
-        let question = match self.turn.asks {
-            Asks::Contacts => Question::contacts([a, b], b_in_a),
-            Asks::Witness | Asks::Meet => Question::new(bodies, self.turn.key, [a, b], b_in_a, round.mode),
+        let question = match self.turn.kind {
+            TurnKind::Contacts => Question::contacts([a, b], b_in_a),
+            TurnKind::Witness | TurnKind::Meet => Question::new(bodies, self.turn.key, [a, b], b_in_a, round.mode),
         };
         if !desk.deadline.has_room(question.least_work()) {
             return Ended::NotBegun;
         }
         self.turn.is_blank = false;
-        match self.turn.asks {
-            Asks::Contacts => self.locate(&question, [a, b], desk),
-            Asks::Witness | Asks::Meet => self.answer(&question, desk),
+        match self.turn.kind {
+            TurnKind::Contacts => self.find_contacts(&question, [a, b], desk),
+            TurnKind::Witness | TurnKind::Meet => self.answer(&question, desk),
         }
     }
 
@@ -183,7 +183,7 @@ impl PairState {
             self.turn.spent.add(spent.since(before));
             before = spent;
             if let Some(bounds) = answer.bounds {
-                self.measure(bodies, bounds, round.frame, bodies.last_change(self.turn.key));
+                self.note_bounds(bodies, bounds, round.frame, bodies.last_change(self.turn.key));
             }
             if self.note(&answer, spent, round.frame) {
                 return Ended::Complete;

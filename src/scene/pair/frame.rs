@@ -32,7 +32,7 @@ pub(crate) struct Frame<'f> {
 impl Frame<'_> {
     /// When the budget ends, less what has to be kept for the rest of the frame.
     pub fn end(&self, rest: Duration) -> Option<Duration> {
-        let end = self.started.zip(self.budget.time_limit()).map(|(start, limit)| start.saturating_add(limit));
+        let end = self.started.zip(self.budget.time).map(|(start, limit)| start.saturating_add(limit));
         end.map(|end| end.saturating_sub(rest))
     }
 
@@ -46,16 +46,16 @@ impl Frame<'_> {
 
     /// Time that is kept for asking stopped queries how sure they are; none if they are not asked.
     pub fn for_estimates(&self) -> Option<Duration> {
-        let limit = self.budget.time_limit().unwrap_or(Duration::MAX);
+        let limit = self.budget.time.unwrap_or(Duration::MAX);
         (limit >= ESTIMATES).then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads as u32))
     }
 
     /// Whether the contacts of bodies that were last new in `changed` are known as well as this frame can tell.
-    pub fn has_located(&self, state: &PairState, changed: u64) -> bool {
+    pub fn knows_contacts(&self, state: &PairState, changed: u64) -> bool {
         let left_out = state.touch.as_ref().map_or(0, |touch| touch.left_out);
-        let work = self.budget.work_limit().unwrap_or(u64::MAX);
-        let time = self.budget.time_limit().map_or(u64::MAX, |time| time.as_nanos() as u64);
-        state.has_located(changed) && (left_out == 0 || left_out > work.min(time) / GUARANTEED)
+        let work = self.budget.work.unwrap_or(u64::MAX);
+        let time = self.budget.time.map_or(u64::MAX, |time| time.as_nanos() as u64);
+        state.knows_contacts(changed) && (left_out == 0 || left_out > work.min(time) / GUARANTEED)
     }
 
     /// The last frame in which something about a pair was new.

@@ -2,13 +2,13 @@
 //!
 //! A turn ([`batch`]) re-tests the last witnesses, then goes on with the query, as far as its share of the frame allows. A pair
 //! that stays apart as far as its bodies have gone ([`travel`]) needs none ([`apart`]), nor does one of two groups that have a
-//! nearer pair ([`near`]); of one that meets, a second query finds where ([`locate`], [`touch`]).
+//! nearer pair ([`near`]); of one that meets, a second query finds where ([`contacts`], [`touch`]).
 
 pub(crate) mod apart;
 pub(crate) mod batch;
 pub(crate) mod bounds;
+mod contacts;
 pub(crate) mod frame;
-mod locate;
 pub(crate) mod near;
 pub(crate) mod question;
 pub(crate) mod spent;

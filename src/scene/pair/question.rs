@@ -12,7 +12,7 @@ use crate::query::{
     ContactQuery, Contacts, Deadline, Distance, DistanceQuery, Mode, MotionQuery, PairMemory, Passage, Query,
     StopReason, Verdict, Workspace,
 };
-use crate::scene::ask::measured::Wanted;
+use crate::scene::ask::distance_requests::DistanceRequest;
 use crate::scene::body::{Bodies, Placed, margins};
 use crate::scene::id::PairKey;
 
@@ -66,8 +66,8 @@ impl<'t> Question<'t> {
         let trees = [&*a.body.tree, &*b.body.tree];
         let margins = [a.body.margin, b.body.margin];
         let distance = DistanceQuery::new(trees[0], trees[1], b_in_a).margins(margins);
-        match bodies.measured.wanted(key) {
-            Some(Wanted { tolerance, ceiling, .. }) => {
+        match bodies.distance_requests.wanted(key) {
+            Some(DistanceRequest { tolerance, ceiling, .. }) => {
                 Some(Self::Distance(distance.absolute_tolerance(tolerance).below(ceiling)))
             }
             None if bodies.is_moving(key) => {

@@ -24,3 +24,8 @@ impl Spent {
         Self { work: self.work - before.work, bv_tests: self.bv_tests - before.bv_tests }
     }
 }
+
+/// Work in fewer bits; what does not fit is as much as does.
+pub(crate) fn capped(work: u64) -> u32 {
+    work.min(u64::from(u32::MAX)) as u32
+}

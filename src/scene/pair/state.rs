@@ -2,13 +2,13 @@
 
 use super::bounds::Bounds;
 use super::question::Answer;
-use super::spent::Spent;
+use super::spent::{Spent, capped};
 use super::touch::Touch;
 use crate::math::Pose;
 use crate::model::calibration::Calibration;
 use crate::model::cost::WORK_PER_WITNESS;
 use crate::query::{PairMemory, Verdict};
-use crate::scene::ask::Asks;
+use crate::scene::ask::TurnKind;
 use crate::scene::body::{Bodies, Placed};
 use crate::scene::id::PairKey;
 use alloc::boxed::Box;
@@ -36,7 +36,7 @@ pub(crate) struct Standing {
     pub complete: bool,
 }
 
-/// The turn of a pair in a batch. Who collects it need not look at the rest of the state, which is out of cache by then.
+/// The turn of a pair in a batch. All that is needed to collect it is here: the rest of the state is out of cache by then.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turn {
     pub key: PairKey,
@@ -44,12 +44,12 @@ pub(crate) struct Turn {
     pub index: u32,
     /// Work that it is expected to take.
     pub median: u32,
-    pub asks: Asks,
+    pub kind: TurnKind,
     /// What is left to ask after it.
-    pub next: Option<Asks>,
+    pub next: Option<TurnKind>,
     /// Whether no query of the pair was ever begun.
     pub is_blank: bool,
-    /// Whether estimates were told whose truth has come out.
+    /// Whether probabilities were reported whose truth is known now.
     pub teaches: bool,
     pub spent: Spent,
     /// What came of it.
@@ -61,7 +61,7 @@ impl Turn {
         key: 0,
         index: 0,
         median: 0,
-        asks: Asks::Meet,
+        kind: TurnKind::Meet,
         next: None,
         is_blank: false,
         teaches: false,
@@ -73,7 +73,7 @@ impl Turn {
 impl Turn {
     /// Whether the question of this turn, or its contacts after it, are still to be answered.
     pub fn is_due(&self) -> bool {
-        self.next == Some(Asks::Contacts) || self.next.is_some() && self.asks != Asks::Contacts
+        self.next == Some(TurnKind::Contacts) || self.next.is_some() && self.kind != TurnKind::Contacts
     }
 }
 
@@ -97,8 +97,8 @@ pub(crate) struct PairState {
     /// What the run that is not at its end has spent.
     pub pending: Spent,
     pub said: Said,
-    /// More than 0: they are apart until they have gone so far, together. Less: that is not tried before the frame of this number,
-    /// negated.
+    /// Above 0: the bodies are apart until the ways of both add up to this. Below 0: its negative is the frame before which no
+    /// such proof is tried.
     pub apart: f64,
     /// Where they touch, if that was ever asked.
     pub touch: Option<Box<Touch>>,
@@ -107,7 +107,7 @@ pub(crate) struct PairState {
 }
 
 impl PairState {
-    /// Of a pair that overlaps for the first time in `frame`.
+    /// Of a pair whose boxes overlap for the first time in `frame`.
     pub fn new(frame: u64) -> Self {
         Self {
             memory: PairMemory::without_clearance(),
@@ -139,7 +139,7 @@ impl PairState {
     }
 
     /// Whether the contacts of bodies that were last new in `changed` are known.
-    pub fn has_located(&self, changed: u64) -> bool {
+    pub fn knows_contacts(&self, changed: u64) -> bool {
         self.touch.as_ref().is_some_and(|touch| touch.completed >= changed)
     }
 
@@ -151,22 +151,23 @@ impl PairState {
         if standing.verdict == Verdict::Separated
             && let Some(touch) = &mut self.touch
         {
-            touch.part(frame);
+            touch.separate(frame);
         }
         let key = self.turn.key;
-        let asks_contacts =
-            bodies.located.any() && bodies.located.has(key) && !self.has_located(bodies.last_change(key));
-        self.turn.next = match self.turn.asks {
-            Asks::Contacts if asks_contacts => Some(Asks::Contacts),
-            Asks::Contacts if !standing.complete => Some(Asks::Meet),
-            asks if !standing.complete => Some(asks),
-            _ if asks_contacts && standing.verdict != Verdict::Separated => Some(Asks::Contacts),
+        let asks_contacts = bodies.contact_requests.any()
+            && bodies.contact_requests.has(key)
+            && !self.knows_contacts(bodies.last_change(key));
+        self.turn.next = match self.turn.kind {
+            TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
+            TurnKind::Contacts if !standing.complete => Some(TurnKind::Meet),
+            kind if !standing.complete => Some(kind),
+            _ if asks_contacts && standing.verdict != Verdict::Separated => Some(TurnKind::Contacts),
             _ => None,
         };
         self.turn.standing = standing;
     }
 
-    /// Keeps a probability that was told; more than there is room for are not needed.
+    /// Keeps a probability that was reported, if there is room.
     pub fn tell(&mut self, probability: f64) {
         match &mut self.said {
             Said::Estimates(told) => {
@@ -176,12 +177,12 @@ impl PairState {
         }
     }
 
-    /// Whether probabilities were told whose truth has not come out.
+    /// Whether probabilities were reported whose truth is not known yet.
     fn has_told(&self) -> bool {
         matches!(&self.said, Said::Estimates(told) if !told.is_empty())
     }
 
-    /// Forgets the probabilities that were told of bodies that have moved, and a search for contacts that was cut short.
+    /// Forgets the probabilities of bodies that have moved since, and a search for contacts that was cut short.
     #[inline]
     pub fn forget_told(&mut self) {
         if let Said::Estimates(told) = &mut self.said {
@@ -192,7 +193,7 @@ impl PairState {
         }
     }
 
-    /// Teaches what was told, the pair being decided.
+    /// Corrects the calibration by what was reported of the pair, which is decided now.
     pub fn teach(&mut self, calibration: &mut Calibration) {
         if let Said::Estimates(told) = &mut self.said {
             let met = self.verdict != Verdict::Separated;
@@ -207,15 +208,14 @@ impl PairState {
             self.refuted = frame as u32;
             return false;
         };
-        (self.decided, self.completed, self.cost, self.pending) =
-            (frame, frame, WORK_PER_WITNESS as u32, Spent::default());
-        (self.verdict, self.found) = (Verdict::Intersecting { witness }, 1);
+        (self.completed, self.cost, self.pending) = (frame, WORK_PER_WITNESS as u32, Spent::default());
+        self.decide(Verdict::Intersecting { witness }, 1, frame);
         true
     }
 
     /// Takes note of bounds that are proven in `frame`, of bodies that were last new in `changed`.
     #[cold]
-    pub fn measure(&mut self, bodies: &Bodies, bounds: Bounds, frame: u64, changed: u64) {
+    pub fn note_bounds(&mut self, bodies: &Bodies, bounds: Bounds, frame: u64, changed: u64) {
         let key = self.turn.key;
         let bounds = Bounds { gone: bodies.gone_at_least(key), ..bounds };
         let bounds = match self.said {
@@ -244,10 +244,14 @@ impl PairState {
         self.bounds(true).filter(|(bounds, _)| bounds.high <= 1.0).map(|(bounds, _)| 1.0 - bounds.low as f32)
     }
 
+    /// Takes note of what `frame` has found out.
+    pub fn decide(&mut self, verdict: Verdict, found: u64, frame: u64) {
+        (self.decided, self.verdict, self.found) = (frame, verdict, found);
+    }
+
     /// Takes note of the answer of a call in `frame`, and of what the run has spent; whether it is over.
     pub fn note(&mut self, answer: &Answer, spent: Spent, frame: u64) -> bool {
         let is_final = answer.stop.is_final();
-        let capped = |work: u64| work.min(u64::from(u32::MAX)) as u32;
         if is_final {
             (self.completed, self.cost, self.pending) = (frame, capped(spent.work), Spent::default());
             if spent.bv_tests > 0 {
@@ -258,7 +262,7 @@ impl PairState {
             self.pending = spent;
         }
         if answer.verdict != Verdict::Undecided {
-            (self.decided, self.verdict, self.found) = (frame, answer.verdict, answer.found);
+            self.decide(answer.verdict, answer.found, frame);
         } else if is_final {
             // A distance that equals the margins as far as numbers tell.
             self.verdict = Verdict::Undecided;

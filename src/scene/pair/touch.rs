@@ -51,13 +51,13 @@ impl Touch {
     }
 
     pub fn clear(&mut self) {
-        self.part(0);
+        self.separate(0);
         (self.low, self.completed, self.cost, self.left_out) = (0.0, 0, 0, 0);
         self.pending = Spent::default();
     }
 
     /// Takes note of bodies that are apart in `frame`: what touches later is another contact.
-    pub fn part(&mut self, frame: u64) {
+    pub fn separate(&mut self, frame: u64) {
         self.points.clear();
         self.memory.forget();
         (self.low, self.since) = (f64::INFINITY, frame);

@@ -12,7 +12,7 @@ pub(crate) struct Travel {
     pub gone: f64,
     /// The part of its last frame.
     pub step: f32,
-    /// The last frame, its low bits, in which it was changed but by a move.
+    /// The last frame, its low bits, in which it was changed other than by a move.
     pub remade: u32,
 }
 

@@ -3,7 +3,7 @@
 use super::job::Job;
 use super::pairs::Pairs;
 use crate::model::cost::WORK_PER_WITNESS;
-use crate::scene::ask::Asks;
+use crate::scene::ask::TurnKind;
 use crate::scene::pair::batch::Batch;
 use alloc::vec::Vec;
 
@@ -61,7 +61,7 @@ impl Deal<'_> {
     /// Jobs that a remembered witness may decide, as many as `work` allows. Whether there are any.
     pub fn witnesses(&mut self, work: u64) -> bool {
         // Its stopped run is resumed instead: for these poses the witnesses have been tested.
-        let is_due = |job: &Job| job.asks == Asks::Witness && job.home.is_none();
+        let is_due = |job: &Job| job.kind == TurnKind::Witness && job.home.is_none();
         let due = self.jobs.iter().filter(|job| is_due(job)).count() as u64;
         let most = due.min(work / (WORK_PER_WITNESS + self.overhead)) as usize;
         let block = most.div_ceil(BATCHES).max(1);
@@ -116,7 +116,7 @@ impl Deal<'_> {
         let (mut expected, mut counted) = (0, 0);
         for (job, index) in self.jobs.iter().zip(0..).filter(|(job, _)| job.open) {
             // Those of contacts cost many times as much as others, and are seldom the first.
-            if job.asks != Asks::Contacts {
+            if job.kind != TurnKind::Contacts {
                 expected += job.median() + self.overhead;
                 counted += 1;
             }
@@ -156,7 +156,7 @@ impl Deal<'_> {
         let job = &mut self.jobs[index];
         let (mut state, is_blank) = self.pairs.take(job.place as usize, self.frame);
         state.turn = job.dealt(index as u32, is_blank);
-        if job.asks == Asks::Contacts && state.touch.is_none() {
+        if job.kind == TurnKind::Contacts && state.touch.is_none() {
             state.touch = Some(self.pairs.lend_touch());
         }
         let batch = job.home.take().map_or(batch, usize::from);

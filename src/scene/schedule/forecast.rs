@@ -2,6 +2,7 @@
 
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_QUERY};
 use crate::query::Verdict;
+use crate::scene::pair::spent::capped;
 use crate::scene::pair::state::PairState;
 
 /// Expectations of a pair.
@@ -34,8 +35,8 @@ impl Forecast {
             }
             _ => (search, chance),
         };
-        let capped = |work: u64| (work + WORK_PER_QUERY).min(u64::from(u32::MAX)) as u32;
-        Self { median: capped(median), high: capped(high), search: capped(search), still, chance }
+        let [median, high, search] = [median, high, search].map(|work| capped(work + WORK_PER_QUERY));
+        Self { median, high, search, still, chance }
     }
 
     /// Of the contacts of a pair that is known to meet: from the last run, or else from what a search takes.
@@ -46,7 +47,6 @@ impl Forecast {
             cost => (cost, 2),
         };
         let median = guess.saturating_sub(pending).max(MAX_STEP_WORK) + WORK_PER_QUERY;
-        let capped = |work: u64| work.min(u64::from(u32::MAX)) as u32;
         let (search, high) = (capped(median), capped(spread * median));
         Self { median: search, high, search, still: 1.0, chance: 1.0 }
     }

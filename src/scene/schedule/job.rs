@@ -1,7 +1,7 @@
 //! One pair in one frame: what is expected of it, and what became of it.
 
 use super::forecast::Forecast;
-use crate::scene::ask::Asks;
+use crate::scene::ask::TurnKind;
 use crate::scene::id::PairKey;
 use crate::scene::pair::frame::Frame;
 use crate::scene::pair::state::{PairState, Turn};
@@ -18,7 +18,7 @@ pub(crate) struct Job {
     pub rank: u64,
     /// The batch that holds its stopped run.
     pub home: Option<u8>,
-    pub asks: Asks,
+    pub kind: TurnKind,
     /// Whether it may be the closest of a group.
     pub measures: bool,
     /// Whether it is neither in a batch nor at its end.
@@ -33,15 +33,15 @@ impl Job {
     /// Its turn in a batch, as the job `index` of the frame. `is_blank`: whether the state is new.
     pub fn dealt(&mut self, index: u32, is_blank: bool) -> Turn {
         self.open = false;
-        let Self { key, asks, forecast, .. } = *self;
-        Turn { key, index, median: forecast.median, asks, next: Some(asks), is_blank, ..Turn::NONE }
+        let Self { key, kind, forecast, .. } = *self;
+        Turn { key, index, median: forecast.median, kind, next: Some(kind), is_blank, ..Turn::NONE }
     }
 
     /// Asks another question from now on.
     #[cold]
-    pub fn ask(&mut self, asks: Asks, frame: &Frame, state: &PairState) {
-        self.asks = asks;
-        (self.forecast, self.rank) = outlook(frame, self.key, state, asks, None, true);
+    pub fn ask(&mut self, kind: TurnKind, frame: &Frame, state: &PairState) {
+        self.kind = kind;
+        (self.forecast, self.rank) = outlook(frame, self.key, state, kind, None, true);
     }
 }
 
@@ -52,7 +52,7 @@ pub(crate) fn outlook(
     frame: &Frame,
     key: PairKey,
     state: &PairState,
-    asks: Asks,
+    kind: TurnKind,
     nearness: Option<f32>,
     expects: bool,
 ) -> (Forecast, u64) {
@@ -61,13 +61,13 @@ pub(crate) fn outlook(
     // A distance takes about four times as long.
     let scale = if special { 2.0 } else { 1.0 };
     let sizes = [scale * x.size, scale * y.size];
-    let forecast = match asks {
+    let forecast = match kind {
         _ if !expects => Forecast::default(),
-        Asks::Contacts => Forecast::of_contacts(state, sizes),
-        Asks::Witness | Asks::Meet => Forecast::new(state, sizes, frame.number - state.decided),
+        TurnKind::Contacts => Forecast::of_contacts(state, sizes),
+        TurnKind::Witness | TurnKind::Meet => Forecast::new(state, sizes, frame.number - state.decided),
     };
-    let urgency = if special && asks != Asks::Contacts { nearness.or_else(|| state.urgency()) } else { None };
-    let importance = x.importance.max(y.importance) + frame.bodies.weight(key, asks);
+    let urgency = if special && kind != TurnKind::Contacts { nearness.or_else(|| state.urgency()) } else { None };
+    let importance = x.importance.max(y.importance) + frame.bodies.weight(key, kind);
     (forecast, rank(importance, urgency.map_or(forecast.gain(), |urgency| 1.0 + urgency)))
 }
 

@@ -8,8 +8,8 @@ use super::pairs::Pairs;
 use super::tally::Tallies;
 use super::turns::RoundRobin;
 use crate::model::cost::{WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
-use crate::query::{Budget, Deadline, Mode, Verdict};
-use crate::scene::ask::Asks;
+use crate::query::{Deadline, Mode, Verdict};
+use crate::scene::ask::TurnKind;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
 use crate::scene::facts::Facts;
@@ -57,7 +57,7 @@ impl Candidate<'_> {
     }
 }
 
-/// What those make of a pair who ask for its distance.
+/// What follows for a pair from the requests for its distance.
 #[derive(Clone, Copy, Debug, Default)]
 struct Look {
     /// Whether its bodies may not meet.
@@ -111,7 +111,7 @@ impl<'l> Listing<'l> {
     /// Lists pairs in a range of places; the place before which it ended.
     fn walk(&mut self, places: Range<usize>, deadline: &mut Deadline) -> usize {
         // Without a budget, on one thread, nothing depends on what is expected.
-        let forecasts = self.frame.threads > 1 || self.frame.budget != Budget::unlimited();
+        let forecasts = self.frame.threads > 1 || !self.frame.budget.is_unlimited();
         let settled = self.broad.open() == 0 && self.frame.bodies.changed() == 0;
         for place in places.clone() {
             if !deadline.has_room(WORK_PER_LISTED_PAIR) {
@@ -155,7 +155,7 @@ impl<'l> Listing<'l> {
         Candidate { place, key, facts: self.frame.bodies.facts_of(key) }
     }
 
-    /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than if it meets.
+    /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than whether it meets.
     #[inline(always)]
     fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool, forecasts: bool) -> bool {
         let Frame { number, mode, bodies, .. } = *self.frame;
@@ -184,26 +184,26 @@ impl<'l> Listing<'l> {
             state.decided = number;
         }
         let met = matches!(state.verdict, Verdict::Intersecting { .. });
-        let touches = met && bodies.located.has(key);
+        let touches = met && bodies.contact_requests.has(key);
         self.touching += usize::from(touches);
-        let located = !touches || self.frame.has_located(state, changed);
+        let located = !touches || self.frame.knows_contacts(state, changed);
         let mut probability = 0.0;
         if look.nearness.is_some() || !((complete || look.is_apart) && located) {
             let is_known = complete && look.nearness.is_none();
             let has_witness = mode == Mode::Any && !SPECIAL && met;
             let refuted = has_witness && state.is_refuted(changed, number);
-            let asks = match has_witness && !refuted {
-                _ if !located && (is_known || asks_contacts_first(bodies, self.turns, key)) => Asks::Contacts,
-                true => Asks::Witness,
-                false => Asks::Meet,
+            let kind = match has_witness && !refuted {
+                _ if !located && (is_known || asks_contacts_first(bodies, self.turns, key)) => TurnKind::Contacts,
+                true => TurnKind::Witness,
+                false => TurnKind::Meet,
             };
             if is_known {
                 state.completed = number;
             }
-            let (forecast, rank) = outlook(self.frame, key, state, asks, look.nearness, forecasts);
+            let (forecast, rank) = outlook(self.frame, key, state, kind, look.nearness, forecasts);
             probability = if refuted { forecast.chance } else { forecast.still };
             let (listed, place, measures) = (self.report.pairs.len() as u32, place as u32, look.nearness.is_some());
-            self.jobs.push(Job { key, listed, place, forecast, rank, home: None, asks, measures, open: true });
+            self.jobs.push(Job { key, listed, place, forecast, rank, home: None, kind, measures, open: true });
         }
         self.report.push(pair.ids(), state, probability, complete);
         if look.is_apart && !complete {
@@ -213,14 +213,14 @@ impl<'l> Listing<'l> {
         true
     }
 
-    /// What those make of a pair who ask for its distance; takes note of what is known of it.
+    /// What follows from the requests for the distance of a pair; takes note of what is known of it.
     #[cold]
     fn look(&mut self, pair: Candidate, settled: bool) -> Look {
         let Frame { number, bodies, .. } = *self.frame;
         let Candidate { place, key, .. } = pair;
-        let Some(wanted) = bodies.measured.wanted(key) else { return Look::default() };
+        let Some(wanted) = bodies.distance_requests.wanted(key) else { return Look::default() };
         if !bodies.may_meet(bodies_of(key)) {
-            self.tallies.add(&bodies.measured, key, None, true);
+            self.tallies.add(&bodies.distance_requests, key, None, true);
             return Look { is_out: true, ..Look::default() };
         }
         if !wanted.of_groups {
@@ -235,7 +235,7 @@ impl<'l> Listing<'l> {
         };
         let is_settled = wanted.is_settled(&near);
         if is_settled || !is_known {
-            self.tallies.add(&bodies.measured, key, Some(&near), is_settled);
+            self.tallies.add(&bodies.distance_requests, key, Some(&near), is_settled);
         }
         let nearness = || 1.0 - (near.bounds.low / wanted.ceiling.max(f64::MIN_POSITIVE)) as f32;
         Look {
@@ -263,6 +263,6 @@ impl<'l> Listing<'l> {
 
 /// Whether contacts come before anything else of a pair that met: in their turn, or if they matter more.
 fn asks_contacts_first(bodies: &Bodies, turns: &RoundRobin, key: PairKey) -> bool {
-    let weight = |asks| bodies.weight(key, asks);
-    turns.is_at_contacts(key).unwrap_or_else(|| weight(Asks::Contacts) > weight(Asks::Meet))
+    let weight = |kind| bodies.weight(key, kind);
+    turns.is_at_contacts(key).unwrap_or_else(|| weight(TurnKind::Contacts) > weight(TurnKind::Meet))
 }

@@ -38,7 +38,7 @@ mod turns;
 #[cfg(feature = "parallel")]
 pub(crate) mod workers;
 
-use super::ask::Asks;
+use super::ask::TurnKind;
 use super::body::Bodies;
 use super::broad::Broad;
 use super::certificate::PairCertificate;
@@ -68,13 +68,13 @@ use share::Share;
 use tally::Tallies;
 use turns::RoundRobin;
 
-/// When tests of last witnesses end that come before the broad phase, searches for what they leave open, and those for other
-/// pairs, in eighths of the time of a frame.
+/// When the steps before the broad phase end ([`revisit`]), in eighths of the time of a frame: tests of last witnesses, if
+/// nothing comes after them; searches of the pairs that these leave open; and searches of other pairs.
 const TEST: u32 = 4;
 const SEARCH: u32 = 6;
 const SEARCH_OTHERS: u32 = 5;
 
-/// Listing what was found so is not expected to take more than this part of it.
+/// At most this part of a frame is kept for listing the pairs that were found to meet before it.
 const LIST_OF_FOUND: u32 = 4;
 
 /// Most rounds of a frame. Leftovers are small after two or three.
@@ -101,7 +101,7 @@ pub(crate) struct Schedule {
     revisit: Revisit,
     speed: Speed,
     overhead: Overhead,
-    /// Time from the last job that is collected to the end of the frame, without that of estimates before they are cut short.
+    /// Time from the last job that is collected to the end of the frame, estimates aside.
     rest: Reserved,
     /// Of what estimates tell.
     pub calibration: Calibration,
@@ -140,8 +140,8 @@ impl Schedule {
         Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
     }
 
-    /// Tests the last witnesses of pairs that met, if time alone is limited, and with a workspace searches for what they leave
-    /// open. Under a budget of time, when that ended, and what of the frame is then left if those found are to be listed.
+    /// If only time is limited: tests the last witnesses of pairs that met, and with a workspace searches the pairs that these
+    /// leave open. Under a budget of time: when that ended, and the time left, less that for listing what was found.
     pub fn revisit(
         &mut self,
         frame: &Frame,
@@ -149,7 +149,7 @@ impl Schedule {
         pairs: &mut Pairs,
         workspace: Option<&mut Workspace>,
     ) -> Option<[Duration; 2]> {
-        let whole = frame.started.zip(frame.budget.time_limit()).map(|(began, limit)| [began, limit]);
+        let whole = frame.started.zip(frame.budget.time).map(|(began, limit)| [began, limit]);
         let Some([began, limit]) = whole.filter(|_| revisit::is_due(frame)) else {
             self.revisit.skip();
             return whole;
@@ -245,21 +245,21 @@ impl Schedule {
 
     fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) {
         let Frame { bodies, number, .. } = *frame;
-        if bodies.measured.groups.is_empty() {
+        if bodies.distance_requests.groups.is_empty() {
             return;
         }
         for &Job { key, place, .. } in self.jobs.iter().filter(|job| job.measures) {
             let state = found.pairs.state(place as usize, number);
             let near = bodies.near(key, state, found.broad, frame.changed(key), number);
-            let is_settled = bodies.measured.wanted(key).is_none_or(|wanted| wanted.is_settled(&near));
-            self.tallies.add(&bodies.measured, key, Some(&near), is_settled);
+            let is_settled = bodies.distance_requests.wanted(key).is_none_or(|wanted| wanted.is_settled(&near));
+            self.tallies.add(&bodies.distance_requests, key, Some(&near), is_settled);
         }
         self.tallies.tell(bodies, report);
     }
 
     /// Hands on to the next frames what this one has found out about groups.
     pub fn hand_on(&self, bodies: &mut Bodies, frame: u64) {
-        self.tallies.hand_on(&mut bodies.measured, frame);
+        self.tallies.hand_on(&mut bodies.distance_requests, frame);
     }
 
     /// Decides what the round is for and deals the jobs.
@@ -321,7 +321,7 @@ impl Schedule {
         let time = until_from.map(|(end, now)| end.saturating_sub(now));
         let work = |time: Duration| (time.as_nanos() as f64 * frame.threads as f64 * self.speed.work_per_nano()) as u64;
         let in_time = time.map_or(u64::MAX, work);
-        in_time.min(frame.budget.work_limit().map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
+        in_time.min(frame.budget.work.map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
     }
 
     /// Lists the pairs of the frame, and makes room for more of them.
@@ -332,7 +332,7 @@ impl Schedule {
         }
         let Found { broad, pairs, events } = found;
         let Self { jobs, turns, tallies, revisit, .. } = self;
-        tallies.begin(&frame.bodies.measured);
+        tallies.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
         let listing = Listing { frame, broad, pairs, jobs, report, turns, tallies, found, touching: 0, kept: 0 };
         let [kept, touching] = listing.run(deadline);
@@ -382,12 +382,12 @@ impl Schedule {
             let job = &mut self.jobs[turn.index as usize];
             job.open = turn.next.is_some();
             self.open -= usize::from(!job.open);
-            if job.asks == Asks::Witness && turn.asks == Asks::Meet {
-                job.asks = Asks::Meet;
+            if job.kind == TurnKind::Witness && turn.kind == TurnKind::Meet {
+                job.kind = TurnKind::Meet;
                 job.forecast.median = job.forecast.search;
                 report.pairs[job.listed as usize].probability = job.forecast.chance.into();
             }
-            if let Some(next) = turn.next.filter(|&next| next != job.asks) {
+            if let Some(next) = turn.next.filter(|&next| next != job.kind) {
                 job.ask(next, frame, &state);
             }
             report.note(job.listed as usize, turn.standing, turn.spent);

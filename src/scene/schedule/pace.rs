@@ -11,7 +11,7 @@ const COLLECTING: f64 = 25.0;
 /// What is beyond so many times the usual was taken by other programs.
 const MOST: f64 = 4.0;
 
-/// So many more than there are share a time, since a step takes some even without any.
+/// Added to a number of jobs or units before a time is divided by it, since a step takes time even without any.
 const NEVER_NONE: f64 = 16.0;
 
 /// How fast the queries of a thread are: sums that fade.

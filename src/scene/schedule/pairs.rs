@@ -2,7 +2,7 @@
 
 use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
 use crate::query::{Deadline, ManualClock};
-use crate::scene::ask::measured::Asker;
+use crate::scene::ask::distance_requests::Asker;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
 use crate::scene::facts::Change;
@@ -242,7 +242,7 @@ impl Pairs {
 
     /// Tells the distances and motions that are asked for.
     pub fn tell_bounds(&mut self, frame: &Frame, broad: &Broad, report: &mut Report) {
-        for key in frame.bodies.measured.keys(Asker::Pair) {
+        for key in frame.bodies.distance_requests.keys(Asker::Pair) {
             let (Bounds { low, high, triangles, .. }, age) = self.bounds(key, false, frame, broad);
             let [a, b] = bodies_of(key).map(|body| frame.bodies.id(body));
             report.distances.push(PairDistance { a, b, low, high, triangles, age });
@@ -317,7 +317,7 @@ impl Pairs {
         if broad.has_cropped() && self.len() < self.most - self.most / 8 {
             broad.retry(bodies, deadline);
         }
-        while broad.find(bodies, [self.len(), self.most], deadline) && self.merge(broad, bodies, deadline) {
+        while broad.find(bodies, [self.len(), self.most], deadline).is_some() && self.merge(broad, bodies, deadline) {
             mem::swap(&mut self.known, &mut self.merged);
             self.merged.clear();
             broad.end_portion(mem::take(&mut self.merge).left_out);
@@ -374,7 +374,7 @@ impl Pairs {
         if stays {
             return true;
         }
-        let is_measured = bodies.measured.has(known.key);
+        let is_measured = bodies.distance_requests.has(known.key);
         if !is_measured || news == Some(Change::Body) {
             self.release(known.slot);
             known.slot = APART;

@@ -1,4 +1,4 @@
-//! Before anything else of a frame whose time is limited: what is known of pairs is brought up to date.
+//! The first step of a frame whose time is limited: known pairs are looked at again.
 //!
 //! Most pairs that met in the last frame still do, and two triangles prove it where the bodies are now, before those are placed
 //! and paired: their last witnesses. If the last frame was cut short, pairs whose witnesses are lost are searched next, and after
@@ -7,7 +7,7 @@
 use super::pairs::Pairs;
 use crate::model::cost::{LEAST_WORK, WORK_PER_MERGED_PAIR, WORK_PER_WITNESS};
 use crate::query::{Deadline, Mode, Verdict, Workspace};
-use crate::scene::ask::Asks;
+use crate::scene::ask::TurnKind;
 use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
 use crate::scene::pair::batch::{Desk, Round};
@@ -18,7 +18,7 @@ use crate::scene::room::reserve;
 use alloc::vec::Vec;
 use core::mem;
 
-/// Known pairs that a frame looks at, at least, and for each test of the last frame.
+/// A frame looks at this many known pairs at least, or at so many for each test of the last frame.
 const LEAST: usize = 1024;
 const PER_TEST: usize = 8;
 
@@ -153,7 +153,7 @@ impl Revisit {
                     break;
                 }
                 let (mut state, is_blank) = pairs.take(place, number);
-                state.turn = Turn { key, asks: Asks::Meet, is_blank, ..Turn::NONE };
+                state.turn = Turn { key, kind: TurnKind::Meet, is_blank, ..Turn::NONE };
                 let (held, looks_ahead) = (false, true);
                 state.run(&mut Desk { bodies, round, deadline, workspace, held, patches: None, looks_ahead });
                 self.searches.add(state.turn.spent);
@@ -170,11 +170,11 @@ impl Revisit {
 /// Whether all that is asked of a pair is if the bodies meet that it was found for.
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
-    let is_asked_more = bodies.is_special(key) || bodies.located.has(key);
+    let is_asked_more = bodies.is_special(key) || bodies.contact_requests.has(key);
     !is_asked_more && bodies.may_meet(pair) && !broad.is_of_another(bodies, pair)
 }
 
 /// Whether a frame whose time is limited has such tests: nothing else is.
 pub(crate) fn is_due(frame: &Frame) -> bool {
-    frame.mode == Mode::Any && frame.budget.work_limit().is_none()
+    frame.mode == Mode::Any && frame.budget.work.is_none()
 }

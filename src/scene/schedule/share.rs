@@ -33,7 +33,7 @@ pub(crate) struct Share<'c> {
 impl<'c> Share<'c> {
     /// Of what is left of a frame: when that begins, and how long it is, if its time is limited.
     pub fn new(budget: Budget, left: Option<[Duration; 2]>, clock: &'c dyn Clock) -> Self {
-        let work = budget.work_limit().map(|work| work.saturating_add(BROAD_PHASE_WORK));
+        let work = budget.work.map(|work| work.saturating_add(BROAD_PHASE_WORK));
         // Otherwise the compiler computes with what is missing before it is asked for, which valgrind reports.
         let [started, limit] = black_box(left.unwrap_or_default());
         let is_timed = left.is_some();
@@ -46,8 +46,8 @@ impl<'c> Share<'c> {
         self.run_until(end, work, run)
     }
 
-    /// Runs the list, and learns how fast it goes. Of the time that is left it has half, and it is no longer than leaves a
-    /// quarter to the queries; `found` pairs are listed besides, whose time is kept.
+    /// Runs the list, and learns how fast it goes. It has half of the time that is left, and leaves at least a quarter to the
+    /// queries. The time for the `found` pairs is set aside already: they are listed in addition.
     pub fn list<R>(&mut self, overhead: &mut Overhead, found: usize, run: impl FnOnce(&mut Deadline) -> R) -> R {
         let (end, work) = self.limits(Step::List);
         let Some((last, frame)) = end.zip(self.end_of(PARTS_OF_TIME)) else { return self.run_until(end, work, run) };

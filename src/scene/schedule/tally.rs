@@ -4,8 +4,8 @@
 //! and pairs that are farther apart than the least of these need no query: the *ceiling* of the frame, what is left of the last
 //! frame's upper bound. All of this holds however the frame is cut.
 
-use crate::scene::ask::group::Group;
-use crate::scene::ask::measured::{Asker, Measured};
+use crate::scene::ask::distance_requests::Group;
+use crate::scene::ask::distance_requests::{Asker, DistanceRequests};
 use crate::scene::body::Bodies;
 use crate::scene::id::{PairKey, bodies_of};
 use crate::scene::pair::bounds::{Bounds, Near};
@@ -33,22 +33,22 @@ impl Tallies {
         reserve(&mut self.0, groups);
     }
 
-    pub fn begin(&mut self, measured: &Measured) {
+    pub fn begin(&mut self, requests: &DistanceRequests) {
         self.0.clear();
         let nothing = Tally { low: f64::INFINITY, closest: None, looked_at: 0, open: 0 };
-        self.0.extend(measured.groups.iter().map(|_| nothing));
+        self.0.extend(requests.groups.iter().map(|_| nothing));
     }
 
     /// Takes note of a pair; `None`: its bodies may not meet, so it does not count.
-    pub fn add(&mut self, measured: &Measured, key: PairKey, near: Option<&Near>, is_settled: bool) {
-        for (asker, _) in measured.askers(key) {
+    pub fn add(&mut self, requests: &DistanceRequests, key: PairKey, near: Option<&Near>, is_settled: bool) {
+        for (asker, _) in requests.askers(key) {
             let Asker::Groups(number) = asker else { continue };
             let tally = &mut self.0[number as usize];
             tally.looked_at += 1;
             let Some(near) = near else { continue };
             tally.open += usize::from(!is_settled);
             tally.low = tally.low.min(near.bounds.low);
-            let high = tally.closest.map_or(measured.groups[number as usize].ceiling, |(_, bounds)| bounds.high);
+            let high = tally.closest.map_or(requests.groups[number as usize].ceiling, |(_, bounds)| bounds.high);
             if near.is_of_query && near.bounds.high <= high {
                 tally.closest = Some((key, near.bounds));
             }
@@ -57,7 +57,7 @@ impl Tallies {
 
     /// Tells what is known at the end of a frame.
     pub fn tell(&self, bodies: &Bodies, report: &mut Report) {
-        for (Tally { low, closest, looked_at, open }, group) in self.0.iter().zip(&bodies.measured.groups) {
+        for (Tally { low, closest, looked_at, open }, group) in self.0.iter().zip(&bodies.distance_requests.groups) {
             let Group { id: Some(id), pairs, closest: before, ceiling } = *group else { continue };
             let low = if *looked_at == pairs { *low } else { 0.0 };
             let carried = before.map(|(key, bounds, _)| (key, Bounds { high: ceiling, ..bounds }));
@@ -71,8 +71,8 @@ impl Tallies {
     }
 
     /// Hands on to the next frames which pairs were the closest in this one.
-    pub fn hand_on(&self, measured: &mut Measured, frame: u64) {
-        for (tally, group) in self.0.iter().zip(&mut measured.groups) {
+    pub fn hand_on(&self, requests: &mut DistanceRequests, frame: u64) {
+        for (tally, group) in self.0.iter().zip(&mut requests.groups) {
             if let Some((key, bounds)) = tally.closest {
                 group.closest = Some((key, bounds, frame));
             }

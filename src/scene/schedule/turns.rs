@@ -1,7 +1,7 @@
 //! Whose turn it is: the round robin.
 
 use super::job::Job;
-use crate::scene::ask::Asks;
+use crate::scene::ask::TurnKind;
 use crate::scene::id::PairKey;
 use crate::scene::pair::batch::Batch;
 
@@ -50,8 +50,8 @@ impl RoundRobin {
         let waiting = batch.turns.iter().position(|state| state.turn.is_due());
         let turn = waiting.map(|at| &batch.turns[at].turn);
         self.cursor = turn.map_or(last.turn.key + 1, |turn| turn.key);
-        self.at_contacts = turn.is_some_and(|turn| turn.next == Some(Asks::Contacts));
-        let is_cut = turn.is_some_and(|turn| turn.next == Some(turn.asks) && turn.spent.work >= enough);
+        self.at_contacts = turn.is_some_and(|turn| turn.next == Some(TurnKind::Contacts));
+        let is_cut = turn.is_some_and(|turn| turn.next == Some(turn.kind) && turn.spent.work >= enough);
         self.overspent = waiting == Some(0) && is_cut;
     }
 

@@ -67,9 +67,8 @@ fn contacts_and_patches_are_those_of_rust() {
     for (margin, limit, work) in [(0.0, usize::MAX, 30_000), (0.02, 50, u64::MAX), (0.02, usize::MAX, u64::MAX)] {
         let mut query = punctual_contact_query_new(Some(&ours), Some(&ours), raw(&tilted()));
         assert_eq!((query.margin, query.contact_limit), (0.0, usize::MAX));
-        (query.margin, query.contact_limit, query.poll_interval) = (margin, limit, 1000);
-        let native = ContactQuery::new(&theirs, &theirs, tilted()).margin(margin);
-        let native = native.contact_limit(limit).poll_interval(1000);
+        (query.margin, query.contact_limit) = (margin, limit);
+        let native = ContactQuery::new(&theirs, &theirs, tilted()).margin(margin).contact_limit(limit);
         let budget = punctual_budget_work(work);
         let mut said = made(|out| run(&query, Some(&mut workspace), budget, out));
         let mut native_said = native.run(&mut other, Budget::work(work));

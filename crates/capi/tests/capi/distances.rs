@@ -87,9 +87,9 @@ fn distances_are_those_of_rust() {
         for pose in poses() {
             let mut query = punctual_distance_query_new(Some(&ours), Some(&ours), raw(&pose));
             (query.absolute_tolerance, query.relative_tolerance) = (tolerance, share);
-            (query.margins, query.closer_than, query.poll_interval) = (margins, limit, 1000);
+            (query.margins, query.closer_than) = (margins, limit);
             let native = DistanceQuery::new(&theirs, &theirs, pose).relative_tolerance(share).margins(margins);
-            let native = native.closer_than(limit).poll_interval(1000);
+            let native = native.closer_than(limit);
             let native = if tolerance < 0.0 { native } else { native.absolute_tolerance(tolerance) };
             let expected = made(|work| punctual_distance_query_predict(Some(&query), Some(&memory), work));
             assert_eq!(expected, native.predict(Some(&remembered)).into());

@@ -53,12 +53,12 @@ fn motions_are_those_of_rust() {
             }
             let mut query = punctual_motion_query_new(Some(&ours), Some(&ours), raw_motion);
             (query.tolerance, query.time_tolerance, query.margins) = (tolerance, time_tolerance, margins);
-            (query.a_moves, query.of_a, query.poll_interval) = (both, motions()[1].0, 1000);
+            (query.a_moves, query.of_a) = (both, motions()[1].0);
             let native = match both {
                 true => MotionQuery::of_both([&theirs; 2], [motions()[1].1, motion]),
                 false => MotionQuery::new(&theirs, &theirs, motion),
             };
-            let native = native.time_tolerance(time_tolerance).margins(margins).poll_interval(1000);
+            let native = native.time_tolerance(time_tolerance).margins(margins);
             let native = if tolerance < 0.0 { native } else { native.tolerance(tolerance) };
             let told = made(|work| punctual_motion_query_predict(Some(&query), Some(&memory), work));
             assert_eq!(told, native.predict(Some(&remembered)).into());

@@ -74,10 +74,10 @@ impl<'t> Both<'t> {
         let (number, seed) = number(order);
         let mut query = punctual_query_new(Some(ours), Some(ours), raw(&tilted()));
         (query.mode, query.order, query.seed) = (u32::from(mode == Mode::All), number, seed);
-        (query.pair_limit, query.poll_interval, query.queue_threshold, query.prior) = (30, 1000, 64.0, 0.2);
+        (query.pair_limit, query.queue_threshold, query.prior) = (30, 64.0, 0.2);
         query.early = 1;
         let native = Query::new(theirs, theirs, tilted()).mode(mode).order(order);
-        let native = native.pair_limit(30).poll_interval(1000).queue_threshold(64.0).prior(0.2).early(true);
+        let native = native.pair_limit(30).queue_threshold(64.0).prior(0.2).early(true);
 
         let (memory, remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
         let [bv_test, triangle_test, box_update, setup] = [0.5, 8.0, 30.0, 200.0];
@@ -89,6 +89,8 @@ impl<'t> Both<'t> {
 
     /// Runs, and resumes to the end.
     fn run(&mut self, budget: punctual_budget, native_budget: Budget) {
+        let (budget, native_budget) =
+            (punctual_budget { poll_interval: 1000, ..budget }, native_budget.poll_interval(1000));
         let mut time = 0u64;
         let clock = punctual_clock { now: Some(tick), context: (&raw mut time).cast() };
         let native_clock = || ManualClock::ticking(Duration::from_nanos(700));

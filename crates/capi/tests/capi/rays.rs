@@ -250,9 +250,9 @@ fn pushes_are_those_of_rust() {
         (away, 100_000, u32::MAX),
     ] {
         let mut query = punctual_push_out_query_new(Some(&ours), Some(&ours), raw(&pose));
-        (query.query_limit, query.poll_interval) = (limit, 100);
+        query.query_limit = limit;
         let said = made(|out| push(&query, Some(&mut workspace), work, out));
-        let native = PushOutQuery::new(&theirs, &theirs, pose).query_limit(limit).poll_interval(100);
+        let native = PushOutQuery::new(&theirs, &theirs, pose).query_limit(limit);
         let expected = native.run(&mut other, Budget::work(work));
         assert_eq!((said.queries, said.work, said.elapsed), (expected.queries, expected.work, -1));
         assert_eq!(format!("{:?}", said.stop), format!("{:?}", expected.stop));

@@ -10,7 +10,7 @@ use punctual::{
     Workspace,
 };
 use punctual_io::FileError;
-use punctual_lab::files::ListedPose;
+use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
 use super::Args;
@@ -47,24 +47,21 @@ pub struct Sweeper<'a> {
 
 impl<'a> Sweeper<'a> {
     pub fn new(args: &'a Args, a: &'a Tree, b: &'a Tree) -> Self {
-        let mut workspace = Workspace::with_capacity(QUEUE_PAIRS, FOUND_PAIRS);
-        if args.portable {
-            workspace.use_portable_kernels();
-        }
+        let workspace = args.running.prepared(Workspace::with_capacity(QUEUE_PAIRS, FOUND_PAIRS));
         let (aside, clock) = (Workspace::new(), SystemClock::default());
         Self { args, a, b, workspace, aside, memory: None, clock, found: Vec::new() }
     }
 
     pub fn first_sweep(
         &mut self,
-        poses: &[ListedPose],
+        poses: &[Listed<Pose>],
         mut pairs_out: Option<&mut PairsFile>,
         mut calibration: Option<&mut CalibrationFile>,
     ) -> Result<Vec<Option<Row>>, Failure> {
         self.memory = self.args.memory.then(PairMemory::new);
         let mut rows = Vec::with_capacity(poses.len());
         for (i, listed) in poses.iter().enumerate() {
-            let Ok(pose) = listed.pose else {
+            let Ok(pose) = listed.entry else {
                 rows.push(None);
                 continue;
             };
@@ -91,10 +88,10 @@ impl<'a> Sweeper<'a> {
         Ok(rows)
     }
 
-    pub fn sweep_again(&mut self, poses: &[ListedPose], rows: &mut [Option<Row>]) -> Result<(), Failure> {
+    pub fn sweep_again(&mut self, poses: &[Listed<Pose>], rows: &mut [Option<Row>]) -> Result<(), Failure> {
         self.memory = self.args.memory.then(PairMemory::new);
         for (listed, row) in poses.iter().zip(rows) {
-            if let (Ok(pose), Some(row)) = (&listed.pose, row) {
+            if let (Ok(pose), Some(row)) = (&listed.entry, row) {
                 row.least = row.least.min(self.answer(*pose)?.1);
             }
         }
@@ -107,11 +104,11 @@ impl<'a> Sweeper<'a> {
         let start = Instant::now();
         let query = self.query(pose);
         let clock = self.clock;
-        let budget = self.args.limits.budget();
+        let budget = self.args.running.limits.budget();
         let mut outcome = query.run_with(&mut self.workspace, self.memory.as_mut(), budget, &clock);
         while outcome.stop == StopReason::PairsFull {
             self.found.extend(self.workspace.drain_pairs());
-            let left = self.args.limits.budget_left(start.elapsed(), outcome.stats.work);
+            let left = self.args.running.limits.budget_left(start.elapsed(), outcome.stats.work);
             outcome = query.resume_with(&mut self.workspace, self.memory.as_mut(), left, &clock)?;
         }
         Ok((outcome, start.elapsed()))

@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 
 use punctual::glam::DVec3;
 use punctual::{
-    BodyContact, BodyHit, BodyId, Budget, ContactPhase, PairDistance, PairPassage, RayHit, Scene, SceneRay,
+    BodyContact, BodyHit, BodyId, Budget, ContactPhase, PairDistance, PairPassage, Ray, RayHit, Scene, SceneRay,
 };
 use punctual_io::FileError;
-use punctual_lab::files::{self, ListedRay};
+use punctual_lab::files::{self, Listed};
 use punctual_lab::report::{self, Failure};
 
 use crate::input::parse_size;
@@ -99,8 +99,9 @@ impl Questions {
 }
 
 fn read_rays(file: &Path) -> Result<Vec<SceneRay>, FileError> {
-    let ray =
-        |listed: ListedRay| listed.ray.map_err(|what| FileError::at_line(file, listed.line, what)).map(SceneRay::new);
+    let ray = |listed: Listed<Ray>| {
+        listed.entry.map_err(|what| FileError::at_line(file, listed.line, what)).map(SceneRay::new)
+    };
     files::rays(file, false)?.into_iter().map(ray).collect()
 }
 

@@ -33,7 +33,7 @@ impl Case {
         let list = folder.join("poses.txt");
         let poses = files::poses(&list)?
             .into_iter()
-            .map(|listed| listed.pose.map_err(|what| format!("{}:{}: {what}", list.display(), listed.line).into()));
+            .map(|listed| listed.entry.map_err(|what| format!("{}:{}: {what}", list.display(), listed.line).into()));
         let poses = poses.collect::<Result<Vec<Pose>, Failure>>()?;
         let mut case = Self::new(&name, files::mesh(folder, "a")?, files::mesh(folder, "b")?, poses);
         case.known = known(&folder.join("truth.csv"), "pairs", case.poses.len())?;

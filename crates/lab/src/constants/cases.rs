@@ -37,10 +37,10 @@ impl Case {
         let sweeps = folder.join("sweeps.txt");
         let (poses, motions) = if sweeps.exists() {
             let listed = files::motions(&sweeps)?;
-            (Vec::new(), listed.into_iter().filter_map(|listed| listed.motion.ok()).collect())
+            (Vec::new(), listed.into_iter().filter_map(|listed| listed.entry.ok()).collect())
         } else {
             let listed = files::poses(&folder.join("poses.txt"))?;
-            let poses: Vec<Pose> = listed.into_iter().filter_map(|listed| listed.pose.ok()).collect();
+            let poses: Vec<Pose> = listed.into_iter().filter_map(|listed| listed.entry.ok()).collect();
             let motions = motions::between(&poses, is_motion);
             (poses, motions)
         };

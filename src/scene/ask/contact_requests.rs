@@ -4,14 +4,14 @@ use crate::scene::id::{PairKey, bodies_of};
 use alloc::vec::Vec;
 
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Located {
+pub(crate) struct ContactRequests {
     /// Whether all that meet are.
     pub all: bool,
     /// Others, ascending.
     chosen: Vec<PairKey>,
 }
 
-impl Located {
+impl ContactRequests {
     #[inline]
     pub fn any(&self) -> bool {
         self.all || !self.chosen.is_empty()

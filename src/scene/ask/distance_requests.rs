@@ -1,6 +1,5 @@
 //! The pairs of bodies whose distances are asked for, by themselves or as pairs of two groups.
 
-use super::group::Group;
 use crate::scene::id::{MeasureId, PairKey, bodies_of};
 use crate::scene::pair::bounds::{Bounds, Near};
 use alloc::vec::Vec;
@@ -14,7 +13,7 @@ pub(crate) enum Asker {
 
 /// What is asked of a pair.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct DistanceRequest {
     pub tolerance: f64,
     /// Distances beyond it are not told apart.
     pub ceiling: f64,
@@ -23,7 +22,7 @@ pub(crate) struct Wanted {
     pub of_groups: bool,
 }
 
-impl Wanted {
+impl DistanceRequest {
     /// Whether the pair is known to be no closer than the groups are, as far as the tolerance tells, or else how far apart it
     /// is.
     pub fn is_settled(&self, near: &Near) -> bool {
@@ -33,8 +32,30 @@ impl Wanted {
     }
 }
 
+/// Two groups of bodies whose least distance is asked for, as a frame begins with them.
+#[derive(Clone, Debug)]
+pub(crate) struct Group {
+    /// `None`: the place of a group that is asked for no more.
+    pub id: Option<MeasureId>,
+    /// How many pairs of bodies there are.
+    pub pairs: usize,
+    /// The closest pair that was found, and what was proven of it, in which frame.
+    pub closest: Option<(PairKey, Bounds, u64)>,
+    /// Proven for the frame at hand before any query: the groups are no farther apart.
+    pub ceiling: f64,
+}
+
+impl Group {
+    const FREE: Self = Self { id: None, pairs: 0, closest: None, ceiling: f64::INFINITY };
+
+    fn forget(&mut self, key: PairKey) {
+        self.pairs -= 1;
+        self.closest = self.closest.filter(|&(closest, ..)| closest != key);
+    }
+}
+
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Measured {
+pub(crate) struct DistanceRequests {
     /// Ascending, each with its tolerance.
     pairs: Vec<(PairKey, Asker, f64)>,
     pub groups: Vec<Group>,
@@ -42,7 +63,7 @@ pub(crate) struct Measured {
     count: u64,
 }
 
-impl Measured {
+impl DistanceRequests {
     fn place(&self, key: PairKey, asker: Asker) -> Result<usize, usize> {
         self.pairs.binary_search_by_key(&(key, asker), |&(key, asker, _)| (key, asker))
     }
@@ -55,15 +76,15 @@ impl Measured {
     }
 
     /// What is asked of a pair, if its distance is.
-    pub fn wanted(&self, key: PairKey) -> Option<Wanted> {
+    pub fn wanted(&self, key: PairKey) -> Option<DistanceRequest> {
         let all = self.askers(key).map(|(asker, tolerance)| match asker {
-            Asker::Pair => Wanted { tolerance, ceiling: f64::INFINITY, by_itself: true, of_groups: false },
+            Asker::Pair => DistanceRequest { tolerance, ceiling: f64::INFINITY, by_itself: true, of_groups: false },
             Asker::Groups(number) => {
-                let Group { ceiling, .. } = self.groups[number as usize];
-                Wanted { tolerance, ceiling, by_itself: false, of_groups: true }
+                let ceiling = self.groups[number as usize].ceiling;
+                DistanceRequest { tolerance, ceiling, by_itself: false, of_groups: true }
             }
         });
-        all.reduce(|x, y| Wanted {
+        all.reduce(|x, y| DistanceRequest {
             tolerance: x.tolerance.min(y.tolerance),
             ceiling: x.ceiling.max(y.ceiling),
             by_itself: x.by_itself || y.by_itself,
@@ -93,17 +114,12 @@ impl Measured {
     pub fn insert_groups(&mut self, keys: &[PairKey], tolerance: f64) -> MeasureId {
         let id = MeasureId(self.count);
         self.count += 1;
-        let group = Group { id: Some(id), pairs: keys.len(), ..Group::FREE };
-        let number = match self.groups.iter().position(|group| group.id.is_none()) {
-            Some(free) => {
-                self.groups[free] = group;
-                free
-            }
-            None => {
-                self.groups.push(group);
-                self.groups.len() - 1
-            }
-        };
+        let free = self.groups.iter().position(|group| group.id.is_none());
+        let number = free.unwrap_or_else(|| {
+            self.groups.push(Group::FREE);
+            self.groups.len() - 1
+        });
+        self.groups[number] = Group { id: Some(id), pairs: keys.len(), ..Group::FREE };
         self.pairs.extend(keys.iter().map(|&key| (key, Asker::Groups(number as u32), tolerance)));
         self.pairs.sort_by_key(|&(key, asker, _)| (key, asker));
         id

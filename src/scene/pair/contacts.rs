@@ -11,7 +11,7 @@ use crate::scene::body::Placed;
 impl PairState {
     /// Goes on finding where the bodies touch, as far as the deadline allows, and patches what was found.
     #[inline(never)]
-    pub fn locate(&mut self, question: &Question, pair: [&Placed; 2], desk: &mut Desk) -> Ended {
+    pub fn find_contacts(&mut self, question: &Question, pair: [&Placed; 2], desk: &mut Desk) -> Ended {
         let Desk { bodies, round, deadline, workspace, held, patches, .. } = desk;
         let (Some(touch), Some(patches)) = (&mut self.touch, patches) else { return Ended::NotBegun };
         let (key, frame) = (self.turn.key, round.frame);
@@ -48,10 +48,10 @@ impl PairState {
             // It takes more than that.
             touch.cost = touch.cost.max(2 * (spent.work + patching));
         }
-        let is_all = round.mode == Mode::Any && !bodies.measured.has(key) && !bodies.is_moving(key);
+        let is_all = round.mode == Mode::Any && !bodies.distance_requests.has(key) && !bodies.is_moving(key);
         if is_all && self.completed < frame && answer.verdict != Verdict::Undecided {
-            (self.decided, self.completed) = (frame, frame);
-            (self.verdict, self.found) = (answer.verdict, answer.found);
+            self.completed = frame;
+            self.decide(answer.verdict, answer.found, frame);
         }
         if is_over { Ended::Complete } else { Ended::Stopped }
     }
