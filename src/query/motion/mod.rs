@@ -184,7 +184,7 @@ impl<'t> MotionQuery<'t> {
     fn begin(&self, course: &Course, workspace: &mut Workspace, memory: Option<&PairMemory>) {
         workspace.clear();
         workspace.run.begin(self.key(), Strategy::NONE);
-        workspace.motion.begin(self.options, self.tolerance_in_time(course));
+        workspace.motion.begin(&self.options, self.tolerance_in_time(course));
         let is_empty = self.a.nodes().is_empty() || self.b.nodes().is_empty();
         workspace.motion.piece = if is_empty { course.pieces } else { 0 };
         if !is_empty {

@@ -79,9 +79,10 @@ impl MotionState {
         followed: None,
     };
 
-    pub fn begin(&mut self, options: MotionOptions, tolerance: f64) {
-        *self = Self::NOTHING;
-        (self.options, self.tolerance) = (Some(options), tolerance);
+    pub fn begin(&mut self, options: &MotionOptions, tolerance: f64) {
+        // Field by field: it is large, and most of it are the options.
+        (self.options, self.tolerance, self.piece) = (Some(*options), tolerance, 0);
+        (self.free_until, self.done, self.contact, self.followed) = (0.0, f64::INFINITY, None, None);
     }
 
     pub fn tolerance(&self) -> f64 {
