@@ -45,8 +45,14 @@ impl<L: Lanes> Boxes<L> {
     /// The boxes around these along the axes of the other side.
     #[inline(always)]
     pub(super) fn seen(&self, lanes: L, view: &View) -> Self {
+        self.seen_within(lanes, view, view.margin.as_array()[0])
+    }
+
+    /// The same with another margin.
+    #[inline(always)]
+    pub(super) fn seen_within(&self, lanes: L, view: &View, margin: f32) -> Self {
         let m = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
-        let margin = F8::splat(lanes, view.margin.as_array()[0]);
+        let margin = F8::splat(lanes, margin);
         Self {
             center: per_axis!(k => dot(m[k], self.center) + F8::splat(lanes, view.origin.as_array()[k])),
             half: per_axis!(k => dot(per_axis!(j => m[k][j].abs()), self.half) + margin),
@@ -145,8 +151,11 @@ pub(super) type Keys = [[f32; WIDTH]; WIDTH];
 /// A question in terms of boxes: which pairs of children are of interest, and how much. Bit `8 i + j` of an answer stands for
 /// child `i` of the opened node and child `j` of the other, and so does entry `[i][j]` of the keys.
 pub(super) trait BoxTest {
-    /// Whether overlap alone is asked: then edge axes part, keys are depths, and two clusters are opened as other nodes are.
+    /// Whether overlap alone is asked: then edge axes part, and keys are depths.
     const IS_OVERLAP: bool;
+
+    /// Whether two clusters are opened as other nodes are.
+    const OPENS_CLUSTERS_ALIKE: bool = Self::IS_OVERLAP;
 
     /// How both nodes see one another.
     #[inline(always)]

@@ -70,7 +70,7 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
         Open::Both => {
             sink.count(level + 2, valid[0].count_ones() * valid[1].count_ones() + 1);
             // One copy of the test where one serves both: two make the loop slower.
-            let hits = if a.is_cluster && !T::IS_OVERLAP {
+            let hits = if a.is_cluster && !T::OPENS_CLUSTERS_ALIKE {
                 let rows = || [rows(tree_a, a), rows(tree_b, b)];
                 boxes.clusters(lanes, of_a, valid, rows, sink.keys())
             } else {
@@ -93,7 +93,10 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
             let (facing, tree, of_one) = if is_a { (of_a, tree_a, valid[0]) } else { (of_b, tree_b, valid[1]) };
             let [one, other] = facing.nodes;
             sink.count(level + 2, of_one.count_ones() * u32::from(other.children) + 1);
-            let view = || if is_a { views.triangles_of_a(b, relation) } else { views.triangles_of_b(a, relation) };
+            let view = || {
+                let place = &relation.place;
+                if is_a { views.triangles_of_a(b, place) } else { views.triangles_of_b(a, place, scale) }
+            };
             let triangles = || Triangles { rows: rows(tree, one), view: view(), skew: relation.skew };
             let hits = boxes.triangles(lanes, facing, of_one, triangles, sink.keys());
             let first = other.first_child;

@@ -310,7 +310,7 @@ impl Sink for Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
         let search = &mut self.workspace.search;
-        search.wait(hits, first, &self.keys);
+        search.wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
         if search.is_diving {
             // One is enough for a guess, which is no bound; all are met again.
             let likely = search.waiting.iter().min_by(|x, y| x.low.total_cmp(&y.low));

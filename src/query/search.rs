@@ -98,9 +98,9 @@ impl Search {
 
     /// Triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits` wait for the `f32` test.
     #[inline(always)]
-    pub fn wait(&mut self, hits: u64, first: [u32; 2], keys: &Keys) {
+    pub fn wait(&mut self, hits: u64, first: [u32; 2], key: impl Fn(usize) -> f32) {
         for bit in bits(hits) {
-            let low = keys.as_flattened()[bit % 64];
+            let low = key(bit);
             self.waiting.push(Bounded { pair: [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8], low });
         }
     }

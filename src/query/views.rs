@@ -61,22 +61,54 @@ type Columns<V> = [V; 3];
 
 /// Where B lies in A.
 #[derive(Clone, Copy, Debug)]
-struct Place<V> {
+pub(super) struct Place<V = f32x4> {
     rotation: Columns<V>,
     translation: V,
     /// What a test of two boxes must allow for in the orientation of A's node, and in that of B's.
     margin: [V; 2],
 }
 
-impl Place<f32x4> {
-    /// Both places, a half each.
-    #[inline(always)]
-    fn and<L: Lanes>(&self, lanes: L, other: &Self) -> Place<F8<L>> {
-        let join = |x, y| F8::join(lanes, x, y);
+impl Place {
+    /// For what `f32` cannot hold.
+    const BLIND: Self = Self { rotation: [f32x4::ZERO; 3], translation: f32x4::ZERO, margin: [f32x4::splat(1e6); 2] };
+
+    /// By where the middle of B's box lies from that of A's, in A's units, and how much that may be off; if B's matrix is no
+    /// rotation by `deviation`.
+    fn new(scale: f64, pose: &Pose, translation: DVec3, distance: f64, slop: f64, deviation: f64) -> Option<Self> {
+        let u = f64::from(ROUNDING);
+        let margin_a = u * (32.0 + 192.0 * scale + 32.0 * distance) + slop;
+        let margin_b = u * (192.0 + 32.0 * scale + 32.0 * distance) + slop + 8.0 * deviation * scale;
+        (margin_a < 1e6 && margin_b < 1e6 * scale).then(|| Self {
+            rotation: pose.rotation().to_cols_array_2d().map(rounded),
+            translation: rounded(translation.to_array()),
+            margin: [f32x4::splat(margin_a as f32), f32x4::splat(margin_b as f32)],
+        })
+    }
+
+    /// This and another, a half each.
+    pub fn and(&self, other: &Self) -> Place<[f32; 8]> {
+        let join = |x: f32x4, y: f32x4| {
+            let ([a, b, c, d], [e, f, g, h]) = (x.to_array(), y.to_array());
+            [a, b, c, d, e, f, g, h]
+        };
+        let of = |place: &Self| [place.translation, place.margin[0], place.margin[1]];
+        let ([translation, in_a, in_b], [x, y, z]) = (of(self), of(other));
         Place {
             rotation: per_axis!(k => join(self.rotation[k], other.rotation[k])),
-            translation: join(self.translation, other.translation),
-            margin: [join(self.margin[0], other.margin[0]), join(self.margin[1], other.margin[1])],
+            translation: join(translation, x),
+            margin: [join(in_a, y), join(in_b, z)],
+        }
+    }
+}
+
+impl Place<[f32; 8]> {
+    #[inline(always)]
+    fn load<L: Lanes>(&self, lanes: L) -> Place<F8<L>> {
+        let Self { rotation, translation, margin: [in_a, in_b] } = self;
+        Place {
+            rotation: per_axis!(k => F8::load(lanes, &rotation[k])),
+            translation: F8::load(lanes, translation),
+            margin: [F8::load(lanes, in_a), F8::load(lanes, in_b)],
         }
     }
 }
@@ -84,13 +116,15 @@ impl Place<f32x4> {
 /// B's place in A, in the unit coordinates of both, with bounds on all rounding. Boxes of both are compared in A's units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relation {
-    place: Place<f32x4>,
+    pub place: Place,
     /// Length of A's unit, in that of the meshes.
     pub unit: f64,
     /// Length of B's unit in A's: a power of two.
     pub scale: f32,
     /// The same for a direction, of either side, relative to its length.
     pub skew: f32,
+    /// How far B's matrix is from a rotation.
+    deviation: f64,
     /// What the square of a gap is multiplied with: [`super::gaps::Gaps::shrink`].
     pub shrink: f32,
     pub triangles: Placement,
@@ -112,24 +146,17 @@ impl Relation {
         let deviation = rotation_deviation(b_in_a.rotation());
 
         let distance = translation.length();
-        let u = f64::from(ROUNDING);
-        let margin_a = u * (32.0 + 192.0 * scale + 32.0 * distance) + slop;
-        let margin_b = u * (192.0 + 32.0 * scale + 32.0 * distance) + slop + 8.0 * deviation * scale;
-        if exponent.abs() > LARGEST_SCALE || !(margin_a < 1e6 && margin_b < 1e6 * scale) {
-            return Self { unit: power_of_two(of_a), ..Self::BLIND };
-        }
-        let columns = b_in_a.rotation().to_cols_array_2d();
+        let place = Place::new(scale, b_in_a, translation, distance, slop, deviation)
+            .filter(|_| exponent.abs() <= LARGEST_SCALE);
+        let Some(place) = place else { return Self { unit: power_of_two(of_a), ..Self::BLIND } };
         let rows = b_in_a.rotation().transpose();
         let linear = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row * scale).to_array());
         Self {
-            place: Place {
-                rotation: columns.map(rounded),
-                translation: rounded(translation.to_array()),
-                margin: [f32x4::splat(margin_a as f32), f32x4::splat(margin_b as f32)],
-            },
+            place,
             unit: power_of_two(of_a),
             scale: scale as f32,
             skew: 224.0 * ROUNDING + 16.0 * deviation as f32,
+            deviation,
             shrink: 1.0 - 64.0 * ROUNDING - 4.0 * deviation as f32,
             triangles: Placement {
                 linear,
@@ -138,6 +165,16 @@ impl Relation {
                 edge_slop: (8.0 * EDGE_SLOP * scale as f32).max(LEAST_EDGE_SLOP),
             },
         }
+    }
+
+    /// Where B lies at another pose of the same motion.
+    pub fn place_at(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> Place {
+        let (ua, ub, scale, per_unit) = (a.unit(), b.unit(), f64::from(self.scale), 1.0 / self.unit);
+        let translation = (b_in_a.transform_point(ub.origin) - ua.origin) * per_unit;
+        let slop = rounding(ua, ub, b_in_a) * per_unit + (1.0 + scale) * power_of_two(-43) + 1e-20;
+        // No less than its length, without a root.
+        let distance = translation.abs().element_sum();
+        Place::new(scale, b_in_a, translation, distance, slop, self.deviation).unwrap_or(Place::BLIND)
     }
 
     /// The middle of B's box from that of A's.
@@ -153,10 +190,11 @@ impl Relation {
 
     /// For what `f32` cannot hold: every box overlaps and every triangle pair is in doubt.
     pub const BLIND: Self = Self {
-        place: Place { rotation: [f32x4::ZERO; 3], translation: f32x4::ZERO, margin: [f32x4::splat(1e6); 2] },
+        place: Place::BLIND,
         unit: 1.0,
         scale: 1.0,
         skew: 1.0,
+        deviation: 1.0,
         shrink: 0.0,
         triangles: Placement { linear: [[0.0; 3]; 3], translation: [0.0; 3], slop: 1e6, edge_slop: 1e6 },
     };
@@ -292,8 +330,8 @@ impl Views {
 
     /// The same for two places at once, which takes few more operations than one.
     #[inline(always)]
-    pub fn between_at_both<L: Lanes>(lanes: L, a: &Node, b: &Node, relations: [&Relation; 2]) -> [Self; 2] {
-        let place = relations[0].place.and(lanes, &relations[1].place);
+    pub fn between_at_both<L: Lanes>(lanes: L, a: &Node, b: &Node, places: &Place<[f32; 8]>) -> [Self; 2] {
+        let place = places.load(lanes);
         let rows_of_a = transposed(a.rotation);
         let rows_of_a = per_axis!(k => F8::twice(lanes, rows_of_a[k]));
         let both = Views::new(&rows_of_a, &per_axis!(k => F8::twice(lanes, b.rotation[k])), &place);
@@ -310,16 +348,16 @@ impl Views {
 
     /// Triangles of A's mesh, seen from the orientation of `b`.
     #[inline(always)]
-    pub fn triangles_of_a(&self, b: &Node, relation: &Relation) -> View {
-        let axes = per_axis!(k => times(&relation.place.rotation, b.rotation[k]));
+    pub fn triangles_of_a(&self, b: &Node, place: &Place) -> View {
+        let axes = per_axis!(k => times(&place.rotation, b.rotation[k]));
         View { columns: transposed(axes), ..self.of_a }
     }
 
     /// Triangles of B's mesh, in B's units, seen from the orientation of `a`.
     #[inline(always)]
-    pub fn triangles_of_b(&self, a: &Node, relation: &Relation) -> View {
-        let scale = f32x4::splat(relation.scale);
+    pub fn triangles_of_b(&self, a: &Node, place: &Place, scale: f32) -> View {
+        let scale = f32x4::splat(scale);
         let to_a = transposed(a.rotation);
-        View { columns: per_axis!(k => times(&to_a, relation.place.rotation[k]) * scale), ..self.of_b }
+        View { columns: per_axis!(k => times(&to_a, place.rotation[k]) * scale), ..self.of_b }
     }
 }

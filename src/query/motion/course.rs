@@ -63,8 +63,8 @@ const MOST_PIECES: f64 = 4_096.0;
 /// together, and slowly against one another.
 const BEND: f64 = 5e-3;
 
-/// How far B goes over the sizes of both meshes together, at most, and how much of that is its turn, at least, where it is on
-/// the spot.
+/// How far B goes over the sizes of both meshes together, at most, where it is on the spot; and how much of that is its turn, at
+/// least, if it goes farther in the whole motion.
 const SPOT: f64 = 0.1;
 const TURNING: f64 = 0.25;
 
@@ -202,8 +202,10 @@ impl<'m> Course<'m> {
         let (begin, end) = (self.begin(i), self.begin(i + 1));
         let (middle, length) = (begin + (end - begin) / 2.0, end - begin);
         let Self { speed, spin, radii, .. } = *self;
-        let is_on_the_spot =
-            self.of_a.is_none() && speed * length < SPOT * (radii[0] + radii[1]) && spin * radii[1] > TURNING * speed;
+        let near = SPOT * (radii[0] + radii[1]);
+        let is_on_the_spot = self.of_a.is_none()
+            && speed * length < near
+            && (spin * radii[1] > TURNING * speed || spin > 0.0 && speed < near);
         let at = if is_on_the_spot { begin } else { middle };
         Piece { begin, end, middle, is_on_the_spot, at, pose: self.pose(at) }
     }
@@ -234,16 +236,17 @@ impl<'m> Course<'m> {
 
     /// How fast the axis that all points of B go around goes across itself.
     pub fn slip(&self) -> f64 {
-        let (velocity, turn) = (self.of_b.velocity(), self.of_b.turn());
-        STRETCH * velocity.cross(turn).length() / (turn.length() + f64::MIN_POSITIVE)
+        let across = self.of_b.velocity().cross(self.of_b.turn()).length();
+        STRETCH * STRETCH * across / (self.spin + f64::MIN_POSITIVE)
     }
 
     /// Whether the meshes are too far apart to come together in a piece.
     pub fn is_clear(&self, piece: &Piece, trees: [&Tree; 2], margin: f64) -> bool {
         let [a, b] = trees.map(|tree| tree.unit().origin);
-        let apart = (piece.pose.transform_point(b) - a).length();
+        let apart = (piece.pose.transform_point(b) - a).length_squared();
         let reach = self.radii[0] + self.radii[1] + self.speed * (piece.end - piece.at) + margin;
-        apart * (1.0 - 1e-9) > reach + 4.0 * self.rounding
+        let reach = reach + 4.0 * self.rounding;
+        apart * (1.0 - 1e-9) > reach * reach
     }
 }
 

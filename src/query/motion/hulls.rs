@@ -2,24 +2,27 @@
 //!
 //! Seen from a node that an axis goes along with, each corner of a box of the other node goes straight from where it is at the
 //! begin to where it is at the end, but for what its way bends. So the box stays in the hull of both, and two boxes that meet
-//! overlap when one is replaced by its hull; not before the gap between them at the begin can have closed. This is tighter than
-//! [`Windows`](super::windows::Windows) where B turns, but sees nothing of what comes and goes within the span. The proof is in
-//! `docs/numerics.md`, "Motion".
+//! overlap when one is replaced by its hull; not before the gap between own boxes at the begin can have closed. This is tighter
+//! than [`Windows`](super::windows::Windows) where B turns, but sees nothing of what comes and goes within the span. The proof is
+//! in `docs/numerics.md`, "Motion".
 
 use super::course::{Course, Piece};
 use super::windows::{BEGIN, SLOP, sum};
-use crate::math::lanes::{Column, F8, Kernel, Lanes, V8, per_axis};
+use crate::math::lanes::{Column, F8, Lanes, per_axis};
 use crate::math::{bits, larger, smaller};
 use crate::query::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Triangles, ends};
 use crate::query::edge_axes;
-use crate::query::views::{Relation, View, Views};
+use crate::query::views::{Place, Relation, View, Views};
 use crate::tree::{Node, Tree, WIDTH, xyz};
 use wide::f32x4;
 
 /// A span of time from the begin of a piece, in which B goes around one axis.
 pub(super) struct Span {
-    /// Where B lies at its end.
-    end: Relation,
+    /// Where B lies at its begin and its end.
+    places: Place<[f32; 8]>,
+    end: Place,
+    scale: f32,
+    skew: f32,
     /// How long it is, in lengths of the piece.
     length: f32,
     /// By how many radians B turns, at most.
@@ -33,15 +36,25 @@ const LARGEST_TURN: f64 = 0.25;
 
 impl Span {
     /// From the begin of a piece to `until`; `None` if both bodies turn, or where `f32` does not reach.
-    pub fn new(course: &Course, trees: [&Tree; 2], piece: &Piece, until: f64, margin: f64) -> Option<Self> {
+    pub fn new(
+        course: &Course,
+        [a, b]: [&Tree; 2],
+        piece: &Piece,
+        relation: &Relation,
+        until: f64,
+        margin: f64,
+    ) -> Option<Self> {
         course.of_axis()?;
         let time = until - piece.begin;
         let turn = course.spin * time;
-        let end = Relation::new(trees[0], trees[1], &course.pose(until));
+        let end = relation.place_at(a, b, &course.pose(until));
         let slip = course.slip() * time * turn * (0.375 + 0.125 * turn);
-        let bulge = (slip + 2.0 * course.rounding + margin) / end.unit;
+        let bulge = (slip + 2.0 * course.rounding + margin) / relation.unit;
         (turn < LARGEST_TURN && bulge < 1e6).then(|| Self {
+            places: relation.place.and(&end),
             end,
+            scale: relation.scale,
+            skew: relation.skew,
             length: (time / piece.length()) as f32,
             turn: turn as f32 * 1.001,
             bulge: bulge as f32 * 1.001 + 1e-20,
@@ -60,8 +73,8 @@ pub(super) struct Hulls<'s> {
     end: Views,
     /// By how much ways bend between them, and what places are off.
     bulge: f32,
-    /// The time that it takes a gap between them to close by a unit, at least.
-    time_of_gap: f32,
+    /// The same and the margins of the overlap test, in the orientations of A's node and of B's.
+    margins: [f32; 2],
 }
 
 /// Nothing meets before the begin.
@@ -70,7 +83,7 @@ const START: f32 = BEGIN - SLOP;
 impl<'s> Hulls<'s> {
     #[inline(always)]
     pub fn new(cut: f32, least: f32, span: &'s Span) -> Self {
-        Self { cut, least, span, end: Views::NONE, bulge: 0.0, time_of_gap: 0.0 }
+        Self { cut, least, span, end: Views::NONE, bulge: 0.0, margins: [0.0; 2] }
     }
 
     /// The views of the opened node and of the other, at the end.
@@ -80,52 +93,43 @@ impl<'s> Hulls<'s> {
         if is_a { [of_a, of_b] } else { [of_b, of_a] }
     }
 
-    /// Boxes where they are at the begin, and the hulls of their ways.
+    /// The margins in the orientations of the opened node and of the other.
     #[inline(always)]
-    fn seen<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, begin: &View, end: &View) -> [Slabs<L>; 2] {
-        let (begin, end) = (boxes.seen(lanes, begin).slabs(), boxes.seen(lanes, end).slabs());
-        let bulge = F8::splat(lanes, self.bulge);
-        let hull = Slabs {
-            low: per_axis!(k => begin.low[k].min(end.low[k]) - bulge),
-            high: per_axis!(k => begin.high[k].max(end.high[k]) + bulge),
-        };
-        [begin, hull]
+    fn margins(&self, is_a: bool) -> [f32; 2] {
+        let [in_a, in_b] = self.margins;
+        if is_a { [in_a, in_b] } else { [in_b, in_a] }
     }
+}
 
-    /// The hull of two boxes.
-    #[inline(always)]
-    fn hull(&self, begin: ([f32; 3], [f32; 3]), end: ([f32; 3], [f32; 3])) -> ([f32; 3], [f32; 3]) {
-        let low = per_axis!(k => smaller(begin.0[k], end.0[k]) - self.bulge);
-        (low, per_axis!(k => larger(begin.1[k], end.1[k]) + self.bulge))
-    }
+/// The hulls of the ways of boxes, from a view at the begin to one at the end.
+#[inline(always)]
+fn hulls<L: Lanes>(lanes: L, boxes: &Boxes<L>, views: [&View; 2], margin: f32) -> Slabs<L> {
+    let [begin, end] = views;
+    let (begin, end) = (boxes.seen_within(lanes, begin, margin).slabs(), boxes.seen_within(lanes, end, margin).slabs());
+    Slabs { low: per_axis!(k => begin.low[k].min(end.low[k])), high: per_axis!(k => begin.high[k].max(end.high[k])) }
+}
 
-    /// The time from which on boxes may meet, by how far they are apart at the begin along the axes of both.
-    #[inline(always)]
-    fn key<L: Lanes>(&self, lanes: L, [[x, y, z], [u, v, w]]: [V8<L>; 2]) -> F8<L> {
-        let gap = x.max(y).max(z).max(u).max(v).max(w) - F8::splat(lanes, self.bulge);
-        let time = gap * F8::splat(lanes, self.time_of_gap) + F8::splat(lanes, START);
-        time.max(F8::splat(lanes, self.least))
-    }
-
-    #[inline(always)]
-    fn soon<L: Lanes>(&self, lanes: L, keys: F8<L>) -> u32 {
-        keys.less(F8::splat(lanes, self.cut)).mask()
-    }
+/// The hull of two boxes by their ends.
+#[inline(always)]
+fn hull(begin: ([f32; 3], [f32; 3]), end: ([f32; 3], [f32; 3]), bulge: f32) -> ([f32; 3], [f32; 3]) {
+    let low = per_axis!(k => smaller(begin.0[k], end.0[k]) - bulge);
+    (low, per_axis!(k => larger(begin.1[k], end.1[k]) + bulge))
 }
 
 impl BoxTest for Hulls<'_> {
     const IS_OVERLAP: bool = false;
+    const OPENS_CLUSTERS_ALIKE: bool = true;
 
     #[inline(always)]
-    fn views<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, relation: &Relation) -> Views {
-        let [begin, end] = Views::between_at_both(lanes, a, b, [relation, &self.span.end]);
+    fn views<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, _relation: &Relation) -> Views {
+        let [begin, end] = Views::between_at_both(lanes, a, b, &self.span.places);
         self.end = end;
         begin
     }
 
     #[inline(always)]
     fn own<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
-        let Span { end, length, turn, bulge } = self.span;
+        let Span { skew, length, turn, bulge, .. } = *self.span;
         let scale = f32x4::splat(scale);
         let a_box = (a.own_center, a.own_half);
         let b_box = (b.own_center * scale, b.own_half * scale);
@@ -142,42 +146,65 @@ impl BoxTest for Hulls<'_> {
         if edge_axes::are_slim(a, b) {
             let bends = (0.376 + 0.127 * turn) * way + 0.127 * turn * (sum(of_b.from_other) + size);
             let views = [&views.of_b, &self.end.of_b];
-            if edge_axes::part_at_both(a, b_box, views, end.skew, turn * bends + bulge) {
+            if edge_axes::part_at_both(a, b_box, views, skew, turn * bends + bulge) {
                 return false;
             }
         }
-        let margins = views.of_a.margin + views.of_b.margin;
-        self.time_of_gap = 0.999 * length / (way + turn * size + 2.0 * margins.as_array()[0]);
+        let [in_a, in_b] =
+            [views.of_b.margin.fast_max(self.end.of_b.margin), views.of_a.margin.fast_max(self.end.of_a.margin)]
+                .map(|margin| margin.as_array()[0]);
+        self.margins = [in_a + self.bulge, in_b + self.bulge];
+        let time_of_gap = 0.999 * length / (way + turn * size + 2.0 * (in_a + in_b));
         let [x, y, z] = xyz(of_a.gap.fast_max(of_b.gap));
-        self.least = self.least.max((x.max(y).max(z) - self.bulge) * self.time_of_gap + START);
+        self.least = self.least.max((x.max(y).max(z) - self.bulge) * time_of_gap + START);
         self.least < self.cut
     }
 
     #[inline(always)]
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64 {
-        lanes.run(Both { hulls: self, facing, alive, keys })
+        let Facing { nodes: [x, y], views: [of_x, of_y], scales, is_a } = facing;
+        let ([end_of_x, end_of_y], [in_x, in_y]) = (self.views(is_a), self.margins(is_a));
+        let [alive_x, alive_y] = alive;
+        let y_rows = Boxes::children(lanes, y, scales[1]);
+        let y_hull = hulls(lanes, &y_rows, [of_y, end_of_y], in_x);
+        let scale = f32x4::splat(scales[0]);
+        let (low, high) = ends(x.own_center * scale, x.own_half * scale);
+        let alive_y = alive_y & !y_hull.gap(lanes, low, high).mask();
+        if alive_y == 0 {
+            return 0;
+        }
+        let x_rows = Boxes::children(lanes, x, scales[0]);
+        let x_hull = hulls(lanes, &x_rows, [of_x, end_of_x], in_y);
+        let (center, half) = facing.other();
+        let (low, high) = ends(center, half);
+        let alive_x = alive_x & !x_hull.gap(lanes, low, high).mask();
+        let (x_rows, x_hull) = (x_rows.slabs().store(), x_hull.store());
+        let y_rows = y_rows.slabs();
+        keys[0][0] = self.least;
+        let mut pairs = 0;
+        for i in bits(alive_x) {
+            let overlap = y_hull.gap_at(lanes, &x_rows, i).min(y_rows.gap_at(lanes, &x_hull, i));
+            pairs |= u64::from(!overlap.mask() & alive_y) << (WIDTH * i);
+        }
+        pairs
     }
 
     #[inline(always)]
     fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32 {
         let Facing { nodes: [opened, _], views: [of_opened, of_other], scales, is_a } = facing;
-        let [end_of_opened, end_of_other] = self.views(is_a);
+        let ([end_of_opened, end_of_other], [in_opened, in_other]) = (self.views(is_a), self.margins(is_a));
         let children = Boxes::children(lanes, opened, scales[0]);
-        let slabs = children.slabs();
         let (center, half) = facing.other();
-        let begin = ends(of_other.point(center), of_other.half(half));
-        let end = ends(end_of_other.point(center), end_of_other.half(half));
-        let (low, high) = self.hull(begin, end);
-        let in_opened = slabs.gap(lanes, low, high);
-        let [seen, hull] = self.seen(lanes, &children, of_opened, end_of_opened);
+        let [begin, end] = [of_other, end_of_other].map(|view| {
+            let half = View { margin: f32x4::splat(in_opened), ..*view }.half(half);
+            ends(view.point(center), half)
+        });
+        let (low, high) = hull(begin, end, 0.0);
+        let in_opened = children.slabs().gap(lanes, low, high);
         let (low, high) = ends(center, half);
-        let hits = !in_opened.min(hull.gap(lanes, low, high)).mask() & opened.valid();
-        if hits == 0 {
-            return 0;
-        }
-        let key = self.key(lanes, [slabs.gaps(lanes, begin.0, begin.1), seen.gaps(lanes, low, high)]);
-        keys[0] = key.store();
-        hits & self.soon(lanes, key)
+        let hull = hulls(lanes, &children, [of_opened, end_of_opened], in_other);
+        keys[0][0] = self.least;
+        !in_opened.min(hull.gap(lanes, low, high)).mask() & opened.valid()
     }
 
     /// By the triangles' boxes along the axes of the other node, and by their planes; no later than the pair at hand.
@@ -191,14 +218,18 @@ impl BoxTest for Hulls<'_> {
         keys: &mut Keys,
     ) -> u64 {
         let begin = triangles();
-        let (node, relation) = (facing.nodes[1], &self.span.end);
-        let view =
-            if facing.is_a { self.end.triangles_of_a(node, relation) } else { self.end.triangles_of_b(node, relation) };
+        let (node, place) = (facing.nodes[1], &self.span.end);
+        let view = if facing.is_a {
+            self.end.triangles_of_a(node, place)
+        } else {
+            self.end.triangles_of_b(node, place, self.span.scale)
+        };
         let end = Triangles { view, ..begin };
         let boxes = Boxes::children(lanes, node, facing.scales[1]);
         let slabs = boxes.slabs();
         let planes =
             if alive.is_power_of_two() { None } else { Some((Planes::new(lanes, &begin), Planes::new(lanes, &end))) };
+        keys[0][0] = self.least;
         let mut pairs = 0;
         for i in bits(alive).map(|i| i % WIDTH) {
             let (first, last) = match &planes {
@@ -208,7 +239,7 @@ impl BoxTest for Hulls<'_> {
                     (Plane::new(row, &begin.view, begin.skew), Plane::new(row, &end.view, end.skew))
                 }
             };
-            let (low, high) = self.hull((first.low, first.high), (last.low, last.high));
+            let (low, high) = hull((first.low, first.high), (last.low, last.high), self.bulge);
             let apart = slabs.gap(lanes, low, high).mask();
             if !apart & node.valid() == 0 {
                 continue;
@@ -217,7 +248,6 @@ impl BoxTest for Hulls<'_> {
             let ([d, r], [e, s]) = (first.across(lanes, &boxes), last.across(lanes, &boxes));
             let above = bulge.less((d - r).min(e - s));
             let apart = apart | above.or(((d + r).max(e + s) + bulge).less(F8::splat(lanes, 0.0))).mask();
-            keys[i] = [self.least; WIDTH];
             pairs |= u64::from(!apart & node.valid()) << (WIDTH * i);
         }
         pairs
@@ -265,50 +295,6 @@ impl Way {
     fn apart(&self, bulge: f32) -> f32x4 {
         let bulge = f32x4::splat(bulge);
         bulge.simd_lt(self.above) | self.below.simd_lt(f32x4::ZERO - bulge)
-    }
-}
-
-/// The given children of two nodes. Compiled once, as it is large and asked for in several places.
-struct Both<'k> {
-    hulls: &'k Hulls<'k>,
-    facing: Facing<'k>,
-    alive: [u32; 2],
-    keys: &'k mut Keys,
-}
-
-impl Kernel for Both<'_> {
-    type Output = u64;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> u64 {
-        let Self { hulls, facing, alive: [alive_x, alive_y], keys } = self;
-        let Facing { nodes: [x, y], views: [of_x, of_y], scales, is_a } = facing;
-        let [end_of_x, end_of_y] = hulls.views(is_a);
-        let y_rows = Boxes::children(lanes, y, scales[1]);
-        let [y_in_x, y_hull] = hulls.seen(lanes, &y_rows, of_y, end_of_y);
-        let scale = f32x4::splat(scales[0]);
-        let (low, high) = ends(x.own_center * scale, x.own_half * scale);
-        let alive_y = alive_y & !y_hull.gap(lanes, low, high).mask();
-        if alive_y == 0 {
-            return 0;
-        }
-        let x_rows = Boxes::children(lanes, x, scales[0]);
-        let [x_in_y, x_hull] = hulls.seen(lanes, &x_rows, of_x, end_of_x);
-        let (center, half) = facing.other();
-        let (low, high) = ends(center, half);
-        let alive_x = alive_x & !x_hull.gap(lanes, low, high).mask();
-        let (x_rows, x_in_y, x_hull) = (x_rows.slabs().store(), x_in_y.store(), x_hull.store());
-        let y_rows = y_rows.slabs();
-        let mut pairs = 0;
-        for i in bits(alive_x) {
-            let overlap = y_hull.gap_at(lanes, &x_rows, i).min(y_rows.gap_at(lanes, &x_hull, i));
-            let hits = !overlap.mask() & alive_y;
-            // Also where there is no hit: a branch that cannot be guessed costs more.
-            let key = hulls.key(lanes, [y_in_x.gaps_at(lanes, &x_rows, i), y_rows.gaps_at(lanes, &x_in_y, i)]);
-            keys[i] = key.store();
-            pairs |= u64::from(hits & hulls.soon(lanes, key)) << (WIDTH * i);
-        }
-        pairs
     }
 }
 

@@ -177,7 +177,7 @@ impl<'t> MotionQuery<'t> {
         workspace.run.begin(self.key(), Strategy::NONE);
         let is_empty = self.a.nodes().is_empty() || self.b.nodes().is_empty();
         let free_until = if is_empty { 1.0 } else { memory.map_or(0.0, |memory| self.clear_until(course, memory)) };
-        workspace.motion.begin(self.options, self.tolerance_in_time(course), free_until);
+        workspace.motion.begin(&self.options, self.tolerance_in_time(course), free_until);
         workspace.motion.piece = course.piece_at(free_until);
         if workspace.motion.piece < course.pieces {
             workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));

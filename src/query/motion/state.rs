@@ -80,8 +80,11 @@ impl MotionState {
     };
 
     /// Begins with a time before which there is no contact.
-    pub fn begin(&mut self, options: MotionOptions, tolerance: f64, free_until: f64) {
-        *self = Self { options: Some(options), tolerance, free_until, ..Self::NOTHING };
+    pub fn begin(&mut self, options: &MotionOptions, tolerance: f64, free_until: f64) {
+        // Not as a whole: it is large, and most of it need not be written.
+        let Self { options: asked, piece, tolerance: half, free_until: free, done, contact, followed } = self;
+        (*asked, *piece, *half, *free) = (Some(*options), 0, tolerance, free_until);
+        (*done, *contact, *followed) = (f64::INFINITY, None, None);
     }
 
     pub fn tolerance(&self) -> f64 {

@@ -67,7 +67,7 @@ impl<'q> Sweep<'q> {
         margin: f64,
         state: &MotionState,
     ) -> Self {
-        let (cut, span) = what_matters(trees, course, piece, margin, state);
+        let (cut, span) = what_matters(trees, course, piece, relation, margin, state);
         Self {
             trees,
             course,
@@ -83,7 +83,7 @@ impl<'q> Sweep<'q> {
 
     /// After a contact was found.
     fn update(&mut self, state: &MotionState) {
-        (self.cut, self.span) = what_matters(self.trees, self.course, self.piece, self.margin, state);
+        (self.cut, self.span) = what_matters(self.trees, self.course, self.piece, self.relation, self.margin, state);
     }
 
     fn middle(&self) -> &Middle {
@@ -103,12 +103,13 @@ fn what_matters(
     trees: [&Tree; 2],
     course: &Course,
     piece: &Piece,
+    relation: &Relation,
     margin: f64,
     state: &MotionState,
 ) -> (f32, Option<Span>) {
     let cut = piece.local(state.cut().min(piece.end));
     let until = state.cut().clamp(piece.begin, piece.end);
-    let span = if piece.is_on_the_spot { Span::new(course, trees, piece, until, margin) } else { None };
+    let span = if piece.is_on_the_spot { Span::new(course, trees, piece, relation, until, margin) } else { None };
     (cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING, span)
 }
 
@@ -137,13 +138,15 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
                 workspace.motion.bound(&workspace.front, &workspace.search, question.piece, least);
             }
         }
-        let (trees, mut children) = ([self.a, self.b], Children { workspace, keys });
+        let trees = [self.a, self.b];
         if let Some(span) = &question.span {
+            let mut children = Children::<true> { workspace, keys };
             let mut hulls = Hulls::new(question.cut, least, span);
             expand(lanes, pair, trees, self.relation, &mut hulls, &mut children);
             least = hulls.least;
         } else {
             let Middle { relation, glide } = question.middle();
+            let mut children = Children::<false> { workspace, keys };
             let mut windows = Windows::new(question.cut, least, glide, relation);
             expand(lanes, pair, trees, relation, &mut windows, &mut children);
             least = windows.least;
@@ -362,13 +365,13 @@ fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> bool {
     triangles_intersect(a, b) || margin > 0.0 && closest(a, b).high <= margin
 }
 
-/// Where the children of an opened pair go.
-struct Children<'w> {
+/// Where the children of an opened pair go. If they are alike, all have the first key of the table.
+struct Children<'w, const ALIKE: bool> {
     workspace: &'w mut Workspace,
     keys: &'w mut Keys,
 }
 
-impl Sink for Children<'_> {
+impl<const ALIKE: bool> Sink for Children<'_, ALIKE> {
     #[inline(always)]
     fn count(&mut self, level: usize, bv_tests: u32) {
         let stats = &mut self.workspace.run.stats;
@@ -383,24 +386,31 @@ impl Sink for Children<'_> {
 
     #[inline(always)]
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+        if ALIKE && self.keys[0][0] <= BEGIN {
+            return self.workspace.front.push_all(hits, child);
+        }
         for bit in bits(hits) {
-            self.place(child(bit as u32), self.keys.as_flattened()[bit % 64]);
+            self.place(child(bit as u32), if ALIKE { self.keys[0][0] } else { self.keys.as_flattened()[bit % 64] });
         }
     }
 
     #[inline(always)]
     fn cluster(&mut self, pair: Pair, column: usize) {
-        let key = least_of_column(self.keys, &pair, column);
+        let key = if ALIKE { self.keys[0][0] } else { least_of_column(self.keys, &pair, column) };
         self.place(pair, key);
     }
 
     #[inline(always)]
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
-        self.workspace.search.wait(hits, first, self.keys);
+        if ALIKE {
+            self.workspace.search.wait(hits, first, |_| self.keys[0][0]);
+        } else {
+            self.workspace.search.wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
+        }
     }
 }
 
-impl Children<'_> {
+impl<const ALIKE: bool> Children<'_, ALIKE> {
     #[inline(always)]
     fn place(&mut self, pair: Pair, key: f32) {
         if key > BEGIN {

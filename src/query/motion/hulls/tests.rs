@@ -1,14 +1,13 @@
 //! Pairs of triangles that are built to meet at a known time: the tests of boxes and of triangles find each, no later than that.
 
 use super::*;
-use crate::math::lanes::Instructions;
+use crate::math::lanes::{Instructions, Kernel};
 use crate::math::random::Random;
 use crate::math::{Motion, Pose};
 use crate::query::expand::{Sink, expand};
 use crate::query::leaf::rows;
 use crate::query::motion::windows::glide;
 use crate::query::queue::Pair;
-use crate::query::search::least_key;
 use crate::triangle::batch::Placement;
 use crate::triangle::swept::{Glide, Swept, windows};
 use crate::{Mesh, shapes};
@@ -29,15 +28,15 @@ impl Sink for Found {
     }
 
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        self.pairs.extend(bits(hits).map(|bit| (child(bit as u32), self.keys.as_flattened()[bit % 64])));
+        self.pairs.extend(bits(hits).map(|bit| (child(bit as u32), self.keys[0][0])));
     }
 
-    fn cluster(&mut self, pair: Pair, column: usize) {
-        self.pairs.push((pair, least_key(&self.keys, &pair, column)));
+    fn cluster(&mut self, pair: Pair, _column: usize) {
+        self.pairs.push((pair, self.keys[0][0]));
     }
 
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
-        let pair = |bit: usize| ([first[0] + bit as u32 / 8, first[1] + bit as u32 % 8], self.keys[bit / 8][bit % 8]);
+        let pair = |bit: usize| ([first[0] + bit as u32 / 8, first[1] + bit as u32 % 8], self.keys[0][0]);
         self.triangles.extend(bits(hits).map(pair));
     }
 }
@@ -175,7 +174,7 @@ fn what_meets_in_a_span_is_found_and_not_taken_for_later() {
         }
         let until = random.between(time, 1.0);
         let relation = Relation::new(a, b, &piece.pose);
-        let mut span = Span::new(&course, [a, b], &piece, until, 0.0).unwrap();
+        let mut span = Span::new(&course, [a, b], &piece, &relation, until, 0.0).unwrap();
         for instructions in [Instructions::detect(), Instructions::PORTABLE] {
             let meeting =
                 Meeting { trees: [a, b], relation: &relation, span: &span, triangles, time: piece.local(time) };
