@@ -1,6 +1,6 @@
 //! Arrays and texts of the caller's: the pointers that the compiler cannot check.
 
-use crate::status::{Fault, given};
+use crate::status::Fault;
 use core::ffi::{CStr, c_char};
 use core::mem::MaybeUninit;
 use core::slice;
@@ -85,10 +85,9 @@ pub(crate) unsafe fn list<T>(
     pointer: *mut T,
     capacity: usize,
     what: &'static str,
-    count: Option<&mut MaybeUninit<usize>>,
+    count: &mut MaybeUninit<usize>,
     items: impl Iterator<Item: Into<T>>,
 ) -> Result<(), Fault> {
-    let count = given(count, "count")?;
     // SAFETY: the caller's promise.
     count.write(unsafe { fill(pointer, capacity, what, items) }?);
     Ok(())

@@ -149,6 +149,7 @@ pub unsafe extern "C" fn punctual_contact_query_open_boxes(
 ) -> punctual_status {
     door("punctual_contact_query_open_boxes", || {
         let query = given(query, "query")?.check()?;
+        let count = given(count, "count")?;
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
         unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }
@@ -172,6 +173,7 @@ pub unsafe extern "C" fn punctual_contact_query_narrowed_certificate(
 ) -> punctual_status {
     door("punctual_contact_query_narrowed_certificate", || {
         let query = given(query, "query")?.check()?;
+        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
@@ -193,7 +195,7 @@ pub unsafe extern "C" fn punctual_workspace_contacts(
     door("punctual_workspace_contacts", || {
         let found = given(workspace, "workspace")?.0.get("workspace")?.contacts();
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(contacts, capacity, "contacts", count, found) }
+        unsafe { list(contacts, capacity, "contacts", given(count, "count")?, found) }
     })
 }
 

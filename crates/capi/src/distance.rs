@@ -176,6 +176,7 @@ pub unsafe extern "C" fn punctual_distance_query_open_boxes(
 ) -> punctual_status {
     door("punctual_distance_query_open_boxes", || {
         let query = given(query, "query")?.check()?;
+        let count = given(count, "count")?;
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
         unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }
@@ -200,6 +201,7 @@ pub unsafe extern "C" fn punctual_distance_query_narrowed_certificate(
 ) -> punctual_status {
     door("punctual_distance_query_narrowed_certificate", || {
         let query = given(query, "query")?.check()?;
+        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;

@@ -2,7 +2,7 @@
 
 use crate::arrays::list;
 use crate::mesh::punctual_aabb;
-use crate::status::{Fault, given};
+use crate::status::Fault;
 use crate::workspace::punctual_triangle_pair;
 use core::mem::MaybeUninit;
 use core::time::Duration;
@@ -122,12 +122,11 @@ impl From<Certificate<'_>> for punctual_certificate {
 /// That of [`list`].
 pub(crate) unsafe fn hand_out(
     open: &Certificate,
-    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+    certificate: &mut MaybeUninit<punctual_certificate>,
     boxes: *mut punctual_aabb,
     capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
+    count: &mut MaybeUninit<usize>,
 ) -> Result<(), Fault> {
-    let certificate = given(certificate, "certificate")?;
     // SAFETY: the caller's promise.
     unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }?;
     certificate.write((*open).into());

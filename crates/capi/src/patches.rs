@@ -121,7 +121,7 @@ pub unsafe extern "C" fn punctual_patches_contacts(
     door("punctual_patches_contacts", || {
         let (patches, patch) = find(patches, index)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(contacts, capacity, "contacts", count, patches.contacts_of(patch).iter()) }
+        unsafe { list(contacts, capacity, "contacts", given(count, "count")?, patches.contacts_of(patch).iter()) }
     })
 }
 
@@ -140,7 +140,7 @@ pub unsafe extern "C" fn punctual_patches_points(
     door("punctual_patches_points", || {
         let (patches, patch) = find(patches, index)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(points, capacity, "points", count, patches.points_of(patch)) }
+        unsafe { list(points, capacity, "points", given(count, "count")?, patches.points_of(patch)) }
     })
 }
 

@@ -206,7 +206,7 @@ pub unsafe extern "C" fn punctual_workspace_ray_hits(
     door("punctual_workspace_ray_hits", || {
         let found = given(workspace, "workspace")?.0.get("workspace")?.ray_hits();
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(hits, capacity, "hits", count, found.iter().map(|&hit| Some(hit))) }
+        unsafe { list(hits, capacity, "hits", given(count, "count")?, found.iter().map(|&hit| Some(hit))) }
     })
 }
 

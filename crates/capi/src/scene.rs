@@ -272,7 +272,7 @@ pub unsafe extern "C" fn punctual_scene_bodies(
     door("punctual_scene_bodies", || {
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(ids, capacity, "ids", count, scene.bodies().map(|(id, _)| id)) }
+        unsafe { list(ids, capacity, "ids", given(count, "count")?, scene.bodies().map(|(id, _)| id)) }
     })
 }
 

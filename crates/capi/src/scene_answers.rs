@@ -163,7 +163,7 @@ pub unsafe extern "C" fn punctual_scene_contacts(
     door("punctual_scene_contacts", || {
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(contacts, capacity, "contacts", count, scene.report().contacts.iter()) }
+        unsafe { list(contacts, capacity, "contacts", given(count, "count")?, scene.report().contacts.iter()) }
     })
 }
 
@@ -209,7 +209,7 @@ pub unsafe extern "C" fn punctual_scene_distances(
     door("punctual_scene_distances", || {
         let found = punctual_scene::get(scene)?.report().distances.iter();
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(distances, capacity, "distances", count, found) }
+        unsafe { list(distances, capacity, "distances", given(count, "count")?, found) }
     })
 }
 
@@ -242,7 +242,7 @@ pub unsafe extern "C" fn punctual_scene_passages(
     door("punctual_scene_passages", || {
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(passages, capacity, "passages", count, scene.report().passages.iter()) }
+        unsafe { list(passages, capacity, "passages", given(count, "count")?, scene.report().passages.iter()) }
     })
 }
 
@@ -293,7 +293,7 @@ pub unsafe extern "C" fn punctual_scene_ray_hits(
     door("punctual_scene_ray_hits", || {
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(hits, capacity, "hits", count, scene.ray_hits().iter().map(|&hit| Some(hit))) }
+        unsafe { list(hits, capacity, "hits", given(count, "count")?, scene.ray_hits().iter().map(|&hit| Some(hit))) }
     })
 }
 

@@ -113,7 +113,8 @@ pub unsafe extern "C" fn punctual_scene_parts(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_parts", || {
-        let parts = punctual_scene::get(scene)?.parts(CompoundId::from_bits(compound))?;
+        let (scene, count) = (punctual_scene::get(scene)?, given(count, "count")?);
+        let parts = scene.parts(CompoundId::from_bits(compound))?;
         // SAFETY: the contract of the header for arrays.
         unsafe { list(ids, capacity, "ids", count, parts) }
     })
@@ -223,7 +224,7 @@ pub unsafe extern "C" fn punctual_scene_group_distances(
     door("punctual_scene_group_distances", || {
         let found = punctual_scene::get(scene)?.report().group_distances.iter();
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(distances, capacity, "distances", count, found) }
+        unsafe { list(distances, capacity, "distances", given(count, "count")?, found) }
     })
 }
 

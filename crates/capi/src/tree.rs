@@ -115,9 +115,9 @@ pub unsafe extern "C" fn punctual_tree_to_bytes(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_tree_to_bytes", || {
-        let tree = given(tree, "tree")?.0.get("tree")?;
+        let (tree, count) = (given(tree, "tree")?.0.get("tree")?, given(count, "count")?);
         if capacity == 0 {
-            given(count, "count")?.write(tree.bytes_len());
+            count.write(tree.bytes_len());
             return Ok(());
         }
         // SAFETY: the contract of the header for arrays.
@@ -229,7 +229,7 @@ pub unsafe extern "C" fn punctual_tree_levels(
         let each = stats.nodes_per_level.iter().zip(&stats.alpha_per_level);
         let each = each.map(|(&nodes, alpha)| punctual_tree_level { nodes, alpha: alpha.to_array() });
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(levels, capacity, "levels", count, each) }
+        unsafe { list(levels, capacity, "levels", given(count, "count")?, each) }
     })
 }
 
