@@ -46,21 +46,47 @@ macro_rules! per_lane {
 }
 pub(crate) use per_lane;
 
+/// Does something with each register of `lanes: L` by itself, one after the other: where eight lanes are two, what a kernel
+/// has at hand is more than all registers hold.
+macro_rules! per_part {
+    ($lanes:ident: $L:ident, $part:ident => $e:expr) => {{
+        let (low, high) = $lanes.parts();
+        {
+            let $part = low;
+            $e;
+        }
+        if !$L::IS_WHOLE {
+            let $part = high;
+            $e;
+        }
+    }};
+}
+pub(crate) use per_part;
+
 /// An instruction set: the operations behind [`F8`] and [`D8`].
 pub(crate) trait Lanes: Copy {
-    /// Whether eight `f32` are one register, not two.
+    /// Whether its `f32` are one register, not two.
     const IS_WHOLE: bool;
+    /// Which of the eight lanes it has, a bit each.
+    const ALL: u32;
     /// Eight `f32`, or eight all-ones or all-zeros masks.
     type F: Copy;
     /// Eight `f64`.
     type D: Copy;
+    /// The lower of its registers, or the only one.
+    type Low: Lanes;
+    /// The upper one.
+    type High: Lanes;
 
     /// Runs `kernel` compiled for this instruction set; it must be `#[inline(always)]` all the way down.
     fn run<K: Kernel>(self, kernel: K) -> K::Output;
 
+    /// Its two registers by themselves; the only one twice.
+    fn parts(self) -> (Self::Low, Self::High);
+
     fn splat(self, x: f32) -> Self::F;
     fn load(self, x: &[f32; 8]) -> Self::F;
-    fn store(self, x: Self::F) -> [f32; 8];
+    fn put(self, x: Self::F, to: &mut [f32; 8]);
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
@@ -84,7 +110,7 @@ pub(crate) trait Lanes: Copy {
 
     fn splat_d(self, x: f64) -> Self::D;
     fn load_d(self, x: &[f64; 8]) -> Self::D;
-    fn store_d(self, x: Self::D) -> [f64; 8];
+    fn put_d(self, x: Self::D, to: &mut [f64; 8]);
     fn widen(self, x: Self::F) -> Self::D;
     fn narrow(self, x: Self::D) -> Self::F;
     fn add_d(self, a: Self::D, b: Self::D) -> Self::D;
@@ -98,6 +124,12 @@ pub(crate) trait Lanes: Copy {
     fn or_d(self, a: Self::D, b: Self::D) -> Self::D;
     fn abs_d(self, a: Self::D) -> Self::D;
     fn mask_d(self, a: Self::D) -> u32;
+}
+
+/// The lanes that an instruction set has, a bit each.
+#[inline(always)]
+pub(crate) fn all<L: Lanes>(_lanes: L) -> u32 {
+    L::ALL
 }
 
 /// A piece of code to be compiled for an instruction set.
@@ -127,8 +159,14 @@ impl<L: Lanes> F8<L> {
         Self(lanes.load(x), lanes)
     }
     #[inline(always)]
+    pub fn put(self, to: &mut [f32; 8]) {
+        self.1.put(self.0, to);
+    }
+    #[inline(always)]
     pub fn store(self) -> [f32; 8] {
-        self.1.store(self.0)
+        let mut to = [0.0; 8];
+        self.put(&mut to);
+        to
     }
     /// `a` where this mask is all ones, `b` where it is all zeros.
     #[inline(always)]
@@ -203,7 +241,9 @@ impl<L: Lanes> D8<L> {
     }
     #[inline(always)]
     pub fn store(self) -> [f64; 8] {
-        self.1.store_d(self.0)
+        let mut to = [0.0; 8];
+        self.1.put_d(self.0, &mut to);
+        to
     }
     #[inline(always)]
     pub fn narrow(self) -> F8<L> {
@@ -248,7 +288,7 @@ macro_rules! eight {
             type Output = Self;
             #[inline(always)]
             fn neg(self) -> Self {
-                Self(self.1.$splat(0.0), self.1) - self
+                self.times(-1.0)
             }
         }
         #[allow(clippy::inline_always)]
@@ -307,7 +347,7 @@ pub(crate) enum Instructions {
 }
 
 impl Instructions {
-    pub const PORTABLE: Self = Self::Portable(Portable);
+    pub const PORTABLE: Self = Self::Portable(Portable {});
 
     /// The best that this machine has.
     pub fn detect() -> Self {

@@ -4,10 +4,13 @@
 //! `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and
 //! a box kept in vain only costs time. The other nine axes: [`edge_axes`](super::edge_axes). All is in A's units.
 
+mod reach;
+
 use super::views::{self, Relation, View, Views};
-use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis};
+use crate::math::lanes::{Column, F8, Lanes, V8, all, cross, dot, per_axis, per_part};
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW};
+use reach::Reach;
 use wide::f32x4;
 
 /// Eight boxes by centre and half extents, along the axes of their node.
@@ -68,12 +71,6 @@ pub(super) struct Slabs<L: Lanes> {
 }
 
 impl<L: Lanes> Slabs<L> {
-    /// The lanes that are apart from the given box.
-    #[inline(always)]
-    fn apart(&self, lanes: L, low: [f32; 3], high: [f32; 3]) -> u32 {
-        self.gap(lanes, low, high).mask()
-    }
-
     /// The same for lane `i` of the stored boxes.
     #[inline(always)]
     pub(super) fn gap_at(&self, lanes: L, other: &Stored, i: usize) -> F8<L> {
@@ -112,6 +109,10 @@ impl<L: Lanes> Slabs<L> {
 pub(super) struct Stored {
     pub low: [[f32; 8]; 3],
     pub high: [[f32; 8]; 3],
+}
+
+impl Stored {
+    const NONE: Self = Self { low: [[0.0; 8]; 3], high: [[0.0; 8]; 3] };
 }
 
 /// The ends, on three axes, of a box given by centre and half extents.
@@ -228,31 +229,30 @@ impl BoxTest for Overlap {
     }
 
     #[inline(always)]
-    fn both<L: Lanes>(&self, lanes: L, facing: Facing, [alive_a, alive_b]: [u32; 2], keys: &mut Keys) -> u64 {
+    fn both<L: Lanes>(&self, lanes: L, facing: Facing, [mut alive_a, alive_b]: [u32; 2], keys: &mut Keys) -> u64 {
         let Facing { nodes: [a, b], views: [of_a, of_b], scales, .. } = facing;
-        let b_rows = Boxes::children(lanes, b, scales[1]);
-        let b_in_a = b_rows.seen(lanes, of_b).slabs();
-        let (low, high) = ends(a.own_center, a.own_half);
-        let alive_b = alive_b & !b_in_a.apart(lanes, low, high);
+        let (center, half) = facing.other();
+        let (apart, of_a) = Reach::children(lanes, (a, of_a, scales[0]), (center, half));
+        alive_a &= !apart;
         // Else a branch that cannot be guessed costs more than it saves.
-        if !L::IS_WHOLE && alive_b == 0 {
+        if !L::IS_WHOLE && alive_a == 0 {
             return 0;
         }
-        let a_rows = Boxes::children(lanes, a, scales[0]);
-        let a_in_b = a_rows.seen(lanes, of_a).slabs();
-        let (center, half) = facing.other();
-        let (low, high) = ends(center, half);
-        let mut alive_a = alive_a & !a_in_b.apart(lanes, low, high);
-        let (a_rows, a_in_b) = (a_rows.slabs().store(), a_in_b.store());
-        let b_rows = b_rows.slabs();
+        let (apart, of_b) = Reach::children(lanes, (b, of_b, scales[1]), (a.own_center, a.own_half));
+        let alive_b = alive_b & !apart;
         let mut pairs = 0;
-        while alive_a != 0 {
-            let i = alive_a.trailing_zeros() as usize;
-            alive_a &= alive_a - 1;
-            let gap = b_in_a.gap_at(lanes, &a_rows, i).min(b_rows.gap_at(lanes, &a_in_b, i));
-            keys[i] = gap.store();
-            pairs |= u64::from(!gap.mask() & alive_b) << (WIDTH * i);
-        }
+        per_part!(lanes: L, part => {
+            let alive_b = alive_b & all(part);
+            let mut alive_a = if L::IS_WHOLE || alive_b != 0 { alive_a } else { 0 };
+            let [own, seen] = [Reach::load(part, &of_b[0]), Reach::load(part, &of_b[1])];
+            while alive_a != 0 {
+                let i = alive_a.trailing_zeros() as usize;
+                alive_a &= alive_a - 1;
+                let depth = seen.overlap_at(part, &of_a[0], i).min(own.overlap_at(part, &of_a[1], i));
+                depth.put(&mut keys[i]);
+                pairs |= u64::from(!depth.mask() & alive_b) << (WIDTH * i);
+            }
+        });
         pairs
     }
 
@@ -275,31 +275,41 @@ impl BoxTest for Overlap {
         &self,
         lanes: L,
         facing: Facing,
-        mut alive: u32,
+        alive: u32,
         triangles: impl FnOnce() -> Triangles<'t>,
         keys: &mut Keys,
     ) -> u64 {
         let triangles = triangles();
-        let node = facing.nodes[1];
-        let boxes = Boxes::children(lanes, node, facing.scales[1]);
-        let slabs = boxes.slabs();
+        let (node, scale) = (facing.nodes[1], facing.scales[1]);
         if alive.is_power_of_two() {
             let i = alive.trailing_zeros() as usize % WIDTH;
             let plane = Plane::new(triangles.rows[i], &triangles.view, triangles.skew);
-            let [in_box, through_plane] = plane.depths(lanes, &boxes, &slabs);
+            let boxes = Boxes::children(lanes, node, scale);
+            let [in_box, through_plane] = plane.depths(lanes, &boxes, &boxes.slabs());
             let depth = in_box.min(through_plane * F8::splat(lanes, 1.0 / plane.length()));
             keys[i] = depth.store();
             return u64::from(!depth.mask() & node.valid()) << (WIDTH * i);
         }
-        let planes = Planes::new(lanes, &triangles);
+        let mut planes = Planes::NONE;
+        per_part!(lanes: L, part => {
+            if L::IS_WHOLE || alive & all(part) != 0 {
+                planes.put(part, &triangles);
+            }
+        });
         let mut pairs = 0;
-        while alive != 0 {
-            let i = alive.trailing_zeros() as usize;
-            alive &= alive - 1;
-            let [in_box, through_plane] = planes.at(i).depths(lanes, &boxes, &slabs);
-            let apart = in_box.mask() | through_plane.mask();
-            pairs |= u64::from(!apart & node.valid()) << (WIDTH * i);
-        }
+        per_part!(lanes: L, part => {
+            let valid = node.valid() & all(part);
+            let mut alive = if L::IS_WHOLE || valid != 0 { alive } else { 0 };
+            let boxes = Boxes::children(part, node, scale);
+            let slabs = boxes.slabs();
+            while alive != 0 {
+                let i = alive.trailing_zeros() as usize;
+                alive &= alive - 1;
+                let [in_box, through_plane] = planes.at(i).depths(part, &boxes, &slabs);
+                let apart = in_box.mask() | through_plane.mask();
+                pairs |= u64::from(!apart & valid) << (WIDTH * i);
+            }
+        });
         pairs
     }
 }
@@ -326,8 +336,24 @@ pub(super) struct Planes {
 }
 
 impl Planes {
+    const NONE: Self = Self {
+        boxes: Stored::NONE,
+        corner: [[0.0; 8]; 3],
+        normal: [[0.0; 8]; 3],
+        reach: [[0.0; 8]; 3],
+        blur: [0.0; 8],
+        slack: [0.0; 8],
+    };
+
     #[inline(always)]
-    pub(super) fn new<L: Lanes>(lanes: L, Triangles { rows, view, skew }: &Triangles) -> Self {
+    pub(super) fn new<L: Lanes>(lanes: L, triangles: &Triangles) -> Self {
+        let mut planes = Self::NONE;
+        planes.put(lanes, triangles);
+        planes
+    }
+
+    #[inline(always)]
+    fn put<L: Lanes>(&mut self, lanes: L, Triangles { rows, view, skew }: &Triangles) {
         let [t0, t1, t2, t3, t4, t5, t6, t7] = rows;
         let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
             per_axis!(i => F8::columns(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
@@ -341,17 +367,13 @@ impl Planes {
         let blur = (longest(e) + least) * (longest(f) + least) * F8::splat(lanes, *skew);
         let size = per_axis!(k => normal[k].abs());
         let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0)) + F8::splat(lanes, UNDERFLOW);
-        Self {
-            boxes: Stored {
-                low: per_axis!(k => (p[k] + zero.min(e[k]).min(f[k]) - margin).store()),
-                high: per_axis!(k => (p[k] + zero.max(e[k]).max(f[k]) + margin).store()),
-            },
-            corner: per_axis!(k => p[k].store()),
-            normal: per_axis!(k => normal[k].store()),
-            reach: per_axis!(k => (size[k] + blur).store()),
-            blur: blur.store(),
-            slack: slack.store(),
-        }
+        per_axis!(k => (p[k] + zero.min(e[k]).min(f[k]) - margin).put(&mut self.boxes.low[k]));
+        per_axis!(k => (p[k] + zero.max(e[k]).max(f[k]) + margin).put(&mut self.boxes.high[k]));
+        per_axis!(k => p[k].put(&mut self.corner[k]));
+        per_axis!(k => normal[k].put(&mut self.normal[k]));
+        per_axis!(k => (size[k] + blur).put(&mut self.reach[k]));
+        blur.put(&mut self.blur);
+        slack.put(&mut self.slack);
     }
 
     #[inline(always)]

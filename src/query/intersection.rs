@@ -143,18 +143,23 @@ impl Sink for Traversal<'_, '_, Intersection<'_>> {
         if hits == 0 {
             return;
         }
-        let (mut deepest, mut at) = (f32::NEG_INFINITY, 0);
+        let front = &mut self.workspace.front;
+        let (mut bit, mut place) = (hits.trailing_zeros(), front.push(child(hits.trailing_zeros())));
+        let (mut deepest, mut first, mut at) = (self.keys.as_flattened()[bit as usize % 64], bit, place);
+        hits &= hits - 1;
         while hits != 0 {
-            let bit = hits.trailing_zeros();
+            bit = hits.trailing_zeros();
             hits &= hits - 1;
-            let place = self.workspace.front.push(child(bit));
+            place = front.push(child(bit));
             let depth = self.keys.as_flattened()[bit as usize % 64];
             // Chosen, not branched: which is deeper cannot be guessed.
             let is_deeper = depth > deepest;
             deepest = if is_deeper { depth } else { deepest };
-            at = if is_deeper { place } else { at };
+            (first, at) = if is_deeper { (bit, place) } else { (first, at) };
         }
-        self.workspace.front.raise(at);
+        // It changes places with the last one. Both are made anew: to load what has just been stored takes longer.
+        front.put(at, child(bit));
+        front.put(place, child(first));
     }
 
     #[inline(always)]

@@ -127,6 +127,12 @@ impl Front {
         }
     }
 
+    /// Puts another pair in a place of the stack.
+    #[inline(always)]
+    pub fn put(&mut self, at: usize, pair: Pair) {
+        self.stack[at % STACK] = pair;
+    }
+
     /// Brings a pair of the stack to its top.
     #[inline(always)]
     pub fn raise(&mut self, at: usize) {
@@ -184,10 +190,8 @@ impl Front {
 
     #[inline(always)]
     pub fn pop(&mut self) -> Option<(Pair, Origin)> {
-        match self.pop_stack() {
-            Some(pair) => Some((pair, Origin::Stack)),
-            None => self.pop_beyond(),
-        }
+        let origin = if self.height == self.base { self.refill()? } else { Origin::Stack };
+        Some((self.pop_stack()?, origin))
     }
 
     /// The last pair of the stack, but for those set aside.
@@ -197,22 +201,30 @@ impl Front {
             return None;
         }
         self.height -= 1;
-        Some(self.stack[self.height % STACK])
+        // Piece by piece, as it was pushed: a load of what two stores wrote waits until both are in the cache.
+        let Pair { nodes: [a, b], alive: [of_a, of_b] } = self.stack[self.height % STACK];
+        Some(Pair { nodes: [a, b], alive: [of_a, of_b] })
     }
 
-    /// The next pair where the stack has none above its base.
+    /// Puts the next pair on the stack where that has none above its base; tells where it comes from.
     #[cold]
     #[inline(never)]
-    fn pop_beyond(&mut self) -> Option<(Pair, Origin)> {
+    fn refill(&mut self) -> Option<Origin> {
         if let Some((pair, witnesses)) = self.paths.pop() {
             self.path_witnesses = witnesses;
-            return Some((pair, Origin::Path));
+            self.push(pair);
+            return Some(Origin::Path);
         }
-        if self.base == 0 {
-            return if self.occupied == 0 { None } else { Some((self.pop_queue(), Origin::Queue)) };
+        if self.base > 0 {
+            self.base = 0;
+            return Some(Origin::Stack);
         }
-        self.base = 0;
-        self.pop_stack().map(|pair| (pair, Origin::Stack))
+        if self.occupied == 0 {
+            return None;
+        }
+        let pair = self.pop_queue();
+        self.push(pair);
+        Some(Origin::Queue)
     }
 
     fn pop_queue(&mut self) -> Pair {

@@ -264,7 +264,7 @@ mod tests {
 
     fn columns(matrices: &[DMat3; WIDTH]) -> Symmetric<Portable> {
         [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
-            .map(|(i, j)| F8::load(Portable, &matrices.map(|m| m.col(i)[j] as f32)))
+            .map(|(i, j)| F8::load(Portable {}, &matrices.map(|m| m.col(i)[j] as f32)))
     }
 
     fn lane(v: V8<Portable>, lane: usize) -> DVec3 {
@@ -274,8 +274,8 @@ mod tests {
     #[test]
     fn eigenvectors_diagonalise_all_lanes() {
         let matrices = matrices();
-        let (axes, longest) = eigenvectors(Portable, columns(&matrices));
-        let power = dominant(Portable, columns(&matrices));
+        let (axes, longest) = eigenvectors(Portable {}, columns(&matrices));
+        let power = dominant(Portable {}, columns(&matrices));
         for (i, m) in matrices.iter().enumerate() {
             let [x, y, z] = axes.map(|axis| lane(axis, i));
             let q = DMat3::from_cols(x, y, z);
@@ -293,7 +293,7 @@ mod tests {
 
     #[test]
     fn eigenvectors_of_nothing_are_the_axes_of_the_mesh() {
-        let (axes, _) = eigenvectors(Portable, columns(&[DMat3::ZERO; WIDTH]));
+        let (axes, _) = eigenvectors(Portable {}, columns(&[DMat3::ZERO; WIDTH]));
         for i in [0, 3, 7] {
             assert_eq!(axes.map(|axis| lane(axis, i)), [DVec3::X, DVec3::Y, DVec3::Z]);
         }
@@ -308,8 +308,8 @@ mod tests {
             let (e, f) = (b - a, c - a);
             Triangle([[a.x, a.y, a.z, e.x], [e.y, e.z, f.x, f.y], [f.z, 0.0, 0.0, 0.0]])
         });
-        let sides = Sides::of(&Eight::of_few(Portable, &triangles));
-        let (middle, longest) = (sides.axes(Portable, sides.middle), sides.axes(Portable, sides.longest));
+        let sides = Sides::of(&Eight::of_few(Portable {}, &triangles));
+        let (middle, longest) = (sides.axes(Portable {}, sides.middle), sides.axes(Portable {}, sides.longest));
         for i in 0..6 {
             let [x, y, z] = middle.map(|axis| lane(axis, i));
             assert_eq!((x.abs(), y.abs(), z.abs()), (DVec3::Z, DVec3::Y, DVec3::X));

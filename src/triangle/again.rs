@@ -102,7 +102,7 @@ mod tests {
             let mut crossings = [Crossings::default(); 2];
             let [first, second] = &mut crossings;
             let verdicts = Instructions::detect().run(Again { a: &a, b: &b, crossings: Some(first) });
-            assert_eq!(verdicts, Portable.run(Again { a: &a, b: &b, crossings: Some(second) }));
+            assert_eq!(verdicts, Portable {}.run(Again { a: &a, b: &b, crossings: Some(second) }));
             for lane in 0..8 {
                 let (hit, doubt) = (verdicts.hit >> lane & 1 != 0, verdicts.doubt >> lane & 1 != 0);
                 assert!(!(hit && doubt));

@@ -11,7 +11,7 @@
 //! Each value has an error bound of its own lane, from the largest components `P`, `F`, `Q` of `p`, `f`, `q`; they are
 //! derived in `docs/numerics.md`. Coplanar and degenerate pairs always end in doubt.
 
-use crate::math::lanes::{Column, D8, F8, Lanes, V8, cross, dot, per_axis};
+use crate::math::lanes::{Column, D8, F8, Lanes, V8, cross, dot, per_axis, per_part};
 use crate::math::tolerance::ROUNDING;
 
 /// A triangle: first corner, two edges, and the rounding rest of the first corner, in rows of four.
@@ -29,11 +29,31 @@ pub(crate) struct Placement {
     pub edge_slop: f32,
 }
 
+impl Placement {
+    /// Rotation times scale, for edges.
+    #[inline(always)]
+    pub fn rotation(&self) -> [[f32; 3]; 3] {
+        per_axis!(k => per_axis!(j => self.linear[k][j] as f32))
+    }
+}
+
 /// One bit a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Verdicts {
     pub hit: u32,
     pub doubt: u32,
+}
+
+impl Verdicts {
+    /// Of no lane.
+    pub const NONE: Self = Self { hit: 0, doubt: 0xff };
+
+    /// Those of other lanes.
+    #[inline(always)]
+    pub fn add(&mut self, Self { hit, doubt }: Self) {
+        self.hit |= hit;
+        self.doubt &= doubt;
+    }
 }
 
 /// Edges that certainly cross the other triangle, 01, 12 and 20 of A, then those of B, a bit for each lane.
@@ -50,18 +70,36 @@ impl Crossings {
 
 /// Tests `a[i]` against `b[i]` for the eight lanes; tells the crossings of hits, if they are wanted.
 #[inline(always)]
+// The last part could take them whole, as the lint says; the first cannot.
+#[allow(clippy::needless_option_as_deref)]
 pub(crate) fn test<L: Lanes>(
     lanes: L,
     a: [&Rows; 8],
     b: [&Rows; 8],
     placement: &Placement,
+    mut crossings: Option<&mut Crossings>,
+) -> Verdicts {
+    let mut verdicts = Verdicts::NONE;
+    let rotation = placement.rotation();
+    per_part!(lanes: L, part => {
+        verdicts.add(test_part(part, [a, b], placement, &rotation, crossings.as_deref_mut()));
+    });
+    verdicts
+}
+
+#[inline(always)]
+fn test_part<L: Lanes>(
+    lanes: L,
+    [a, b]: [[&Rows; 8]; 2],
+    placement: &Placement,
+    rotation: &[[f32; 3]; 3],
     crossings: Option<&mut Crossings>,
 ) -> Verdicts {
     let a = Transposed::new(lanes, a);
     let b = Transposed::new(lanes, b);
     let q = first_corner(lanes, &a, &b, placement);
     let (p1, p2) = (a.edge1, a.edge2);
-    let (f1, f2) = (rotate(lanes, &placement.linear, b.edge1), rotate(lanes, &placement.linear, b.edge2));
+    let (f1, f2) = (rotate(lanes, rotation, b.edge1), rotate(lanes, rotation, b.edge2));
 
     // Absolute errors, of corners and edges, count as if the component were as much larger as it takes to explain them by one
     // rounding.
@@ -105,7 +143,9 @@ pub(super) fn certain<N: Column>(
     let miss = x.miss.and(y.miss).and(z.miss).and(u.miss).and(v.miss).and(w.miss);
     let hit = x.hit.or(y.hit).or(z.hit).or(u.hit).or(v.hit).or(w.hit);
     if let Some(crossings) = crossings {
-        *crossings = Crossings([u.hit, v.hit, w.hit, x.hit, y.hit, z.hit].map(N::mask));
+        for (bits, hit) in crossings.0.iter_mut().zip([u.hit, v.hit, w.hit, x.hit, y.hit, z.hit]) {
+            *bits |= hit.mask();
+        }
     }
     let one_side = Range::of(of_b).same(bounds.plane_a).or(Range::of(of_a).same(bounds.plane_b));
     let (hit, miss) = (hit.mask(), miss.or(one_side).mask());
@@ -148,8 +188,8 @@ pub(super) fn first_corner<L: Lanes>(lanes: L, a: &Transposed<L>, b: &Transposed
 
 /// An edge of B in A's coordinates.
 #[inline(always)]
-pub(super) fn rotate<L: Lanes>(lanes: L, linear: &[[f64; 3]; 3], edge: V8<L>) -> V8<L> {
-    per_axis!(k => dot(per_axis!(j => F8::splat(lanes, linear[k][j] as f32)), edge))
+pub(super) fn rotate<L: Lanes>(lanes: L, rotation: &[[f32; 3]; 3], edge: V8<L>) -> V8<L> {
+    per_axis!(k => dot(per_axis!(j => F8::splat(lanes, rotation[k][j])), edge))
 }
 
 /// The size of the largest component of each.

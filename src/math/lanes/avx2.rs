@@ -36,8 +36,11 @@ macro_rules! lanewise {
 
 impl Lanes for Avx2 {
     const IS_WHOLE: bool = true;
+    const ALL: u32 = 0xff;
     type F = __m256;
     type D = [__m256d; 2];
+    type Low = Self;
+    type High = Self;
 
     lanewise!(add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps, max _mm256_max_ps, min _mm256_min_ps,
         and _mm256_and_ps, or _mm256_or_ps; add_d _mm256_add_pd, sub_d _mm256_sub_pd, mul_d _mm256_mul_pd, div_d _mm256_div_pd,
@@ -48,6 +51,10 @@ impl Lanes for Avx2 {
         self.vectorize(Vectorized(self, kernel))
     }
     #[inline(always)]
+    fn parts(self) -> (Self, Self) {
+        (self, self)
+    }
+    #[inline(always)]
     fn splat(self, x: f32) -> __m256 {
         self.avx._mm256_set1_ps(x)
     }
@@ -56,8 +63,8 @@ impl Lanes for Avx2 {
         cast(*x)
     }
     #[inline(always)]
-    fn store(self, x: __m256) -> [f32; 8] {
-        cast(x)
+    fn put(self, x: __m256, to: &mut [f32; 8]) {
+        *to = cast(x);
     }
     #[inline(always)]
     fn sqrt(self, a: __m256) -> __m256 {
@@ -118,8 +125,8 @@ impl Lanes for Avx2 {
         cast(*x)
     }
     #[inline(always)]
-    fn store_d(self, x: [__m256d; 2]) -> [f64; 8] {
-        cast(x)
+    fn put_d(self, x: [__m256d; 2], to: &mut [f64; 8]) {
+        *to = cast(x);
     }
     #[inline(always)]
     fn widen(self, x: __m256) -> [__m256d; 2] {

@@ -1,15 +1,18 @@
-//! Eight lanes as pairs of 4-lane vectors.
+//! Eight lanes as pairs of 4-lane vectors, and four of them.
 
 use super::{Kernel, Lanes};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 use wide::{f32x4, f64x2};
 
-/// SSE2, NEON or plain arrays.
+/// `N` vectors of four lanes, the first of which is lane `AT` of eight: SSE2, NEON or plain arrays.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Portable;
+pub(crate) struct Quads<const N: usize, const AT: usize> {}
 
-type F = [f32x4; 2];
-type D = [f64x2; 4];
+/// All eight lanes.
+pub(crate) type Portable = Quads<2, 0>;
+
+type F<const N: usize> = [f32x4; N];
+type D<const N: usize> = [[f64x2; 2]; N];
 
 #[inline(always)]
 fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> [T; N] {
@@ -18,108 +21,127 @@ fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> 
 
 /// Operations on two vectors.
 macro_rules! lanewise {
-    ($($name:ident $type:ident $operation:expr),*) => { $(
-        #[inline(always)]
-        fn $name(self, a: $type, b: $type) -> $type {
+    ($($name:ident $operation:expr),*; $($name_d:ident $operation_d:expr),*) => {
+        $(#[inline(always)]
+        fn $name(self, a: F<N>, b: F<N>) -> F<N> {
             zip(a, b, $operation)
-        }
-    )* };
+        })*
+        $(#[inline(always)]
+        fn $name_d(self, a: D<N>, b: D<N>) -> D<N> {
+            zip(a, b, |a, b| zip(a, b, $operation_d))
+        })*
+    };
 }
 
-impl Lanes for Portable {
-    const IS_WHOLE: bool = false;
-    type F = F;
-    type D = D;
+impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
+    const IS_WHOLE: bool = N == 1;
+    const ALL: u32 = ((1 << (4 * N)) - 1) << AT;
+    type F = F<N>;
+    type D = D<N>;
+    type Low = Quads<1, 0>;
+    type High = Quads<1, 4>;
 
-    lanewise!(add F Add::add, sub F Sub::sub, mul F Mul::mul, div F Div::div, max F f32x4::fast_max, min F f32x4::fast_min,
-        and F BitAnd::bitand, or F BitOr::bitor, less F |a, b| a.simd_lt(b), add_d D Add::add, sub_d D Sub::sub, mul_d D Mul::mul,
-        div_d D Div::div, max_d D f64x2::fast_max, min_d D f64x2::fast_min, and_d D BitAnd::bitand, or_d D BitOr::bitor,
-        less_d D |a, b| a.simd_lt(b));
+    lanewise!(add Add::add, sub Sub::sub, mul Mul::mul, div Div::div, max f32x4::fast_max, min f32x4::fast_min,
+        and BitAnd::bitand, or BitOr::bitor, less |a, b| a.simd_lt(b); add_d Add::add, sub_d Sub::sub, mul_d Mul::mul,
+        div_d Div::div, max_d f64x2::fast_max, min_d f64x2::fast_min, and_d BitAnd::bitand, or_d BitOr::bitor,
+        less_d |a, b| a.simd_lt(b));
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
         // Compiled once, as for other sets, wherever it is called from.
         #[inline(never)]
-        fn once<K: Kernel>(lanes: Portable, kernel: K) -> K::Output {
+        fn once<L: Lanes, K: Kernel>(lanes: L, kernel: K) -> K::Output {
             kernel.run(lanes)
         }
         once(self, kernel)
     }
     #[inline(always)]
-    fn splat(self, x: f32) -> F {
-        [f32x4::splat(x); 2]
+    fn parts(self) -> (Self::Low, Self::High) {
+        (Quads {}, Quads {})
     }
     #[inline(always)]
-    fn load(self, x: &[f32; 8]) -> F {
-        [f32x4::new([x[0], x[1], x[2], x[3]]), f32x4::new([x[4], x[5], x[6], x[7]])]
+    fn splat(self, x: f32) -> F<N> {
+        [f32x4::splat(x); N]
     }
     #[inline(always)]
-    fn store(self, x: F) -> [f32; 8] {
-        let [[a, b, c, d], [e, f, g, h]] = x.map(f32x4::to_array);
-        [a, b, c, d, e, f, g, h]
+    fn load(self, x: &[f32; 8]) -> F<N> {
+        core::array::from_fn(|i| f32x4::new(core::array::from_fn(|k| x[AT + 4 * i + k])))
     }
     #[inline(always)]
-    fn sqrt(self, a: F) -> F {
+    fn put(self, x: F<N>, to: &mut [f32; 8]) {
+        for (i, x) in x.into_iter().enumerate() {
+            to[AT + 4 * i..][..4].copy_from_slice(x.as_array());
+        }
+    }
+    #[inline(always)]
+    fn sqrt(self, a: F<N>) -> F<N> {
         a.map(f32x4::sqrt)
     }
     #[inline(always)]
-    fn abs(self, a: F) -> F {
+    fn abs(self, a: F<N>) -> F<N> {
         a.map(f32x4::abs)
     }
     #[inline(always)]
-    fn select(self, mask: F, a: F, b: F) -> F {
-        [mask[0].select(a[0], b[0]), mask[1].select(a[1], b[1])]
+    fn select(self, mask: F<N>, a: F<N>, b: F<N>) -> F<N> {
+        core::array::from_fn(|i| mask[i].select(a[i], b[i]))
     }
     #[inline(always)]
-    fn mask(self, a: F) -> u32 {
-        a[0].to_bitmask() | a[1].to_bitmask() << 4
+    fn mask(self, a: F<N>) -> u32 {
+        (0..N).fold(0, |bits, i| bits | a[i].to_bitmask() << (AT + 4 * i))
     }
     #[inline(always)]
-    fn join(self, low: f32x4, high: f32x4) -> F {
-        [low, high]
+    fn join(self, low: f32x4, high: f32x4) -> F<N> {
+        core::array::from_fn(|i| [low, high][AT / 4 + i])
     }
     #[inline(always)]
-    fn halves(self, x: F) -> [f32x4; 2] {
-        x
+    fn halves(self, x: F<N>) -> [f32x4; 2] {
+        [x[0], x[N - 1]]
     }
     #[inline(always)]
-    fn spread(self, x: F, k: usize) -> F {
+    fn spread(self, x: F<N>, k: usize) -> F<N> {
         x.map(|half| f32x4::splat(half.as_array()[k % 4]))
     }
     #[inline(always)]
-    fn transpose(self, rows: [F; 4]) -> [F; 4] {
-        let [low, high] = [0, 1].map(|half| f32x4::transpose(rows.map(|row| row[half])));
-        core::array::from_fn(|i| [low[i], high[i]])
+    fn transpose(self, rows: [F<N>; 4]) -> [F<N>; 4] {
+        let halves: [_; N] = core::array::from_fn(|half| f32x4::transpose(rows.map(|row| row[half])));
+        core::array::from_fn(|i| halves.map(|columns| columns[i]))
     }
     #[inline(always)]
-    fn splat_d(self, x: f64) -> D {
-        [f64x2::splat(x); 4]
+    fn splat_d(self, x: f64) -> D<N> {
+        [[f64x2::splat(x); 2]; N]
     }
     #[inline(always)]
-    fn load_d(self, x: &[f64; 8]) -> D {
-        core::array::from_fn(|i| f64x2::new([x[2 * i], x[2 * i + 1]]))
+    fn load_d(self, x: &[f64; 8]) -> D<N> {
+        let pair = |at: usize| f64x2::new([x[at], x[at + 1]]);
+        core::array::from_fn(|i| [pair(AT + 4 * i), pair(AT + 4 * i + 2)])
     }
     #[inline(always)]
-    fn store_d(self, x: D) -> [f64; 8] {
-        let [[a, b], [c, d], [e, f], [g, h]] = x.map(f64x2::to_array);
-        [a, b, c, d, e, f, g, h]
+    fn put_d(self, x: D<N>, to: &mut [f64; 8]) {
+        for (i, x) in x.as_flattened().iter().enumerate() {
+            to[AT + 2 * i..][..2].copy_from_slice(x.as_array());
+        }
     }
     #[inline(always)]
-    fn widen(self, x: F) -> D {
-        let x = self.store(x).map(f64::from);
-        core::array::from_fn(|i| f64x2::new([x[2 * i], x[2 * i + 1]]))
+    fn widen(self, x: F<N>) -> D<N> {
+        x.map(|x| {
+            let [a, b, c, d] = x.to_array().map(f64::from);
+            [f64x2::new([a, b]), f64x2::new([c, d])]
+        })
     }
     #[inline(always)]
-    fn abs_d(self, a: D) -> D {
-        a.map(f64x2::abs)
+    fn abs_d(self, a: D<N>) -> D<N> {
+        a.map(|a| a.map(f64x2::abs))
     }
     #[inline(always)]
-    fn mask_d(self, a: D) -> u32 {
-        a[0].to_bitmask() | a[1].to_bitmask() << 2 | a[2].to_bitmask() << 4 | a[3].to_bitmask() << 6
+    fn mask_d(self, a: D<N>) -> u32 {
+        let pairs = a.as_flattened();
+        (0..2 * N).fold(0, |bits, i| bits | pairs[i].to_bitmask() << (AT + 2 * i))
     }
     #[inline(always)]
-    fn narrow(self, x: D) -> F {
-        let [[a, b], [c, d], [e, f], [g, h]] = x.map(f64x2::to_array);
-        self.load(&[a, b, c, d, e, f, g, h].map(|x| x as f32))
+    fn narrow(self, x: D<N>) -> F<N> {
+        x.map(|x| {
+            let [[a, b], [c, d]] = x.map(f64x2::to_array);
+            f32x4::new([a, b, c, d].map(|x| x as f32))
+        })
     }
 }

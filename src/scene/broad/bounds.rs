@@ -98,12 +98,12 @@ const TURN_ROUNDING: f64 = 1e-12;
 /// Least and largest coordinates of the boxes below a node along three directions, given along its axes.
 #[inline(always)]
 fn reach(node: &Node, directions: [DVec3; 3]) -> (DVec3, DVec3) {
-    let center = per_axis!(k => F8::load(Portable, &node.center[k]));
-    let half = per_axis!(k => F8::load(Portable, &node.half[k]));
+    let center = per_axis!(k => F8::load(Portable {}, &node.center[k]));
+    let half = per_axis!(k => F8::load(Portable {}, &node.half[k]));
     let ends = per_axis!(i => {
         let direction = directions[i].as_vec3().to_array();
-        let middle = dot(per_axis!(k => F8::splat(Portable, direction[k])), center);
-        let reach = dot(per_axis!(k => F8::splat(Portable, direction[k].abs())), half);
+        let middle = dot(per_axis!(k => F8::splat(Portable {}, direction[k])), center);
+        let reach = dot(per_axis!(k => F8::splat(Portable {}, direction[k].abs())), half);
         (middle - reach, middle + reach)
     });
     let (low, high) = (least(per_axis!(i => ends[i].0)), greatest(per_axis!(i => ends[i].1)));
