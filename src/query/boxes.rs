@@ -4,6 +4,7 @@
 //! `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and
 //! a box kept in vain only costs time. The other nine axes: [`edge_axes`](super::edge_axes). All is in A's units.
 
+use super::close_boxes;
 use super::views::{self, Relation, View, Views};
 use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis};
 use crate::tree::{Node, WIDTH, xyz};
@@ -158,6 +159,18 @@ pub(super) trait BoxTest {
     /// this one is along its own.
     fn own<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool;
 
+    /// Whether it is so by the margins of `f32` alone.
+    #[inline(always)]
+    fn is_in_doubt(&self) -> bool {
+        false
+    }
+
+    /// Whether a pair in doubt is of no interest, as `f64` tells.
+    #[inline(always)]
+    fn is_parted(&mut self, _a: &Node, _b: &Node, _views: &Views, _relation: &Relation) -> bool {
+        false
+    }
+
     /// The given children of both nodes.
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64;
 
@@ -196,14 +209,16 @@ pub(super) struct Triangles<'t> {
 }
 
 /// Whether boxes overlap, on the six face axes; keys tell how deep.
-pub(super) struct Overlap;
+pub(super) struct Overlap {
+    least_gap: f32x4,
+    in_doubt: bool,
+}
 
-/// The axes on which a box, seen from another, is apart from it; both by centre and half extents.
-#[inline(always)]
-fn apart(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> f32x4 {
-    let distance = view.point(seen.0) - other.0;
-    let reach = view.half(seen.1) + other.1;
-    reach.simd_lt(distance.abs())
+impl Overlap {
+    #[inline(always)]
+    pub fn new(relation: &Relation) -> Self {
+        Self { least_gap: relation.least_gap, in_doubt: false }
+    }
 }
 
 impl BoxTest for Overlap {
@@ -214,8 +229,20 @@ impl BoxTest for Overlap {
         let scale = f32x4::splat(scale);
         let a = (a.own_center, a.own_half);
         let b = (b.own_center * scale, b.own_half * scale);
+        let (in_a, in_b) = (views.of_b.gaps(b, a), views.of_a.gaps(a, b));
         // One branch for both: neither can be guessed.
-        !(apart(b, a, &views.of_b) | apart(a, b, &views.of_a)).any()
+        self.in_doubt = self.least_gap.simd_lt(in_a.fast_max(in_b)).any();
+        !(self.in_doubt && (views.of_b.margin.simd_lt(in_a) | views.of_a.margin.simd_lt(in_b)).any())
+    }
+
+    #[inline(always)]
+    fn is_in_doubt(&self) -> bool {
+        self.in_doubt
+    }
+
+    #[inline(always)]
+    fn is_parted(&mut self, a: &Node, b: &Node, views: &Views, relation: &Relation) -> bool {
+        close_boxes::gap(a, b, views, relation) > 0.0
     }
 
     #[inline(always)]
