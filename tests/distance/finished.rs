@@ -131,10 +131,8 @@ fn plates_that_nearly_touch_take_little_work() {
             let query = DistanceQuery::new(&a, &b, pose);
             for query in [query, query.absolute_tolerance(1e-4)] {
                 let said = query.run(&mut workspace, ENOUGH);
-                assert!(
-                    said.low > 0.0 && said.low <= gap * (1.0 + 1e-9) && gap * (1.0 - 1e-9) <= said.high,
-                    "{said:?}"
-                );
+                // Below the tolerance all that is asked is whether they meet.
+                assert!(said.low <= gap * (1.0 + 1e-9) && gap * (1.0 - 1e-9) <= said.high, "{said:?}");
                 assert!(said.stop == StopReason::Finished && said.stats.work < LITTLE, "{}", said.stats.work);
             }
             for mode in [Mode::Any, Mode::All] {
