@@ -18,6 +18,9 @@ pub(crate) const fn opening_work(bv_tests: u32) -> u64 {
 /// Work of comparing the boxes of a slim node pair on their nine edge axes too, once they overlap on the face axes.
 pub const WORK_PER_EDGE_TEST: u64 = 20;
 
+/// Work of comparing the boxes of a node pair in `f64`, where only the margins of `f32` keep them together.
+pub(crate) const WORK_PER_CLOSE_TEST: u64 = 170;
+
 /// Work of one triangle test in the fast filter.
 pub const WORK_PER_TRIANGLE_TEST: u64 = 44;
 
@@ -73,8 +76,10 @@ const _: () = assert!(
 
 const _: () = assert!(WORK_PER_SEGMENT <= WORK_PER_CLOSEST_POINTS);
 
-const _: () =
-    assert!(MAX_STEP_WORK >= WORK_PER_EXPANSION + WORK_PER_EDGE_TEST + 65 && MAX_STEP_WORK >= WORK_PER_EXACT_TEST);
+const _: () = assert!(
+    MAX_STEP_WORK >= WORK_PER_EXPANSION + WORK_PER_CLOSE_TEST + WORK_PER_EDGE_TEST + 65
+        && MAX_STEP_WORK >= WORK_PER_EXACT_TEST
+);
 
 /// Work that counts for setting up the query of a pair in a scene, about what it takes.
 pub(crate) const WORK_PER_QUERY: u64 = 250;

@@ -4,12 +4,15 @@
 //! `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and
 //! a box kept in vain only costs time. The other nine axes: [`edge_axes`](super::edge_axes). All is in A's units.
 
+mod planes;
 mod reach;
 
-use super::views::{self, Relation, View, Views};
-use crate::math::lanes::{Column, F8, Lanes, V8, all, cross, dot, per_axis, per_part};
+use super::close_boxes;
+use super::views::{Relation, View, Views};
+use crate::math::lanes::{Column, F8, Lanes, V8, all, dot, per_axis, per_part};
 use crate::tree::{Node, WIDTH, xyz};
-use crate::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW};
+use crate::triangle::batch::Rows;
+pub(super) use planes::{Plane, Planes};
 use reach::Reach;
 use wide::f32x4;
 
@@ -168,6 +171,18 @@ pub(super) trait BoxTest {
     /// this one is along its own.
     fn own<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool;
 
+    /// Whether it is so by the margins of `f32` alone.
+    #[inline(always)]
+    fn is_in_doubt(&self) -> bool {
+        false
+    }
+
+    /// Whether a pair in doubt is of no interest, as `f64` tells.
+    #[inline(always)]
+    fn is_parted(&mut self, _a: &Node, _b: &Node, _views: &Views, _relation: &Relation) -> bool {
+        false
+    }
+
     /// The given children of both nodes.
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64;
 
@@ -206,14 +221,16 @@ pub(super) struct Triangles<'t> {
 }
 
 /// Whether boxes overlap, on the six face axes; keys tell how deep.
-pub(super) struct Overlap;
+pub(super) struct Overlap {
+    least_gap: f32x4,
+    in_doubt: bool,
+}
 
-/// The axes on which a box, seen from another, is apart from it; both by centre and half extents.
-#[inline(always)]
-fn apart(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> f32x4 {
-    let distance = view.point(seen.0) - other.0;
-    let reach = view.half(seen.1) + other.1;
-    reach.simd_lt(distance.abs())
+impl Overlap {
+    #[inline(always)]
+    pub fn new(relation: &Relation) -> Self {
+        Self { least_gap: relation.least_gap, in_doubt: false }
+    }
 }
 
 impl BoxTest for Overlap {
@@ -224,8 +241,20 @@ impl BoxTest for Overlap {
         let scale = f32x4::splat(scale);
         let a = (a.own_center, a.own_half);
         let b = (b.own_center * scale, b.own_half * scale);
+        let (in_a, in_b) = (views.of_b.gaps(b, a), views.of_a.gaps(a, b));
         // One branch for both: neither can be guessed.
-        !(apart(b, a, &views.of_b) | apart(a, b, &views.of_a)).any()
+        self.in_doubt = self.least_gap.simd_lt(in_a.fast_max(in_b)).any();
+        !(self.in_doubt && (views.of_b.margin.simd_lt(in_a) | views.of_a.margin.simd_lt(in_b)).any())
+    }
+
+    #[inline(always)]
+    fn is_in_doubt(&self) -> bool {
+        self.in_doubt
+    }
+
+    #[inline(always)]
+    fn is_parted(&mut self, a: &Node, b: &Node, views: &Views, relation: &Relation) -> bool {
+        close_boxes::gap(a, b, views, relation) > 0.0
     }
 
     #[inline(always)]
@@ -311,146 +340,6 @@ impl BoxTest for Overlap {
             }
         });
         pairs
-    }
-}
-
-#[inline(always)]
-fn longest<L: Lanes>(v: V8<L>) -> F8<L> {
-    v[0].abs().max(v[1].abs()).max(v[2].abs())
-}
-
-#[inline(always)]
-fn longest_one(v: f32x4) -> f32 {
-    let [x, y, z] = xyz(v.abs());
-    x.max(y).max(z)
-}
-
-/// Eight triangles, to be read one at a time.
-pub(super) struct Planes {
-    boxes: Stored,
-    corner: [[f32; 8]; 3],
-    normal: [[f32; 8]; 3],
-    reach: [[f32; 8]; 3],
-    blur: [f32; 8],
-    slack: [f32; 8],
-}
-
-impl Planes {
-    const NONE: Self = Self {
-        boxes: Stored::NONE,
-        corner: [[0.0; 8]; 3],
-        normal: [[0.0; 8]; 3],
-        reach: [[0.0; 8]; 3],
-        blur: [0.0; 8],
-        slack: [0.0; 8],
-    };
-
-    #[inline(always)]
-    pub(super) fn new<L: Lanes>(lanes: L, triangles: &Triangles) -> Self {
-        let mut planes = Self::NONE;
-        planes.put(lanes, triangles);
-        planes
-    }
-
-    #[inline(always)]
-    fn put<L: Lanes>(&mut self, lanes: L, Triangles { rows, view, skew }: &Triangles) {
-        let [t0, t1, t2, t3, t4, t5, t6, t7] = rows;
-        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
-            per_axis!(i => F8::columns(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
-        let axes = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
-        let p = per_axis!(k => dot(axes[k], [x, y, z]) + F8::splat(lanes, view.origin.as_array()[k]));
-        let e = per_axis!(k => dot(axes[k], [ex, ey, ez]));
-        let f = per_axis!(k => dot(axes[k], [fx, fy, fz]));
-        let (zero, margin) = (F8::splat(lanes, 0.0), F8::splat(lanes, view.margin.as_array()[0]));
-        let normal = cross(e, f);
-        let least = F8::splat(lanes, LEAST_EDGE_SLOP);
-        let blur = (longest(e) + least) * (longest(f) + least) * F8::splat(lanes, *skew);
-        let size = per_axis!(k => normal[k].abs());
-        let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0)) + F8::splat(lanes, UNDERFLOW);
-        per_axis!(k => (p[k] + zero.min(e[k]).min(f[k]) - margin).put(&mut self.boxes.low[k]));
-        per_axis!(k => (p[k] + zero.max(e[k]).max(f[k]) + margin).put(&mut self.boxes.high[k]));
-        per_axis!(k => p[k].put(&mut self.corner[k]));
-        per_axis!(k => normal[k].put(&mut self.normal[k]));
-        per_axis!(k => (size[k] + blur).put(&mut self.reach[k]));
-        blur.put(&mut self.blur);
-        slack.put(&mut self.slack);
-    }
-
-    #[inline(always)]
-    pub(super) fn at(&self, i: usize) -> Plane {
-        Plane {
-            low: per_axis!(k => self.boxes.low[k][i]),
-            high: per_axis!(k => self.boxes.high[k][i]),
-            corner: per_axis!(k => self.corner[k][i]),
-            normal: per_axis!(k => self.normal[k][i]),
-            reach: per_axis!(k => self.reach[k][i]),
-            blur: self.blur[i],
-            slack: self.slack[i],
-        }
-    }
-}
-
-/// A triangle seen from a node of the other side: its box, and its plane.
-#[derive(Debug, PartialEq)]
-pub(super) struct Plane {
-    pub low: [f32; 3],
-    pub high: [f32; 3],
-    pub corner: [f32; 3],
-    pub normal: [f32; 3],
-    /// `|n_k|`, and more by the error of the normal.
-    pub reach: [f32; 3],
-    pub blur: f32,
-    pub slack: f32,
-}
-
-impl Plane {
-    /// The same as of [`Planes`], to the bit.
-    #[inline(always)]
-    pub(super) fn new([first, second, third]: &Rows, view: &View, skew: f32) -> Self {
-        let (margin, zero) = (view.margin, f32x4::ZERO);
-        let p = view.point(f32x4::new([first[0], first[1], first[2], 0.0]));
-        let e = view.vector(f32x4::new([first[3], second[0], second[1], 0.0]));
-        let f = view.vector(f32x4::new([second[2], second[3], third[0], 0.0]));
-        let normal = views::cross(e, f);
-        let blur = (longest_one(e) + LEAST_EDGE_SLOP) * (longest_one(f) + LEAST_EDGE_SLOP) * skew;
-        let size = normal.abs();
-        let [x, y, z] = xyz(size);
-        Self {
-            low: xyz(p + zero.fast_min(e).fast_min(f) - margin),
-            high: xyz(p + zero.fast_max(e).fast_max(f) + margin),
-            corner: xyz(p),
-            normal: xyz(normal),
-            reach: xyz(size + f32x4::splat(blur)),
-            blur,
-            slack: margin.as_array()[0] * (x + y + z + blur * 4.0) + UNDERFLOW,
-        }
-    }
-
-    /// How deep its box overlaps boxes, and how far they reach across its plane, times the length of `n`; negative where they
-    /// are apart. The latter is `|n| . h - |n . (c - p)|`, with all errors of `n` (relative to the edges) and of `p` added.
-    #[inline(always)]
-    fn depths<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, slabs: &Slabs<L>) -> [F8<L>; 2] {
-        let [distance, reach] = self.across(lanes, boxes);
-        [slabs.gap(lanes, self.low, self.high), reach - distance.abs()]
-    }
-
-    /// How far from the plane the middles of boxes are, negative on the other side, and how far the boxes reach; times the
-    /// length of `n`.
-    #[inline(always)]
-    pub(super) fn across<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>) -> [F8<L>; 2] {
-        let from_corner = per_axis!(k => boxes.center[k] - F8::splat(lanes, self.corner[k]));
-        let distance = dot(per_axis!(k => F8::splat(lanes, self.normal[k])), from_corner);
-        let reach = dot(per_axis!(k => F8::splat(lanes, self.reach[k])), boxes.half)
-            + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs()) * F8::splat(lanes, self.blur)
-            + F8::splat(lanes, self.slack);
-        [distance, reach]
-    }
-
-    /// The length of `n`, or more.
-    #[inline(always)]
-    pub(super) fn length(&self) -> f32 {
-        let [x, y, z] = self.reach;
-        x + y + z + UNDERFLOW
     }
 }
 

@@ -9,7 +9,7 @@ use super::edge_axes;
 use super::queue::Pair;
 use super::views::{Relation, Views};
 use crate::math::lanes::{Lanes, per_lane};
-use crate::model::cost::WORK_PER_EDGE_TEST;
+use crate::model::cost::{WORK_PER_CLOSE_TEST, WORK_PER_EDGE_TEST};
 use crate::tree::{Node, Tree, WIDTH};
 use crate::triangle::batch::Rows;
 
@@ -18,7 +18,7 @@ pub(super) trait Sink {
     /// Takes note of BV tests on a level of the bounding volume test tree.
     fn count(&mut self, level: usize, bv_tests: u32);
 
-    /// Takes note of the work of a test on edge axes.
+    /// Takes note of the work of a test on edge axes, or in `f64`.
     #[inline(always)]
     fn spend(&mut self, _work: u64) {}
 
@@ -57,7 +57,13 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
     let level = usize::from(a.depth) + usize::from(b.depth);
     let views = boxes.views(lanes, a, b, relation);
-    if !boxes.own(lanes, a, b, &views, scale) || T::IS_OVERLAP && are_parted(a, b, &views, relation, sink) {
+    if !boxes.own(lanes, a, b, &views, scale)
+        || boxes.is_in_doubt() && {
+            sink.spend(WORK_PER_CLOSE_TEST);
+            boxes.is_parted(a, b, &views, relation)
+        }
+        || T::IS_OVERLAP && are_parted(a, b, &views, relation, sink)
+    {
         return sink.count(level, 1);
     }
     // Kept in memory: the kernels broadcast single entries, which is dear out of registers.

@@ -6,8 +6,10 @@
 //! overlap test; the proof is in `docs/numerics.md`, "Distances of boxes".
 
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, ends, splat};
+use super::close_boxes;
 use super::views::{Relation, View, Views};
 use crate::math::lanes::{Column, F8, Kernel, Lanes, V8, dot, per_axis};
+use crate::math::larger;
 use crate::tree::{Node, WIDTH, xyz};
 use crate::triangle::batch::Rows;
 use glam::DVec3;
@@ -17,6 +19,8 @@ use wide::f32x4;
 pub(super) struct Gaps {
     /// Squared distance from which on pairs are of no interest.
     pub cut: f32,
+    /// The gap, with its margin, from which on a pair that is of interest is so by its margin alone.
+    pub doubt: f32,
     /// The square of a gap is multiplied with this, which covers its rounding and axes that are not quite orthonormal.
     pub shrink: f32,
     /// Factor of half extents: 1 for bounds, less for guesses.
@@ -28,6 +32,7 @@ pub(super) struct Gaps {
     in_a: f32x4,
     in_b: f32x4,
     margin: f32,
+    in_doubt: bool,
 }
 
 /// Squared length of the gaps along three axes, and the largest gap.
@@ -43,7 +48,7 @@ fn measure<L: Lanes>(lanes: L, [x, y, z]: V8<L>) -> [F8<L>; 2] {
 fn measure_one(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> [f32; 2] {
     let gaps = (view.point(seen.0) - other.0).abs() - (view.half(seen.1) + other.1);
     let [[x, y, z], [u, v, w]] = [gaps, gaps.fast_max(f32x4::ZERO)].map(xyz);
-    [u * u + v * v + w * w, x.max(y).max(z)]
+    [u * u + v * v + w * w, larger(larger(x, y), z)]
 }
 
 /// Where triangles begin along a direction that need not be a unit vector.
@@ -82,9 +87,9 @@ impl Direction {
 }
 
 impl Gaps {
-    pub fn new(cut: f32, shrink: f32, direction: Direction) -> Self {
+    pub fn new(cut: f32, doubt: f32, shrink: f32, direction: Direction) -> Self {
         let (swell, least, zero) = (1.0, f32::NEG_INFINITY, f32x4::ZERO);
-        Self { cut, shrink, swell, least, direction, in_a: zero, in_b: zero, margin: 0.0 }
+        Self { cut, doubt, shrink, swell, least, direction, in_a: zero, in_b: zero, margin: 0.0, in_doubt: false }
     }
 
     /// How far along the direction boxes of A end, less than 0, by their own axes.
@@ -113,6 +118,15 @@ impl Gaps {
         } else {
             dot_one(self.in_a, view.point(center)) - dot_one(self.in_b.abs(), half) - self.margin
         }
+    }
+
+    /// Whether a proven gap of the pair at hand, or what was known before, is as large as the cut.
+    #[cold]
+    fn reaches_cut(&mut self, gap: f64) -> bool {
+        if gap > 0.0 {
+            self.least = larger(self.least, (gap * gap * (1.0 - f64::from(f32::EPSILON))) as f32);
+        }
+        self.least >= self.cut
     }
 
     /// The keys of boxes that were measured along the axes of both sides, and along the direction.
@@ -153,11 +167,26 @@ impl BoxTest for Gaps {
         let ([square, gap], [other_square, other_gap]) =
             (measure_one(b, a, &views.of_b), measure_one(a, b, &views.of_a));
         let along = self.along_one(true, a.0, a.1, &views.of_a) + self.along_one(false, b.0, b.1, &views.of_b);
-        let key = square.max(other_square).max(along.max(0.0) * along) * self.shrink;
-        if gap.max(other_gap).max(along) > 0.0 {
-            self.least = self.least.max(key);
+        let ahead = larger(along, 0.0);
+        let key = larger(larger(square, other_square), ahead * ahead) * self.shrink;
+        let gap = larger(larger(gap, other_gap), along);
+        if gap > 0.0 {
+            self.least = larger(self.least, key);
         }
+        // Along the direction twice the margin was taken off.
+        self.in_doubt = larger(gap, along + 0.5 * self.margin) > self.doubt;
         self.least < self.cut
+    }
+
+    #[inline(always)]
+    fn is_in_doubt(&self) -> bool {
+        self.in_doubt
+    }
+
+    #[inline(always)]
+    fn is_parted(&mut self, a: &Node, b: &Node, views: &Views, relation: &Relation) -> bool {
+        self.reaches_cut(close_boxes::gap(a, b, views, relation))
+            || self.reaches_cut(close_boxes::gap_along(a, b, relation, self.direction.unit))
     }
 
     #[inline(always)]

@@ -36,7 +36,7 @@ impl Question for Traversal<'_, '_, Intersection<'_>> {
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
         if !self.strategy.march || self.is_new(pair) {
-            expand(lanes, pair, [self.a, self.b], self.relation, &mut Overlap, self);
+            expand(lanes, pair, [self.a, self.b], self.relation, &mut Overlap::new(self.relation), self);
         }
     }
 

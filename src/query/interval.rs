@@ -102,8 +102,8 @@ impl Interval {
 
     /// Its square, not less, in units of this length. Never so small that a pair that may meet would not matter.
     pub fn square_cut(&self, unit: f64) -> f32 {
-        let cut = (self.cut / unit) as f32 * (1.0 + 4.0 * f32::EPSILON);
-        (cut * cut * (1.0 + 4.0 * f32::EPSILON)).max(1e-36)
+        let cut = self.cut / unit;
+        ((cut * cut * (1.0 + f64::from(f32::EPSILON))) as f32).max(1e-36)
     }
 
     /// Whether the thickened surfaces meet.

@@ -20,6 +20,7 @@ mod boxes;
 mod budget;
 mod certificate;
 mod clearance;
+mod close_boxes;
 mod contacts;
 mod corners;
 mod deadline;

@@ -40,6 +40,8 @@ use glam::DVec3;
 pub(super) struct Distance {
     /// Squared distance, in A's units, from which on nothing matters: not less than that of the interval.
     cut: f32,
+    /// [`Gaps::doubt`].
+    doubt: f32,
     /// From A to B, where the closest triangles found are: [`Gaps::direction`].
     direction: Direction,
     /// The least key of children met by a dive.
@@ -50,7 +52,7 @@ impl Distance {
     pub fn new(relation: &Relation, interval: &Interval) -> Self {
         // To begin with, that of the middles.
         let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
-        let mut distance = Self { cut: 0.0, direction, guess: f32::INFINITY };
+        let mut distance = Self { cut: 0.0, doubt: 0.0, direction, guess: f32::INFINITY };
         distance.update(relation, interval);
         distance
     }
@@ -58,6 +60,7 @@ impl Distance {
     /// After a change of the interval.
     fn update(&mut self, relation: &Relation, interval: &Interval) {
         self.cut = interval.square_cut(relation.unit);
+        self.doubt = root(self.cut) + relation.least_gap_and_margin();
         if let Some((_, found)) = interval.nearest() {
             self.direction = Direction::new(-found.direction, relation);
         }
@@ -76,8 +79,8 @@ impl Question for Traversal<'_, '_, Distance> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let Distance { cut, direction, .. } = self.question;
-        let mut gaps = Gaps::new(cut, self.relation.shrink, direction);
+        let Distance { cut, doubt, direction, .. } = self.question;
+        let mut gaps = Gaps::new(cut, doubt, self.relation.shrink, direction);
         match self.origin {
             Origin::Path => {
                 self.question.guess = f32::INFINITY;
@@ -271,6 +274,11 @@ impl Sink for Traversal<'_, '_, Distance> {
         let stats = &mut self.workspace.run.stats;
         stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
         stats.work += WORK_PER_EXPANSION + 2 * u64::from(bv_tests);
+    }
+
+    #[inline(always)]
+    fn spend(&mut self, work: u64) {
+        self.workspace.run.stats.work += work;
     }
 
     #[inline(always)]

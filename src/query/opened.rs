@@ -52,7 +52,7 @@ impl Kernel for &mut Recorder<'_> {
     fn run<L: Lanes>(self, lanes: L) {
         while let Some((pair, parent)) = self.front.pop() {
             self.opened.push(OpenedPair { parent, ..OpenedPair::default() });
-            expand(lanes, pair, self.trees, self.relation, &mut Overlap, self);
+            expand(lanes, pair, self.trees, self.relation, &mut Overlap::new(self.relation), self);
         }
     }
 }

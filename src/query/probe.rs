@@ -123,7 +123,7 @@ impl Kernel for &mut Probe<'_> {
             }
             self.costs.swap_remove(costliest);
             let pair = self.pairs.swap_remove(costliest).pair;
-            expand(lanes, pair, self.trees, self.relation, &mut Overlap, self);
+            expand(lanes, pair, self.trees, self.relation, &mut Overlap::new(self.relation), self);
         }
     }
 }

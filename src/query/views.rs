@@ -8,7 +8,7 @@ use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, Tree, Unit, power_of_two, xyz};
 use crate::triangle::batch::{EDGE_SLOP, LEAST_EDGE_SLOP, Placement};
 use core::ops::{Add, Mul, Neg, Sub};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use wide::f32x4;
 
 /// An entry for each axis, and one that is 0; or, in halves, those of two vectors.
@@ -127,12 +127,17 @@ pub(super) struct Relation {
     deviation: f64,
     /// What the square of a gap is multiplied with: [`super::gaps::Gaps::shrink`].
     pub shrink: f32,
+    /// Boxes in doubt are at least this far apart as `f32` tells; what is less is often what rounding makes of 0.
+    pub least_gap: f32x4,
     pub triangles: Placement,
 }
 
 /// Ratios of the units of two meshes beyond which every box counts as overlapping: products of three lengths must stay
 /// within the range of `f32`.
 const LARGEST_SCALE: i32 = 30;
+
+/// The least gap of boxes in doubt over their margin.
+const LEAST_GAP: f32 = 1.0 / 64.0;
 
 impl Relation {
     pub fn new(a: &Tree, b: &Tree, b_in_a: &Pose) -> Self {
@@ -149,6 +154,7 @@ impl Relation {
         let place = Place::new(scale, b_in_a, translation, distance, slop, deviation)
             .filter(|_| exponent.abs() <= LARGEST_SCALE);
         let Some(place) = place else { return Self { unit: power_of_two(of_a), ..Self::BLIND } };
+        let [margin_a, margin_b] = place.margin.map(|margin| margin.as_array()[0]);
         let rows = b_in_a.rotation().transpose();
         let linear = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row * scale).to_array());
         Self {
@@ -158,6 +164,7 @@ impl Relation {
             skew: 224.0 * ROUNDING + 16.0 * deviation as f32,
             deviation,
             shrink: 1.0 - 64.0 * ROUNDING - 4.0 * deviation as f32,
+            least_gap: f32x4::splat(margin_a.min(margin_b) * LEAST_GAP),
             triangles: Placement {
                 linear,
                 translation: translation.to_array(),
@@ -177,9 +184,20 @@ impl Relation {
         Place::new(scale, b_in_a, translation, distance, slop, self.deviation).unwrap_or(Place::BLIND)
     }
 
+    /// The same less their margin, so below 0.
+    pub fn least_gap_and_margin(&self) -> f32 {
+        let [a, b] = self.place.margin.map(|margin| margin.as_array()[0]);
+        self.least_gap.as_array()[0] - a.min(b)
+    }
+
     /// The middle of B's box from that of A's.
     pub fn middle(&self) -> DVec3 {
         self.triangles.translation.into()
+    }
+
+    /// The linear part of B's place.
+    pub fn linear(&self) -> DMat3 {
+        DMat3::from_cols_array_2d(&self.triangles.linear).transpose()
     }
 
     /// A direction in A's unit coordinates, for points in B's, and what is added for B's place.
@@ -196,6 +214,7 @@ impl Relation {
         skew: 1.0,
         deviation: 1.0,
         shrink: 0.0,
+        least_gap: f32x4::splat(1e6),
         triangles: Placement { linear: [[0.0; 3]; 3], translation: [0.0; 3], slop: 1e6, edge_slop: 1e6 },
     };
 }
@@ -263,7 +282,21 @@ impl<V: Entries> View<V> {
     /// The half extents of a box seen from the other side, widened by the margin.
     #[inline(always)]
     pub fn half(&self, h: V) -> V {
-        times(&per_axis!(k => self.columns[k].abs()), h) + self.margin
+        self.size(h) + self.margin
+    }
+
+    /// The same without the margin.
+    #[inline(always)]
+    fn size(&self, h: V) -> V {
+        times(&per_axis!(k => self.columns[k].abs()), h)
+    }
+}
+
+impl View {
+    /// How far apart a box, seen from another, is from it on each axis; both by centre and half extents, without the margin.
+    #[inline(always)]
+    pub fn gaps(&self, seen: (f32x4, f32x4), other: (f32x4, f32x4)) -> f32x4 {
+        (self.point(seen.0) - other.0).abs() - (self.size(seen.1) + other.1)
     }
 }
 

@@ -1,0 +1,74 @@
+//! Boxes that are apart, but by less than the margins of `f32`: their gap along one direction, in `f64`.
+//!
+//! Those margins are relative to the meshes, however small the nodes are. Here little is left but the rounding of the boxes
+//! themselves, so that parallel sheets are parted high up in the trees. The proof is in `docs/numerics.md`, "Boxes that are
+//! close".
+
+use super::views::{Relation, Views};
+use crate::math::tolerance;
+use crate::tree::{Node, xyz};
+use glam::{DMat3, DVec3};
+use wide::f32x4;
+
+/// How far apart the own boxes of two nodes are at least, A's units, by the face axis along which they are farthest apart, as
+/// `f32` tells; negative if they may overlap.
+#[cold]
+#[inline(never)]
+pub(super) fn gap(a: &Node, b: &Node, views: &Views, relation: &Relation) -> f64 {
+    let scale = f32x4::splat(relation.scale);
+    let (of_a, of_b) = ((a.own_center, a.own_half), (b.own_center * scale, b.own_half * scale));
+    let (in_a, in_b) = (xyz(views.of_b.gaps(of_b, of_a)), xyz(views.of_a.gaps(of_a, of_b)));
+    let (mut widest, mut axis) = (f32::NEG_INFINITY, DVec3::X);
+    for k in 0..3 {
+        if in_a[k] > widest {
+            (widest, axis) = (in_a[k], wide(a.rotation[k]));
+        }
+        if in_b[k] > widest {
+            (widest, axis) = (in_b[k], relation.linear() * wide(b.rotation[k]));
+        }
+    }
+    gap_of([a, b], relation, axis, ROUNDING)
+}
+
+/// The same by a direction in A's unit coordinates.
+#[cold]
+#[inline(never)]
+pub(super) fn gap_along(a: &Node, b: &Node, relation: &Relation, direction: f32x4) -> f64 {
+    gap_of([a, b], relation, wide(direction), ROUNDING)
+}
+
+fn gap_of([a, b]: [&Node; 2], relation: &Relation, direction: DVec3, rounding: f64) -> f64 {
+    let [of_a, from_a] = shadow(a, direction, rounding);
+    let [of_b, from_b] = shadow(b, relation.linear().transpose() * direction, rounding);
+    let between = direction.dot(relation.middle()) + of_b - of_a;
+    let slop = 3.0 * f64::from(relation.triangles.slop) + SECOND_ORDER * (1.0 + f64::from(relation.scale));
+    (between.abs() - (from_a + from_b)) / direction.length() - slop
+}
+
+/// A rounding of `f32`.
+const ROUNDING: f64 = tolerance::ROUNDING as f64;
+
+/// 2^-37: more than all terms with the square of a rounding, and the rounding of `f64`, unit coordinates.
+const SECOND_ORDER: f64 = 1.0 / (1u64 << 37) as f64;
+
+/// Middle and half length of what holds all triangles of a node along a direction in its mesh's unit coordinates.
+fn shadow(node: &Node, direction: DVec3, rounding: f64) -> [f64; 2] {
+    let (center, half, [x, y, z]) = (wide(node.own_center), wide(node.own_half), node.rotation.map(wide));
+    let axes = DMat3::from_cols(x, y, z);
+    // The axes are not quite orthonormal: one step of Newton's method towards their inverse.
+    let first = axes.transpose() * direction;
+    let along = 2.0 * first - axes.transpose() * (axes * first);
+    // Corners were rounded along the axes of the mesh.
+    let sizes = axes.abs();
+    let extent = sizes * half;
+    let reach = (axes * center).abs() + extent;
+    let roundings = sizes.transpose() * (4.0 * reach + 2.0 * extent) + 2.0 * (center.abs() + half);
+    [along.dot(center), along.abs().dot(half + rounding * roundings)]
+}
+
+fn wide(v: f32x4) -> DVec3 {
+    DVec3::from_array(xyz(v).map(f64::from))
+}
+
+#[cfg(all(test, feature = "std"))]
+mod tests;
