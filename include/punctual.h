@@ -696,7 +696,7 @@ typedef struct punctual_build_options {
   uint32_t frames;
   /**
    * Whether triangles know their neighbors, which `early` of a query needs: 0 or not 0. Takes about a fifth of the build's
-   * time more, and 12 bytes a triangle.
+   * time more, and 32 bytes a triangle.
    */
   uint32_t neighbors;
   /**

@@ -77,6 +77,8 @@ pub(crate) trait Lanes: Copy {
     type Low: Lanes;
     /// The upper one.
     type High: Lanes;
+    /// Four `f64`.
+    type Q: Copy;
 
     /// Runs `kernel` compiled for this instruction set; it must be `#[inline(always)]` all the way down.
     fn run<K: Kernel>(self, kernel: K) -> K::Output;
@@ -124,6 +126,15 @@ pub(crate) trait Lanes: Copy {
     fn or_d(self, a: Self::D, b: Self::D) -> Self::D;
     fn abs_d(self, a: Self::D) -> Self::D;
     fn mask_d(self, a: Self::D) -> u32;
+
+    fn load_q(self, x: &[f64; 4]) -> Self::Q;
+    fn store_q(self, x: Self::Q) -> [f64; 4];
+    fn add_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
+    fn sub_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
+    fn mul_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
+    fn less_q(self, a: Self::Q, b: Self::Q) -> u32;
+    fn turn_q(self, a: Self::Q) -> Self::Q;
+    fn sum_q(self, a: Self::Q) -> f64;
 }
 
 /// The lanes that an instruction set has, a bit each.
@@ -251,6 +262,45 @@ impl<L: Lanes> D8<L> {
     }
 }
 
+/// Four `f64` of the instruction set `L`: what is done one at a time.
+#[derive(Clone, Copy)]
+pub(crate) struct D4<L: Lanes>(L::Q, L);
+
+#[allow(clippy::inline_always)]
+impl<L: Lanes> D4<L> {
+    #[inline(always)]
+    pub fn splat(lanes: L, x: f64) -> Self {
+        Self(lanes.load_q(&[x; 4]), lanes)
+    }
+    #[inline(always)]
+    pub fn load(lanes: L, x: &[f64; 4]) -> Self {
+        Self(lanes.load_q(x), lanes)
+    }
+    #[inline(always)]
+    pub fn lanes(self) -> L {
+        self.1
+    }
+    #[inline(always)]
+    pub fn store(self) -> [f64; 4] {
+        self.1.store_q(self.0)
+    }
+    /// One bit a lane, lane 0 lowest; never where one of them is no number.
+    #[inline(always)]
+    pub fn less(self, other: Self) -> u32 {
+        self.1.less_q(self.0, other.0)
+    }
+    /// Lanes 1, 2, 0 and 3.
+    #[inline(always)]
+    pub fn turned(self) -> Self {
+        Self(self.1.turn_q(self.0), self.1)
+    }
+    /// `(x[0] + x[2]) + (x[1] + x[3])`.
+    #[inline(always)]
+    pub fn sum(self) -> f64 {
+        self.1.sum_q(self.0)
+    }
+}
+
 macro_rules! operators {
     ($type:ident: $($trait:ident $verb:ident $call:ident),*) => { $(
         impl<L: Lanes> $trait for $type<L> {
@@ -264,6 +314,7 @@ macro_rules! operators {
 }
 operators!(F8: Add add add, Sub sub sub, Mul mul mul, Div div div);
 operators!(D8: Add add add_d, Sub sub sub_d, Mul mul mul_d, Div div div_d);
+operators!(D4: Add add add_q, Sub sub sub_q, Mul mul mul_q);
 
 /// Eight numbers or masks of one precision: what kernels use that are the same in both.
 #[allow(clippy::inline_always)]

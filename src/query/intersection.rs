@@ -1,11 +1,12 @@
 //! Do two surfaces meet, and where? What a traversal that asks this does with node pairs; [`leaf`](super::leaf) has its
 //! triangle tests.
 //!
-//! Boxes that overlap are of interest, deepest first. A pair of clusters to which a hit leads ([`march`](super::march)) may be
-//! opened before the front comes to it; it is passed over then.
+//! Boxes that overlap are of interest, deepest first. Triangle pairs that were found along a curve ([`march`](super::march))
+//! before the front comes to them are not tested again.
 
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
+use super::march::MarchOn;
 use super::options::{Mode, Options};
 use super::order::overlap_volume;
 use super::outcome::{LEVELS, StopReason};
@@ -21,23 +22,14 @@ pub(super) struct Intersection<'q> {
 }
 
 impl Question for Traversal<'_, '_, Intersection<'_>> {
-    /// What hits lead to goes before the front.
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
-        if self.strategy.march
-            && !self.strategy.largest_first
-            && let Some(pair) = self.workspace.march.pop()
-        {
-            return Some((pair, Origin::Stack));
-        }
         self.workspace.front.pop()
     }
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        if !self.strategy.march || self.is_new(pair) {
-            expand(lanes, pair, [self.a, self.b], self.relation, &mut Overlap::new(self.relation), self);
-        }
+        expand(lanes, pair, [self.a, self.b], self.relation, &mut Overlap::new(self.relation), self);
     }
 
     #[inline(always)]
@@ -51,20 +43,18 @@ impl Question for Traversal<'_, '_, Intersection<'_>> {
         if self.room() == 0 {
             return Some(StopReason::PairsFull);
         }
-        self.test_triangles(lanes);
+        if self.workspace.march.is_due() {
+            lanes.run(MarchOn(self));
+        } else {
+            self.test_triangles(lanes);
+        }
+        self.workspace.testing = self.goes_on_testing();
         let is_enough = self.workspace.run.found > 0 && self.question.options.mode == Mode::Any;
         is_enough.then_some(StopReason::FirstHit)
     }
 }
 
 impl Traversal<'_, '_, Intersection<'_>> {
-    /// Whether a pair has still to be opened: it is none of clusters to which a hit has led before.
-    fn is_new(&mut self, Pair { nodes: [a, b], .. }: Pair) -> bool {
-        self.workspace.run.stats.work += WORK_PER_LOOKUP;
-        let are_clusters = || self.a.nodes()[a as usize].is_cluster && self.b.nodes()[b as usize].is_cluster;
-        self.workspace.march.visit([a, b], are_clusters)
-    }
-
     #[inline(never)]
     fn queue_all(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
         let mut ahead = if self.origin == Origin::Path { self.workspace.front.path_witnesses() } else { 0 };
@@ -173,6 +163,11 @@ impl Sink for Traversal<'_, '_, Intersection<'_>> {
 
     #[inline(always)]
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
+        let mut hits = hits;
+        if self.strategy.march {
+            self.workspace.run.stats.work += WORK_PER_LOOKUP;
+            hits &= !self.workspace.march.known.of(first);
+        }
         self.workspace.waiting.push_all(hits, first);
     }
 }

@@ -2,7 +2,6 @@
 //! at a time through the exact test.
 
 use super::intersection::Intersection;
-use super::march::ALL_EDGES;
 use super::options::Mode;
 use super::traversal::Traversal;
 use super::workspace::Workspace;
@@ -32,16 +31,20 @@ impl Traversal<'_, '_, Intersection<'_>> {
                 self.question.options.mode == Mode::Any && !self.workspace.doubtful.is_empty();
         }
         let workspace = &mut *self.workspace;
-        let (waiting, last) = (workspace.waiting.len(), workspace.front.is_empty());
-        if !workspace.doubtful.is_empty() {
-            return;
-        }
-        if workspace.inconclusive {
+        if workspace.doubtful.is_empty() && workspace.inconclusive {
             workspace.front.go_elsewhere();
         }
+    }
+
+    /// Whether the next step is to find or test triangle pairs again.
+    #[inline(always)]
+    pub(super) fn goes_on_testing(&self) -> bool {
+        let Workspace { waiting, front, doubtful, march, inconclusive, .. } = &*self.workspace;
         // A last, partial batch is worth it only when nothing else is left.
-        workspace.testing =
-            waiting >= WIDTH && !workspace.inconclusive || waiting > 0 && last || workspace.waiting.is_full();
+        let pays =
+            waiting.len() >= WIDTH && !inconclusive || waiting.len() > 0 && front.is_empty() || waiting.is_full();
+        // Once nothing is left, all is known that a curve could lead to.
+        pays || !doubtful.is_empty() || march.is_due() && !self.workspace.is_done()
     }
 
     /// Whether hits are contacts; then they too go through the exact test, which says how the triangles lie.
@@ -126,9 +129,7 @@ impl Traversal<'_, '_, Intersection<'_>> {
         let left = left.count_ones() as usize;
         workspace.refinement.learn(count - left, left);
         for lane in bits(verdicts.hit & tested) {
-            // Of those that share a corner none is known.
-            let known = crossings.of(lane);
-            self.report(pairs[lane], || if known == 0 { ALL_EDGES } else { known });
+            self.report(pairs[lane], || crossings.of(lane));
         }
     }
 
@@ -150,11 +151,11 @@ impl Traversal<'_, '_, Intersection<'_>> {
                 self.workspace.contacts.push(contact);
             }
         } else if triangles_intersect(a, b) {
-            self.report(pair, || ALL_EDGES);
+            self.report(pair, || 0);
         }
     }
 
-    /// Reports a pair that meets.
+    /// Reports a pair that meets, unless it is known; where curves are followed, those of the edges that certainly cross.
     #[inline(always)]
     fn report(&mut self, pair: [u32; 2], crossings: impl FnOnce() -> u32) {
         let workspace = &mut *self.workspace;
@@ -162,14 +163,21 @@ impl Traversal<'_, '_, Intersection<'_>> {
             // One is enough; the others of its batch stay open.
             return workspace.doubtful.push(pair);
         }
+        if self.strategy.march {
+            let crossings = if self.strategy.largest_first { 0 } else { crossings() };
+            if !workspace.march.note([self.a, self.b], pair, crossings) {
+                return;
+            }
+            if workspace.run.found == 0 {
+                self.strategy = self.strategy.after_first_hit();
+                workspace.run.strategy = self.strategy;
+            }
+        }
         let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
         workspace.sample.note(pair, workspace.run.found);
         workspace.run.found += 1;
         workspace.run.witness.get_or_insert(ids);
         workspace.found.push(ids);
-        if self.strategy.march {
-            workspace.march.lead([self.a, self.b], pair, crossings());
-        }
     }
 }
 

@@ -1,152 +1,245 @@
-//! Marching: where triangles meet, their neighbors are likely to meet too.
+//! Marching: from a triangle pair that meets to the next one along the curve, without a test.
 //!
-//! Triangle pairs that meet lie on curves. Where an edge of one triangle crosses the other, the neighbor across that edge
-//! meets the other triangle too. So the pair of clusters in which it lies is visited next: the traversal follows the curve
-//! from cluster to cluster, and finds in each what it would have found there later. Nothing is tested twice: a pair of
-//! clusters that has been visited ([`visited`](super::visited)) is passed over when its turn comes.
+//! Where an edge of one triangle crosses the other one, the neighbor behind that edge meets it too. So each hit of the triangle
+//! tests has ends from which the curve is followed ([`Curve`]), pair by pair, until it comes to one that is known or
+//! to the border of a surface, or it is not certain how it goes on. What is found so is reported at once, and not tested when
+//! the traversal comes to it ([`known`](super::known)); but the traversal goes everywhere all the same, and so the answer
+//! does not depend on where the marches led.
 //!
-//! A lead is only a hint: it may be lost, or lead nowhere, and the answer stays the same.
+//! Two ends are followed in turn: each step waits for numbers of the step before, and meanwhile the other end goes on.
 
-use super::queue::Pair;
-use super::visited::Visited;
-use crate::math::bits;
+use super::intersection::Intersection;
+use super::known::{Added, Known};
+use super::traversal::Traversal;
+use super::workspace::Workspace;
+use crate::math::Pose;
+use crate::math::lanes::{D4, Kernel, Lanes, per_axis};
+use crate::mesh::Vertices;
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_MARCH, WORK_PER_MARCH_STEP};
 use crate::tree::Tree;
+use crate::triangle::curve::Curve;
+use arrayvec::ArrayVec;
 
-/// Leads that wait; those beyond are lost.
-const LEADS: usize = 64;
+/// Hits whose ends wait; those beyond are not followed.
+const HITS: usize = 64;
 
-/// Any edge of two triangles that meet may cross the other one.
-pub(super) const ALL_EDGES: u32 = 0b111_111;
+/// Pairs along curves that are found in one step of the loop.
+const STEPS: usize = 4;
+
+const _: () = assert!(STEPS as u64 * WORK_PER_MARCH_STEP <= MAX_STEP_WORK);
 
 /// The state of marching in a workspace.
 #[derive(Clone, Debug)]
 pub(super) struct March {
-    visited: Visited,
-    /// Cluster pairs to which curves lead, the latest last.
-    leads: [[u32; 2]; LEADS],
-    waiting: usize,
+    pub known: Known,
+    /// Pairs (tree order) that were found by tests, and which edges certainly cross the other triangle: a bit each for 01, 12
+    /// and 20 of A, then those of B.
+    hits: ArrayVec<([u32; 2], u32), HITS>,
+    ends: [End; 2],
+    /// How the vertices of both sides are placed in A: three columns, and where the origin goes.
+    places: [[[f64; 4]; 4]; 2],
+}
+
+/// An end of a curve that is being followed.
+#[derive(Clone, Debug)]
+struct End {
+    follows: bool,
+    curve: Curve,
+    /// The pair at which it is.
+    pair: [u32; 2],
+    corners: [Corners; 2],
+}
+
+impl End {
+    const NOWHERE: Self = Self { follows: false, curve: Curve::NOWHERE, pair: [0; 2], corners: [Corners::IN_ORDER; 2] };
 }
 
 impl March {
     pub fn new(capacity: usize) -> Self {
-        Self { visited: Visited::new(capacity), leads: [[0; 2]; LEADS], waiting: 0 }
+        Self {
+            known: Known::new(capacity),
+            hits: ArrayVec::new(),
+            ends: [End::NOWHERE; 2],
+            places: [place(&Pose::IDENTITY); 2],
+        }
     }
 
     pub fn clear(&mut self) {
-        self.visited.clear();
-        self.waiting = 0;
+        self.known.clear();
+        self.stop();
     }
 
-    /// Takes over which pairs have been visited, and no leads.
-    pub fn copy_visits(&mut self, other: &Self) {
-        self.visited.copy_from(&other.visited);
-        self.waiting = 0;
+    /// Follows nothing that it would have gone on with.
+    fn stop(&mut self) {
+        self.hits.clear();
+        self.ends.iter_mut().for_each(|end| end.follows = false);
     }
 
-    /// The latest lead.
+    /// Whether there is something to follow.
     #[inline(always)]
-    pub fn pop(&mut self) -> Option<Pair> {
-        self.waiting = self.waiting.checked_sub(1)?;
-        let [a, b] = self.leads[self.waiting % LEADS];
-        Some(Pair::new(a, b))
+    pub fn is_due(&self) -> bool {
+        self.ends[0].follows | self.ends[1].follows | !self.hits.is_empty()
     }
 
-    /// Takes note of a visit to a pair of nodes, if both are clusters. False if it has been visited before.
-    #[inline(always)]
-    pub fn visit(&mut self, pair: [u32; 2], are_clusters: impl FnOnce() -> bool) -> bool {
-        let is_new = self.visited.add(pair, are_clusters);
-        if self.visited.is_full() {
-            // What can't be noted might be visited again.
-            self.waiting = 0;
+    /// Takes note of a pair that was found by a test: false if it is known.
+    pub fn note(&mut self, trees: [&Tree; 2], pair: [u32; 2], crossings: u32) -> bool {
+        let [a, b] = [0, 1].map(|side| &trees[side].neighbors()[pair[side] as usize]);
+        let added = self.known.add([a.first, b.first], pair);
+        if added == Added::New && crossings != 0 {
+            let _ = self.hits.try_push((pair, crossings));
         }
-        is_new
-    }
-
-    /// Whether a pair of clusters has been visited, as far as is known.
-    pub fn has_visited(&self, pair: [u32; 2]) -> bool {
-        self.visited.contains(pair)
-    }
-
-    /// Takes note of where curves lead from two triangles (tree order) that meet, and of which these edges may cross the other
-    /// one: a bit each for 01, 12 and 20 of A, then those of B.
-    ///
-    /// Without branches on what can't be predicted: which edges cross, and which of them lead out of the cluster.
-    // Seldom asked for, and so out of the loop.
-    #[inline(never)]
-    pub fn lead(&mut self, [a, b]: [&Tree; 2], pair: [u32; 2], crossings: u32) {
-        let (Some(of_a), Some(of_b)) = (a.neighbors(pair[0]), b.neighbors(pair[1])) else { return };
-        if self.visited.is_full() {
-            return;
+        if added == Added::NoRoom {
+            // It might be found again.
+            self.stop();
         }
-        let neighbors = [of_a, of_b];
-        for edge in bits(crossings) {
-            let side = usize::from(edge >= 3);
-            let step = neighbors[side].step((edge - 3 * side) as u32);
-            let mut lead = neighbors.map(|of| of.cluster());
-            lead[side] = lead[side].wrapping_add(step);
-            let is_new = step != 0 && !self.visited.contains(lead);
-            self.leads[self.waiting % LEADS] = lead;
-            self.waiting = (self.waiting + usize::from(is_new)).min(LEADS - 1);
-        }
+        added != Added::Known
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::{Mesh, shapes};
-    use crate::tree::BuildOptions;
+/// A step of the loop that marches, compiled on its own: it is seldom asked for.
+pub(super) struct MarchOn<'t, 'q, 'c, 'o>(pub &'t mut Traversal<'q, 'c, Intersection<'o>>);
 
-    fn tree(mesh: Mesh) -> Tree {
-        Tree::with_options(mesh, &BuildOptions::default().neighbors(true))
+impl Kernel for MarchOn<'_, '_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        self.0.march(lanes);
     }
+}
 
-    /// A triangle with a neighbor in another cluster across edge 01, 12 or 20.
-    fn border(tree: &Tree, edge: u32) -> u32 {
-        let leads_out = |&triangle: &u32| tree.neighbors(triangle).unwrap().step(edge) != 0;
-        (0..tree.mesh().len() as u32).find(leads_out).unwrap()
-    }
-
-    #[test]
-    fn a_crossing_leads_to_the_cluster_across_its_edge_until_that_is_visited() {
-        let (a, b) = (tree(shapes::icosphere(2)), tree(shapes::torus(1.0, 0.3, 12)));
-        for (bit, tree) in [(1, &a), (5, &b)] {
-            let mut march = March::new(8);
-            let pair = if bit < 3 { [border(tree, 1), 0] } else { [0, border(tree, 2)] };
-            let mut expected = [a.neighbors(pair[0]).unwrap().cluster(), b.neighbors(pair[1]).unwrap().cluster()];
-            let side = bit / 3;
-            expected[side] = expected[side].wrapping_add(tree.neighbors(pair[side]).unwrap().step(bit as u32 % 3));
-            march.lead([&a, &b], pair, 1 << bit);
-            assert_eq!(march.pop(), Some(Pair::new(expected[0], expected[1])));
-            assert_eq!(march.pop(), None);
-            assert!(march.visit(expected, || true) && !march.visit(expected, || true));
-            assert!(march.has_visited(expected));
-            march.lead([&a, &b], pair, 1 << bit);
-            assert_eq!(march.pop(), None);
+impl Traversal<'_, '_, Intersection<'_>> {
+    /// Begins to follow an end, or follows two of them, or the last one, through a few pairs.
+    #[inline(always)]
+    fn march<L: Lanes>(&mut self, lanes: L) {
+        let March { hits, ends, .. } = &self.workspace.march;
+        if let Some(free) = ends.iter().position(|end| !end.follows)
+            && !hits.is_empty()
+        {
+            return self.begin_march(lanes, free);
+        }
+        let mut at = usize::from(!ends[0].follows);
+        let other = usize::from(ends[0].follows && ends[1].follows);
+        for _ in 0..self.room().min(STEPS) {
+            if !self.march_step(lanes, at & 1) {
+                self.workspace.march.ends[at & 1].follows = false;
+                break;
+            }
+            at ^= other;
         }
     }
 
-    #[test]
-    fn leads_end_when_visits_cannot_be_noted_any_more() {
-        let tree = tree(shapes::icosphere(2));
-        let mut march = March::new(2);
-        assert!(march.visit([9, 9], || true));
-        let pair = [border(&tree, 0); 2];
-        march.lead([&tree, &tree], pair, 1);
-        assert!(march.visit([8, 8], || true));
-        assert_eq!(march.pop(), None);
-        march.lead([&tree, &tree], pair, 1);
-        assert_eq!(march.pop(), None);
-        assert!(march.visit([7, 7], || true) && march.visit([7, 7], || true) && !march.visit([8, 8], || true));
+    /// Begins at one of the edges of the latest hit, unless the pair behind it is known.
+    #[inline(always)]
+    fn begin_march<L: Lanes>(&mut self, lanes: L, free: usize) {
+        let (trees, pose) = ([self.a, self.b], self.b_in_a);
+        let Workspace { march, run, .. } = &mut *self.workspace;
+        let Some((pair, crossings)) = march.hits.last_mut() else { return };
+        let (pair, edge) = (*pair, crossings.trailing_zeros() as usize);
+        *crossings &= *crossings - 1;
+        if *crossings == 0 {
+            march.hits.pop();
+        }
+        run.stats.work += WORK_PER_LOOKUP;
+        let (side, edge) = (usize::from(edge >= 3), edge % 3);
+        let across = trees[side].neighbors()[pair[side] as usize].across[edge];
+        if across.is_nothing() {
+            return;
+        }
+        let mut next = pair;
+        next[side] = across.triangle();
+        let [a, b] = [0, 1].map(|side| &trees[side].neighbors()[next[side] as usize]);
+        if march.known.has([a.first, b.first], next) {
+            return;
+        }
+        run.stats.work += WORK_PER_MARCH;
+        march.places[1] = place(pose);
+        let [of_a, of_b] = trees.map(|tree| (tree.mesh().aabb().max - tree.mesh().aabb().min).length());
+        let size = 1.01 * (of_a + of_b);
+        let mut corners = [[D4::splat(lanes, 0.0); 3]; 2];
+        for (side, corners) in corners.iter_mut().enumerate() {
+            let mesh = trees[side].mesh();
+            let vertices = mesh.triangles()[trees[side].ids()[pair[side] as usize] as usize];
+            *corners = per_axis!(i => vertex(lanes, mesh.vertices(), vertices[i], &march.places[side]));
+        }
+        let end = &mut march.ends[free & 1];
+        (end.pair, end.corners) = (pair, [Corners::IN_ORDER; 2]);
+        end.follows = end.curve.begin(corners, side, edge, size);
     }
 
-    #[test]
-    fn more_leads_than_fit_are_dropped() {
-        let tree = tree(shapes::icosphere(4));
-        let mut march = March::new(8);
-        for triangle in 0..tree.mesh().len() as u32 {
-            march.lead([&tree, &tree], [triangle; 2], ALL_EDGES);
+    /// Goes on to the next pair and reports it. False where the curve ends.
+    #[inline(always)]
+    fn march_step<L: Lanes>(&mut self, lanes: L, at: usize) -> bool {
+        let trees = [self.a, self.b];
+        let Workspace { march, run, found, sample, .. } = &mut *self.workspace;
+        let end = &mut march.ends[at];
+        let (side, apex) = (end.curve.side(), end.curve.apex());
+        let edge = end.corners[side].opposite(apex);
+        let across = trees[side].neighbors()[end.pair[side] as usize].across[edge % 3];
+        run.stats.work += WORK_PER_MARCH_STEP;
+        if across.is_nothing() {
+            return false;
         }
-        assert_eq!(core::iter::from_fn(|| march.pop()).count(), LEADS - 1);
+        end.pair[side] = across.triangle();
+        let pair = end.pair;
+        let (a, b) = (&self.a.neighbors()[pair[0] as usize], &self.b.neighbors()[pair[1] as usize]);
+        let added = march.known.add([a.first, b.first], pair);
+        if added != Added::New {
+            if added == Added::NoRoom {
+                march.stop();
+            }
+            return false;
+        }
+        sample.note(pair, run.found);
+        run.found += 1;
+        found.push([a.id, b.id]);
+        end.corners[side].cross(apex, across.edge() as usize, across.same_direction());
+        let corner = vertex(lanes, trees[side].mesh().vertices(), across.vertex, &march.places[side]);
+        end.curve.advance(lanes, corner)
     }
+}
+
+/// Which edges of a triangle are opposite to the corners of a curve's triangle: `first + turn * corner` modulo 3.
+#[derive(Clone, Copy, Debug)]
+struct Corners {
+    first: usize,
+    turn: usize,
+}
+
+/// Modulo 3.
+const MODULO: [usize; 8] = [0, 1, 2, 0, 1, 2, 0, 1];
+
+impl Corners {
+    const IN_ORDER: Self = Self { first: 1, turn: 1 };
+
+    #[inline(always)]
+    fn opposite(self, corner: usize) -> usize {
+        MODULO[(self.first + self.turn * corner) & 7]
+    }
+
+    /// Those of the neighbor, which has another corner in the place of `apex`, and whose `edge` is opposite to it.
+    #[inline(always)]
+    fn cross(&mut self, apex: usize, edge: usize, same_direction: bool) {
+        self.turn = if same_direction { self.turn } else { 3 - self.turn };
+        self.first = MODULO[(edge + (3 - self.turn) * apex) & 7];
+    }
+}
+
+/// A pose as three columns and a translation.
+fn place(pose: &Pose) -> [[f64; 4]; 4] {
+    let (r, t) = (pose.rotation(), pose.translation());
+    [r.x_axis, r.y_axis, r.z_axis, t].map(|v| [v.x, v.y, v.z, 0.0])
+}
+
+/// A vertex in A's frame: what [`Pose::transform_point`] gives, to the bit but for the sign of a zero.
+#[inline(always)]
+fn vertex<L: Lanes>(lanes: L, vertices: &Vertices, index: u32, place: &[[f64; 4]; 4]) -> D4<L> {
+    let [x, y, z] = match vertices {
+        Vertices::F32(vertices) => vertices[index as usize].map(f64::from),
+        Vertices::F64(vertices) => vertices[index as usize],
+    };
+    let [x, y, z] = [D4::splat(lanes, x), D4::splat(lanes, y), D4::splat(lanes, z)];
+    let [of_x, of_y, of_z, origin] = place;
+    let sum = D4::load(lanes, of_x) * x + D4::load(lanes, of_y) * y + D4::load(lanes, of_z) * z;
+    sum + D4::load(lanes, origin)
 }

@@ -32,6 +32,7 @@ mod flushing;
 mod gaps;
 mod intersection;
 mod interval;
+mod known;
 mod leaf;
 mod march;
 mod measure;
@@ -55,7 +56,6 @@ mod traversal;
 mod triangle_bounds_tests;
 mod triangle_pairs;
 mod views;
-mod visited;
 mod workspace;
 
 #[cfg(feature = "std")]

@@ -151,6 +151,6 @@ impl Workspace {
         self.doubtful.clone_from(&run.doubtful);
         self.search.copy_from(&run.search);
         self.testing = self.waiting.is_full() || !self.doubtful.is_empty() || self.search.is_due();
-        self.march.copy_visits(&run.march);
+        self.march.known.copy_from(&run.march.known);
     }
 }

@@ -22,7 +22,7 @@ pub(crate) struct Strategy {
     pub largest_first: bool,
     /// Triangle pairs that wait before they are tested.
     pub batch: usize,
-    /// Whether hits lead to their neighbors.
+    /// Whether the curve is followed from each hit.
     pub march: bool,
     /// What is done with the triangle pairs that met in the frame before.
     pub warm_start: WarmStart,
@@ -97,6 +97,12 @@ impl Strategy {
             }
         }
         strategy
+    }
+
+    /// For what comes after the first hit of a run that marches: where to look first matters less from then on, since the
+    /// curve that was found is followed, and a queue costs time.
+    pub fn after_first_hit(self) -> Self {
+        Self { queue_threshold: f32::INFINITY, ..self }
     }
 
     pub fn queues(&self) -> bool {

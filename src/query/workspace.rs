@@ -1,6 +1,7 @@
 //! Every buffer that a query needs, owned by the caller.
 
 use super::corners::Corners;
+use super::known;
 use super::march::March;
 use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
@@ -48,7 +49,7 @@ pub struct Workspace {
     pub(super) witnesses: ArrayVec<[u32; 2], PATHS>,
     /// What the next frame will remember.
     pub(super) sample: Sample,
-    /// Where hits lead.
+    /// What is found along curves.
     pub(super) march: March,
     /// The state of a distance query.
     pub(super) search: Search,
@@ -59,9 +60,6 @@ pub struct Workspace {
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
 }
-
-/// Cluster pairs that marching can keep in mind.
-const VISITS: usize = 4096;
 
 /// The state of the last query, besides its buffers.
 #[derive(Clone, Copy, Debug)]
@@ -229,7 +227,7 @@ impl Workspace {
             inconclusive: false,
             witnesses: ArrayVec::new(),
             sample: Sample::default(),
-            march: March::new(VISITS),
+            march: March::new(known::ROOM),
             search: Search::new(),
             motion: MotionState::NOTHING,
             rays: RayState::default(),
@@ -356,8 +354,7 @@ impl Workspace {
 
     /// The node pairs that the last query left open.
     pub(super) fn open_nodes(&self) -> impl Iterator<Item = Pair> {
-        let marched = self.run.strategy.march;
-        self.front.iter().filter(move |pair| !marched || !self.march.has_visited(pair.nodes))
+        self.front.iter()
     }
 
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! What lies next to a triangle: the clusters of the triangles with which it shares its edges.
+//! What lies next to a triangle: the triangles with which it shares its edges.
 //!
 //! Edges are compared by the indices of their vertices, not by where these lie, so that a refit leaves the neighbors as they
 //! are. Open edges, cracks and soups lead nowhere; where many triangles share an edge, two and two of them are neighbors.
@@ -8,38 +8,57 @@ use crate::mesh::Mesh;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-/// The cluster of a triangle, and those across its edges. 12 bytes.
+/// What is known of a triangle: half a cache line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C, align(32))]
 pub(crate) struct Neighbors {
-    cluster: u32,
-    /// How far off in the list of nodes the others are, [`BITS`] each, the lowest for edge 01; 0 if there is none to go to.
-    steps: [u32; 2],
+    /// What is on the other side of the edges 01, 12 and 20.
+    pub across: [Across; 3],
+    /// The first triangle of its cluster.
+    pub first: u32,
+    /// Its number in the input mesh.
+    pub id: u32,
 }
 
-const BITS: u32 = 21;
+/// The other side of an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Across {
+    /// The triangle there (tree order) times 8, plus 4 if the edge has the same direction in both, plus its number there.
+    code: u32,
+    /// The vertex there that is not on the edge.
+    pub vertex: u32,
+}
 
-impl Neighbors {
-    /// The cluster (a node) in which the triangle itself lies.
-    #[inline(always)]
-    pub fn cluster(self) -> u32 {
-        self.cluster
+impl Across {
+    const NOTHING: Self = Self { code: NONE, vertex: 0 };
+
+    /// Nothing where the number is too large, in a huge tree.
+    fn new(triangle: u32, edge: u32, same_direction: bool, vertex: u32) -> Self {
+        let code = triangle << 3 | u32::from(same_direction) << 2 | edge;
+        if triangle < NONE >> 3 { Self { code, vertex } } else { Self::NOTHING }
     }
 
-    /// How far off the cluster on the other side of edge 01, 12 or 20 is in the list of nodes; 0 if there is none, or it is
-    /// the same. To be added modulo 2^32.
+    /// Whether there is none.
     #[inline(always)]
-    pub fn step(self, edge: u32) -> u32 {
-        let steps = u64::from(self.steps[0]) | u64::from(self.steps[1]) << 32;
-        ((steps << (u64::BITS - BITS - BITS * edge)) as i64 >> (u64::BITS - BITS)) as u32
+    pub fn is_nothing(self) -> bool {
+        self.code == NONE
     }
 
-    /// Sets the cluster on the other side of an edge. One that is too far off in a huge tree is left out.
-    fn set(&mut self, edge: u32, cluster: u32) {
-        let step = i64::from(cluster) - i64::from(self.cluster);
-        let step = if step.unsigned_abs() < 1 << (BITS - 1) { step as u64 & ((1 << BITS) - 1) } else { 0 };
-        let steps = step << (BITS * edge);
-        self.steps[0] |= steps as u32;
-        self.steps[1] |= (steps >> 32) as u32;
+    #[inline(always)]
+    pub fn triangle(self) -> u32 {
+        self.code >> 3
+    }
+
+    /// Which of the edges of the other triangle it is.
+    #[inline(always)]
+    pub fn edge(self) -> u32 {
+        self.code & 3
+    }
+
+    /// Whether both triangles run along the edge in the same direction, so that they are turned differently.
+    #[inline(always)]
+    pub fn same_direction(self) -> bool {
+        self.code & 4 != 0
     }
 }
 
@@ -59,17 +78,17 @@ struct Edge {
 /// Edges leave their list when they are met again, and their place is used anew: in the order of the tree few are open at a
 /// time, so that all of it stays in the cache.
 pub(super) fn neighbors(mesh: &Mesh, ids: &[u32], nodes: &[Node]) -> Box<[Neighbors]> {
-    let mut all = alloc::vec![Neighbors { cluster: 0, steps: [0; 2] }; ids.len()].into_boxed_slice();
-    for (index, node) in (0..).zip(nodes) {
-        if node.is_cluster {
-            all[node.triangle_range()].iter_mut().for_each(|neighbors| neighbors.cluster = index);
-        }
+    let alone = |&id: &u32| Neighbors { across: [Across::NOTHING; 3], first: 0, id };
+    let mut all: Box<[Neighbors]> = ids.iter().map(alone).collect();
+    for node in nodes.iter().filter(|node| node.is_cluster) {
+        all[node.triangle_range()].iter_mut().for_each(|neighbors| neighbors.first = node.first_triangle);
     }
+    let corners = |triangle: u32| mesh.triangles()[ids[triangle as usize] as usize];
     let mut lists = alloc::vec![NONE; mesh.vertex_count()];
     let (mut open, mut free): (Vec<Edge>, _) = (Vec::new(), NONE);
-    for (triangle, &id) in (0..).zip(ids) {
-        let [p, q, r] = mesh.triangles()[id as usize];
-        for (edge, [from, to]) in (0..).zip([[p, q], [q, r], [r, p]]) {
+    for triangle in 0..ids.len() as u32 {
+        let [p, q, r] = corners(triangle);
+        for (edge, [from, to, apex]) in (0..).zip([[p, q, r], [q, r, p], [r, p, q]]) {
             let (list, high) = (&mut lists[from.min(to) as usize], from.max(to));
             let (mut at, mut before) = (*list, NONE);
             while at != NONE && open[at as usize].high != high {
@@ -93,9 +112,11 @@ pub(super) fn neighbors(mesh: &Mesh, ids: &[u32], nodes: &[Node]) -> Box<[Neighb
                 open[before as usize].next = next;
             }
             open[at as usize].next = core::mem::replace(&mut free, at);
-            let clusters = [triangle, other].map(|triangle| all[triangle as usize].cluster);
-            all[triangle as usize].set(edge, clusters[1]);
-            all[other as usize].set(of_other, clusters[0]);
+            let there = corners(other);
+            let same_direction = there[of_other as usize] == from;
+            let there = there[(of_other as usize + 2) % 3];
+            all[triangle as usize].across[edge as usize] = Across::new(other, of_other, same_direction, there);
+            all[other as usize].across[of_other as usize] = Across::new(triangle, edge, same_direction, apex);
         }
     }
     all
@@ -111,42 +132,50 @@ mod tests {
         Tree::with_options(mesh, &BuildOptions::default().neighbors(true))
     }
 
-    fn across(neighbors: Neighbors, edge: u32) -> Option<u32> {
-        let step = neighbors.step(edge);
-        (step != 0).then(|| neighbors.cluster.wrapping_add(step))
+    fn corners(tree: &Tree, triangle: usize) -> [u32; 3] {
+        tree.mesh().triangles()[tree.ids()[triangle] as usize]
     }
 
-    /// The clusters of the other triangles that have an edge, by brute force.
+    /// The other triangles that have an edge, by brute force.
     fn expected(tree: &Tree, triangle: usize, edge: usize) -> Vec<u32> {
-        let corners = |triangle: usize| tree.mesh().triangles()[tree.ids()[triangle] as usize];
-        let ends = [corners(triangle)[edge], corners(triangle)[(edge + 1) % 3]];
+        let ends = [corners(tree, triangle)[edge], corners(tree, triangle)[(edge + 1) % 3]];
         let same = |[x, y]: [u32; 2]| [x, y] == ends || [y, x] == ends;
-        let has = |&other: &usize| [[0, 1], [1, 2], [2, 0]].iter().any(|e| same(e.map(|i| corners(other)[i])));
-        let cluster = |triangle: usize| tree.nodes_above(triangle as u32)[1];
-        (0..tree.mesh().len()).filter(|&other| other != triangle).filter(has).map(cluster).collect()
+        let has = |&other: &usize| {
+            let corners = corners(tree, other);
+            [[0, 1], [1, 2], [2, 0]].iter().any(|e| same(e.map(|i| corners[i])))
+        };
+        (0..tree.mesh().len()).filter(|&other| other != triangle).filter(has).map(|other| other as u32).collect()
     }
 
     fn check(tree: &Tree) -> usize {
         let mut count = 0;
         for triangle in 0..tree.mesh().len() {
-            let neighbors = tree.neighbors(triangle as u32).unwrap();
-            for edge in 0..3 {
+            let here = tree.neighbors()[triangle as usize];
+            assert_eq!(here.id, tree.ids()[triangle]);
+            let [_, cluster] = tree.nodes_above(triangle as u32);
+            assert_eq!(here.first, tree.nodes()[cluster as usize].first_triangle);
+            for (edge, across) in here.across.iter().enumerate() {
                 let expected = expected(tree, triangle, edge);
-                match (across(neighbors, edge as u32), &expected[..]) {
-                    (Some(across), others) => {
-                        assert!(others.contains(&across));
-                        count += 1;
-                    }
-                    (None, [other]) => assert_eq!(*other, neighbors.cluster()),
-                    (None, _) => {}
+                if across.is_nothing() {
+                    assert_ne!(expected.len(), 1);
+                    continue;
                 }
+                let (other, there) = (across.triangle(), across.edge() as usize);
+                assert!(expected.contains(&other) || other as usize == triangle);
+                let back = tree.neighbors()[other as usize].across[there];
+                assert_eq!((back.triangle() as usize, back.edge() as usize), (triangle, edge));
+                let (here, there_all) = (corners(tree, triangle), corners(tree, other as usize));
+                assert_eq!(across.vertex, there_all[(there + 2) % 3]);
+                let first = if across.same_direction() { here[edge] } else { here[(edge + 1) % 3] };
+                assert_eq!(there_all[there], first);
+                count += 1;
             }
         }
         count
     }
 
     #[test]
-    fn each_edge_leads_to_the_cluster_of_the_other_triangle_that_has_it() {
+    fn each_edge_leads_to_the_other_triangle_that_has_it() {
         assert!(check(&tree(shapes::torus_knot(2, 3, 0.2, 24))) > 500);
         assert!(check(&tree(shapes::height_field(9, 1))) > 50);
     }
@@ -162,15 +191,11 @@ mod tests {
     }
 
     #[test]
-    fn steps_are_kept_in_both_directions_as_far_as_they_fit() {
-        let mut neighbors = Neighbors { cluster: 3_000_000, steps: [0; 2] };
-        neighbors.set(0, 3_000_000 - (1 << 20) + 1);
-        neighbors.set(1, 3_000_000 + (1 << 20) - 1);
-        neighbors.set(2, 2_999_999);
-        let all = |neighbors: Neighbors| [0, 1, 2].map(|edge| across(neighbors, edge));
-        assert_eq!(all(neighbors), [Some(1_951_425), Some(4_048_575), Some(2_999_999)]);
-        let mut neighbors = Neighbors { cluster: 3_000_000, steps: [0; 2] };
-        neighbors.set(1, 3_000_000 + (1 << 20));
-        assert_eq!(all(neighbors), [None; 3]);
+    fn triangles_turned_differently_are_neighbors_too() {
+        let vertices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.5], [2.0, 0.0, 0.0]];
+        let tree = tree(Mesh::new(vertices, [[0, 1, 2], [1, 2, 3], [1, 3, 4]]).unwrap());
+        assert_eq!(check(&tree), 4);
+        let flipped = |i| tree.neighbors()[i as usize].across.iter().filter(|across| across.same_direction()).count();
+        assert!((0..3).map(flipped).sum::<usize>() > 0);
     }
 }

@@ -253,7 +253,7 @@ impl Tree {
     /// The tree that [`to_bytes`](Self::to_bytes) was called on: its queries do the same, to the bit.
     ///
     /// Whatever the bytes, it does not panic, and a tree that it returns gives true answers about the mesh that it holds. It
-    /// takes at most 42 bytes of memory for each of `bytes`: no more nodes are accepted than a build can make of as many
+    /// takes at most 44 bytes of memory for each of `bytes`: no more nodes are accepted than a build can make of as many
     /// triangles. Trees of ordinary meshes take 4 to 10. The time is that of a refit and of a walk over the bytes, less than a
     /// build: `O(n)` in the mean, `O(n depth)` at worst, and the depth is at most 71.
     ///

@@ -29,6 +29,7 @@ mod update;
 mod validate;
 mod wide;
 
+pub(crate) use adjacency::Neighbors;
 pub use file::TreeFileError;
 pub use options::{BuildOptions, Effort};
 pub use profile::LevelProfile;
@@ -37,7 +38,6 @@ pub use validate::TreeFault;
 pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, xyz};
 
 use crate::mesh::Mesh;
-use adjacency::Neighbors;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::sync::atomic::{AtomicUsize, Ordering};
@@ -229,10 +229,10 @@ impl Tree {
         !self.neighbors.is_empty()
     }
 
-    /// What lies next to a triangle (tree order); `None` if neighbors are not kept.
+    /// What lies next to each triangle, in tree order; none of any if neighbors are not kept.
     #[inline(always)]
-    pub(crate) fn neighbors(&self, triangle: u32) -> Option<Neighbors> {
-        self.neighbors.get(triangle as usize).copied()
+    pub(crate) fn neighbors(&self) -> &[Neighbors] {
+        &self.neighbors
     }
 
     /// Input ids of the triangles, in tree order.

@@ -10,7 +10,7 @@ pub struct BuildOptions {
     pub effort: Effort,
     /// Whether nodes choose the orientation in which their boxes are smallest; if not, all boxes have the mesh's axes.
     pub orientations: bool,
-    /// Whether to keep what lies next to each triangle, 12 bytes a triangle; a build takes 15 to 22 % longer. Queries for all
+    /// Whether to keep what lies next to each triangle, 32 bytes a triangle; a build takes 15 to 22 % longer. Queries for all
     /// pairs between two such trees can follow the contact, so that they have found more when they are stopped
     /// ([`crate::Query::early`]). False by default.
     pub neighbors: bool,

@@ -3,6 +3,7 @@
 
 pub(crate) mod again;
 pub(crate) mod batch;
+pub(crate) mod curve;
 pub(crate) mod distance;
 mod exact;
 pub(crate) mod ray;

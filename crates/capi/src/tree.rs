@@ -39,7 +39,7 @@ pub struct punctual_build_options {
     /// Whether boxes may be turned to where they are smallest: 0 or not 0.
     pub frames: u32,
     /// Whether triangles know their neighbors, which `early` of a query needs: 0 or not 0. Takes about a fifth of the build's
-    /// time more, and 12 bytes a triangle.
+    /// time more, and 32 bytes a triangle.
     pub neighbors: u32,
     /// Most threads to build in; more than one only for large meshes. The tree is the same, to the bit.
     pub threads: usize,

@@ -22,7 +22,7 @@ impl<K: Kernel> NullaryFnOnce for Vectorized<K> {
 
 /// Operations on two vectors.
 macro_rules! lanewise {
-    ($($name:ident $intrinsic:ident),*; $($name_d:ident $intrinsic_d:ident),*) => {
+    ($($name:ident $intrinsic:ident),*; $($name_d:ident $intrinsic_d:ident),*; $($name_q:ident $intrinsic_q:ident),*) => {
         $(#[inline(always)]
         fn $name(self, a: __m256, b: __m256) -> __m256 {
             self.avx.$intrinsic(a, b)
@@ -30,6 +30,10 @@ macro_rules! lanewise {
         $(#[inline(always)]
         fn $name_d(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
             [self.avx.$intrinsic_d(a[0], b[0]), self.avx.$intrinsic_d(a[1], b[1])]
+        })*
+        $(#[inline(always)]
+        fn $name_q(self, a: __m256d, b: __m256d) -> __m256d {
+            self.avx.$intrinsic_q(a, b)
         })*
     };
 }
@@ -41,10 +45,12 @@ impl Lanes for Avx2 {
     type D = [__m256d; 2];
     type Low = Self;
     type High = Self;
+    type Q = __m256d;
 
     lanewise!(add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps, max _mm256_max_ps, min _mm256_min_ps,
         and _mm256_and_ps, or _mm256_or_ps; add_d _mm256_add_pd, sub_d _mm256_sub_pd, mul_d _mm256_mul_pd, div_d _mm256_div_pd,
-        max_d _mm256_max_pd, min_d _mm256_min_pd, and_d _mm256_and_pd, or_d _mm256_or_pd);
+        max_d _mm256_max_pd, min_d _mm256_min_pd, and_d _mm256_and_pd, or_d _mm256_or_pd;
+        add_q _mm256_add_pd, sub_q _mm256_sub_pd, mul_q _mm256_mul_pd);
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
@@ -151,5 +157,27 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn mask_d(self, a: [__m256d; 2]) -> u32 {
         (self.avx._mm256_movemask_pd(a[0]) | self.avx._mm256_movemask_pd(a[1]) << 4) as u32
+    }
+    #[inline(always)]
+    fn load_q(self, x: &[f64; 4]) -> __m256d {
+        cast(*x)
+    }
+    #[inline(always)]
+    fn store_q(self, x: __m256d) -> [f64; 4] {
+        cast(x)
+    }
+    #[inline(always)]
+    fn less_q(self, a: __m256d, b: __m256d) -> u32 {
+        self.avx._mm256_movemask_pd(self.avx._mm256_cmp_pd::<LESS_ORDERED_QUIET>(a, b)) as u32
+    }
+    #[inline(always)]
+    fn turn_q(self, a: __m256d) -> __m256d {
+        self.avx2._mm256_permute4x64_pd::<0b11_00_10_01>(a)
+    }
+    #[inline(always)]
+    fn sum_q(self, a: __m256d) -> f64 {
+        let (low, high) = (self.avx._mm256_castpd256_pd128(a), self.avx._mm256_extractf128_pd::<1>(a));
+        let [x, y]: [f64; 2] = cast(self.sse2._mm_add_pd(low, high));
+        x + y
     }
 }

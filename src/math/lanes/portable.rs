@@ -13,6 +13,7 @@ pub(crate) type Portable = Quads<2, 0>;
 
 type F<const N: usize> = [f32x4; N];
 type D<const N: usize> = [[f64x2; 2]; N];
+type Q = [f64x2; 2];
 
 #[inline(always)]
 fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> [T; N] {
@@ -21,7 +22,7 @@ fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> 
 
 /// Operations on two vectors.
 macro_rules! lanewise {
-    ($($name:ident $operation:expr),*; $($name_d:ident $operation_d:expr),*) => {
+    ($($name:ident $operation:expr),*; $($name_d:ident $operation_d:expr),*; $($name_q:ident $operation_q:expr),*) => {
         $(#[inline(always)]
         fn $name(self, a: F<N>, b: F<N>) -> F<N> {
             zip(a, b, $operation)
@@ -29,6 +30,10 @@ macro_rules! lanewise {
         $(#[inline(always)]
         fn $name_d(self, a: D<N>, b: D<N>) -> D<N> {
             zip(a, b, |a, b| zip(a, b, $operation_d))
+        })*
+        $(#[inline(always)]
+        fn $name_q(self, a: Q, b: Q) -> Q {
+            zip(a, b, $operation_q)
         })*
     };
 }
@@ -38,13 +43,14 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     const ALL: u32 = ((1 << (4 * N)) - 1) << AT;
     type F = F<N>;
     type D = D<N>;
+    type Q = Q;
     type Low = Quads<1, 0>;
     type High = Quads<1, 4>;
 
     lanewise!(add Add::add, sub Sub::sub, mul Mul::mul, div Div::div, max f32x4::fast_max, min f32x4::fast_min,
         and BitAnd::bitand, or BitOr::bitor, less |a, b| a.simd_lt(b); add_d Add::add, sub_d Sub::sub, mul_d Mul::mul,
         div_d Div::div, max_d f64x2::fast_max, min_d f64x2::fast_min, and_d BitAnd::bitand, or_d BitOr::bitor,
-        less_d |a, b| a.simd_lt(b));
+        less_d |a, b| a.simd_lt(b); add_q Add::add, sub_q Sub::sub, mul_q Mul::mul);
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
@@ -143,5 +149,28 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
             let [[a, b], [c, d]] = x.map(f64x2::to_array);
             f32x4::new([a, b, c, d].map(|x| x as f32))
         })
+    }
+    #[inline(always)]
+    fn load_q(self, x: &[f64; 4]) -> Q {
+        [f64x2::new([x[0], x[1]]), f64x2::new([x[2], x[3]])]
+    }
+    #[inline(always)]
+    fn store_q(self, x: Q) -> [f64; 4] {
+        let [[a, b], [c, d]] = x.map(f64x2::to_array);
+        [a, b, c, d]
+    }
+    #[inline(always)]
+    fn less_q(self, a: Q, b: Q) -> u32 {
+        a[0].simd_lt(b[0]).to_bitmask() | a[1].simd_lt(b[1]).to_bitmask() << 2
+    }
+    #[inline(always)]
+    fn turn_q(self, a: Q) -> Q {
+        let [x, y, z, w] = self.store_q(a);
+        self.load_q(&[y, z, x, w])
+    }
+    #[inline(always)]
+    fn sum_q(self, a: Q) -> f64 {
+        let [x, y] = (a[0] + a[1]).to_array();
+        x + y
     }
 }

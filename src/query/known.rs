@@ -1,0 +1,154 @@
+//! The triangle pairs that are known to meet, so that none is told twice: a mask of 64 bits for each pair of clusters in which
+//! there are any.
+//!
+//! A hash table with linear probing, of fixed capacity; expected constant time. Pairs are only added. The slots are small, for
+//! they are asked at random, and most of them are free; what they stand for is dense.
+
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+
+/// Most pairs of clusters of which something can be known, and twice as many slots.
+pub(super) const ROOM: usize = 1 << 12;
+const SLOTS: usize = 2 * ROOM;
+
+const FREE: u16 = u16::MAX;
+
+/// A pair of clusters, and which of their triangle pairs are known: bit `8 i + j` for triangle `i` of A's and `j` of B's.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    first: [u32; 2],
+    known: u64,
+}
+
+#[derive(Debug)]
+pub(super) struct Known {
+    /// Which entry, if any.
+    slots: Box<[u16; SLOTS]>,
+    entries: Vec<Entry>,
+    /// Most entries.
+    room: usize,
+}
+
+/// What becomes of a pair that is added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Added {
+    New,
+    Known,
+    /// It is not known, and can't be.
+    NoRoom,
+}
+
+impl Known {
+    pub fn new(capacity: usize) -> Self {
+        let room = capacity.min(ROOM);
+        Self { slots: Box::new([FREE; SLOTS]), entries: Vec::with_capacity(room), room }
+    }
+
+    /// Forgets all pairs, in time linear in their number.
+    pub fn clear(&mut self) {
+        // From the last on, so that no slot is freed while it is in the way of another.
+        while let Some(entry) = self.entries.last() {
+            let slot = self.slot(entry.first);
+            self.slots[slot] = FREE;
+            self.entries.pop();
+        }
+    }
+
+    /// Adds a pair of the clusters that begin with the triangles `first`.
+    #[inline(always)]
+    pub fn add(&mut self, first: [u32; 2], pair: [u32; 2]) -> Added {
+        let slot = self.slot(first);
+        if self.slots[slot] == FREE {
+            if self.entries.len() == self.room {
+                return Added::NoRoom;
+            }
+            self.slots[slot] = self.entries.len() as u16;
+            self.entries.push(Entry { first, known: 0 });
+        }
+        let Some(entry) = self.entries.get_mut(usize::from(self.slots[slot])) else { return Added::NoRoom };
+        let before = entry.known;
+        entry.known |= bit(first, pair);
+        if entry.known == before { Added::Known } else { Added::New }
+    }
+
+    /// Becomes a copy of another set with as much room.
+    pub fn copy_from(&mut self, other: &Self) {
+        debug_assert_eq!(self.room, other.room);
+        self.slots.copy_from_slice(&*other.slots);
+        self.entries.clear();
+        self.entries.extend_from_slice(&other.entries);
+    }
+
+    /// The known pairs of two clusters, as a mask.
+    #[inline(always)]
+    pub fn of(&self, first: [u32; 2]) -> u64 {
+        self.entries.get(usize::from(self.slots[self.slot(first)])).map_or(0, |entry| entry.known)
+    }
+
+    /// Whether a pair of the clusters that begin with the triangles `first` is known.
+    pub fn has(&self, first: [u32; 2], pair: [u32; 2]) -> bool {
+        self.of(first) & bit(first, pair) != 0
+    }
+
+    /// Where the clusters are, or would be.
+    #[inline(always)]
+    fn slot(&self, first: [u32; 2]) -> usize {
+        let key = u64::from(first[0]) << 32 | u64::from(first[1]);
+        let mut slot = (key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as usize % SLOTS;
+        while let Some(entry) = self.entries.get(usize::from(self.slots[slot]))
+            && entry.first != first
+        {
+            slot = (slot + 1) % SLOTS;
+        }
+        slot
+    }
+}
+
+/// The bit of a pair of clusters' triangles.
+#[inline(always)]
+fn bit(first: [u32; 2], pair: [u32; 2]) -> u64 {
+    1 << ((8 * (pair[0] - first[0]) + (pair[1] - first[1])) & 63)
+}
+
+impl Clone for Known {
+    /// With the room of the original.
+    fn clone(&self) -> Self {
+        let mut entries = Vec::with_capacity(self.room);
+        entries.extend_from_slice(&self.entries);
+        Self { slots: self.slots.clone(), entries, room: self.room }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_are_known_once_added_and_unknown_once_cleared() {
+        let mut known = Known::new(100);
+        for round in 0..3 {
+            let clusters = || (0..100).map(|i| [7 * (i % 5), 8 * i + round]);
+            for (i, first) in clusters().enumerate() {
+                assert_eq!(known.of(first), 0);
+                let pair = [first[0] + i as u32 % 8, first[1] + 7];
+                assert_eq!([known.add(first, pair), known.add(first, pair)], [Added::New, Added::Known]);
+                assert_eq!(known.add(first, first), Added::New);
+                assert_eq!(known.of(first), 1 | 1 << (8 * (i % 8) + 7));
+            }
+            let mut copy = Known::new(100);
+            copy.copy_from(&known);
+            for mut full in [known.clone(), known.clone().clone(), copy] {
+                assert_eq!([full.add([9, 9], [9, 9]), full.add([9, 9], [9, 9])], [Added::NoRoom; 2]);
+                assert!(clusters().all(|first| full.of(first) == known.of(first)));
+            }
+            known.clear();
+        }
+        assert_eq!(known.clone().add([9, 9], [9, 9]), Added::New);
+    }
+
+    #[test]
+    fn without_room_nothing_is_known() {
+        let mut known = Known::new(0);
+        assert_eq!([1, 1].map(|i| known.add([i, i], [i, i])), [Added::NoRoom; 2]);
+    }
+}
