@@ -6,7 +6,6 @@
 
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
-use super::march::MarchOn;
 use super::options::{Mode, Options};
 use super::order::overlap_volume;
 use super::outcome::{LEVELS, StopReason};
@@ -44,7 +43,7 @@ impl Question for Traversal<'_, '_, Intersection<'_>> {
             return Some(StopReason::PairsFull);
         }
         if self.workspace.march.is_due() {
-            lanes.run(MarchOn(self));
+            self.march_on(lanes);
         } else {
             self.test_triangles(lanes);
         }

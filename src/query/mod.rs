@@ -4,7 +4,7 @@
 //!
 //! | what | where |
 //! |---|---|
-//! | whether surfaces meet, or where: [`Query`] | here; [`intersection`], [`leaf`], [`refinement`], [`march`] |
+//! | whether surfaces meet, or where: [`Query`] | here; [`intersection`], [`leaf`], [`refinement`], [`march`], [`follow`] |
 //! | how far apart they are: [`DistanceQuery`] | [`distance`]; [`nearest`], [`gaps`], [`interval`], [`search`] |
 //! | where they meet or are close: [`ContactQuery`] | [`contacts`], asked as one of these two |
 //! | when they meet on the way: [`MotionQuery`] | [`motion`] |
@@ -29,6 +29,7 @@ mod edge_axes;
 mod estimate;
 mod expand;
 mod flushing;
+mod follow;
 mod gaps;
 mod intersection;
 mod interval;

@@ -1,0 +1,139 @@
+//! Follows curves of contact from one triangle pair to the next ([`march`](super::march)).
+//!
+//! Two ends are followed in turn: each step waits for numbers of the step before, and meanwhile the other end goes on.
+
+use super::intersection::Intersection;
+use super::known::Added;
+use super::march::{Corners, March, place};
+use super::traversal::Traversal;
+use super::workspace::Workspace;
+use crate::math::lanes::{D4, Kernel, Lanes, per_axis};
+use crate::mesh::Vertices;
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_MARCH, WORK_PER_MARCH_STEP};
+
+/// Pairs along curves that are found in one step of the loop.
+const STEPS: usize = 4;
+
+const _: () = assert!(STEPS as u64 * WORK_PER_MARCH_STEP <= MAX_STEP_WORK);
+
+/// A step of the loop that marches, compiled on its own: it is seldom asked for.
+struct MarchOn<'t, 'q, 'c, 'o>(&'t mut Traversal<'q, 'c, Intersection<'o>>);
+
+impl Kernel for MarchOn<'_, '_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        self.0.march(lanes);
+    }
+}
+
+impl Traversal<'_, '_, Intersection<'_>> {
+    /// Follows what waits to be followed a little.
+    #[inline(always)]
+    pub(super) fn march_on<L: Lanes>(&mut self, lanes: L) {
+        lanes.run(MarchOn(self));
+    }
+
+    /// Begins to follow an end, or follows two of them, or the last one, through a few pairs.
+    #[inline(always)]
+    fn march<L: Lanes>(&mut self, lanes: L) {
+        let March { hits, ends, .. } = &self.workspace.march;
+        if let Some(free) = ends.iter().position(|end| !end.follows)
+            && !hits.is_empty()
+        {
+            return self.begin_march(lanes, free);
+        }
+        let mut at = usize::from(!ends[0].follows);
+        let other = usize::from(ends[0].follows && ends[1].follows);
+        for _ in 0..self.room().min(STEPS) {
+            if !self.march_step(lanes, at & 1) {
+                self.workspace.march.ends[at & 1].follows = false;
+                break;
+            }
+            at ^= other;
+        }
+    }
+
+    /// Begins at one of the edges of the latest hit, unless the pair behind it is known.
+    #[inline(always)]
+    fn begin_march<L: Lanes>(&mut self, lanes: L, free: usize) {
+        let (trees, pose) = ([self.a, self.b], self.b_in_a);
+        let Workspace { march, run, .. } = &mut *self.workspace;
+        let Some((pair, crossings)) = march.hits.last_mut() else { return };
+        let (pair, edge) = (*pair, crossings.trailing_zeros() as usize);
+        *crossings &= *crossings - 1;
+        if *crossings == 0 {
+            march.hits.pop();
+        }
+        run.stats.work += WORK_PER_LOOKUP;
+        let (side, edge) = (usize::from(edge >= 3), edge % 3);
+        let across = trees[side].neighbors()[pair[side] as usize].across[edge];
+        if across.is_nothing() {
+            return;
+        }
+        let mut next = pair;
+        next[side] = across.triangle();
+        let [a, b] = [0, 1].map(|side| &trees[side].neighbors()[next[side] as usize]);
+        if march.known.has([a.first, b.first], next) {
+            return;
+        }
+        run.stats.work += WORK_PER_MARCH;
+        march.places[1] = place(pose);
+        let [of_a, of_b] = trees.map(|tree| (tree.mesh().aabb().max - tree.mesh().aabb().min).length());
+        let size = 1.01 * (of_a + of_b);
+        let mut corners = [[D4::splat(lanes, 0.0); 3]; 2];
+        for (side, corners) in corners.iter_mut().enumerate() {
+            let mesh = trees[side].mesh();
+            let vertices = mesh.triangles()[trees[side].ids()[pair[side] as usize] as usize];
+            *corners = per_axis!(i => vertex(lanes, mesh.vertices(), vertices[i], &march.places[side]));
+        }
+        let end = &mut march.ends[free & 1];
+        (end.pair, end.corners) = (pair, [Corners::IN_ORDER; 2]);
+        end.follows = end.curve.begin(corners, side, edge, size);
+    }
+
+    /// Goes on to the next pair and reports it. False where the curve ends.
+    #[inline(always)]
+    fn march_step<L: Lanes>(&mut self, lanes: L, at: usize) -> bool {
+        let trees = [self.a, self.b];
+        let Workspace { march, run, found, sample, .. } = &mut *self.workspace;
+        let end = &mut march.ends[at];
+        let (side, apex) = (end.curve.side(), end.curve.apex());
+        let edge = end.corners[side].opposite(apex);
+        let across = trees[side].neighbors()[end.pair[side] as usize].across[edge % 3];
+        run.stats.work += WORK_PER_MARCH_STEP;
+        if across.is_nothing() {
+            return false;
+        }
+        end.pair[side] = across.triangle();
+        let pair = end.pair;
+        let (a, b) = (&self.a.neighbors()[pair[0] as usize], &self.b.neighbors()[pair[1] as usize]);
+        let added = march.known.add([a.first, b.first], pair);
+        if added != Added::New {
+            if added == Added::NoRoom {
+                march.stop();
+            }
+            return false;
+        }
+        sample.note(pair, run.found);
+        run.found += 1;
+        found.push([a.id, b.id]);
+        end.corners[side].cross(apex, across.edge() as usize, across.same_direction());
+        let corner = vertex(lanes, trees[side].mesh().vertices(), across.vertex, &march.places[side]);
+        end.curve.advance(lanes, corner)
+    }
+}
+
+/// A vertex in A's frame: what [`Pose::transform_point`] gives, to the bit but for the sign of a zero.
+#[inline(always)]
+fn vertex<L: Lanes>(lanes: L, vertices: &Vertices, index: u32, place: &[[f64; 4]; 4]) -> D4<L> {
+    let [x, y, z] = match vertices {
+        Vertices::F32(vertices) => vertices[index as usize].map(f64::from),
+        Vertices::F64(vertices) => vertices[index as usize],
+    };
+    let [x, y, z] = [D4::splat(lanes, x), D4::splat(lanes, y), D4::splat(lanes, z)];
+    let [of_x, of_y, of_z, origin] = place;
+    let sum = D4::load(lanes, of_x) * x + D4::load(lanes, of_y) * y + D4::load(lanes, of_z) * z;
+    sum + D4::load(lanes, origin)
+}
