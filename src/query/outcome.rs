@@ -133,7 +133,8 @@ impl Stats {
         (self.queue_peak, self.elapsed) = (0, None);
     }
 
-    /// The counts that time depends on; node pairs that were opened, tests on edge axes included, stand for box updates.
+    /// The counts that time depends on; node pairs that were opened stand for box updates, and so does all other work, as of
+    /// tests on edge axes and of steps along curves.
     pub fn counts(&self) -> Counts {
         let others =
             self.bv_tests + self.primitive_tests * WORK_PER_TRIANGLE_TEST + self.exact_tests * WORK_PER_EXACT_TEST;
