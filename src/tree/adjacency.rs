@@ -150,7 +150,7 @@ mod tests {
     fn check(tree: &Tree) -> usize {
         let mut count = 0;
         for triangle in 0..tree.mesh().len() {
-            let here = tree.neighbors()[triangle as usize];
+            let here = tree.neighbors()[triangle];
             assert_eq!(here.id, tree.ids()[triangle]);
             let [_, cluster] = tree.nodes_above(triangle as u32);
             assert_eq!(here.first, tree.nodes()[cluster as usize].first_triangle);
