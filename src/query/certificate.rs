@@ -19,8 +19,11 @@ pub struct Certificate<'w> {
     pub(super) b: &'w Tree,
     pub(super) place: Place<'w>,
     pub(super) workspace: &'w Workspace,
-    /// If it was narrowed: the workspace of the stopped run, and how many of its open node pairs were taken over from there.
-    narrowed: Option<(&'w Workspace, usize)>,
+    /// The run that it is of: another one than `workspace` holds if it was narrowed.
+    whole: &'w Workspace,
+    is_narrowed: bool,
+    /// How many of the open node pairs of `whole` the narrowing took over.
+    taken: usize,
 }
 
 /// Where B is.
@@ -33,18 +36,18 @@ pub(super) enum Place<'w> {
 
 impl<'w> Certificate<'w> {
     pub(super) fn new([a, b]: [&'w Tree; 2], place: Place<'w>, workspace: &'w Workspace) -> Self {
-        Self { a, b, place, workspace, narrowed: None }
+        Self { a, b, place, workspace, whole: workspace, is_narrowed: false, taken: 0 }
     }
 
     /// The same, after `workspace` has gone on with the first `taken` node pairs and with all triangle pairs.
     pub(super) fn narrowed(self, workspace: &'w Workspace, taken: usize) -> Self {
-        Self { workspace, narrowed: Some((self.workspace, taken)), ..self }
+        Self { workspace, taken, is_narrowed: true, ..self }
     }
 
     /// Units of work spent on narrowing it; 0 if it was not narrowed.
     #[must_use]
     pub fn work(&self) -> u64 {
-        self.narrowed.map_or(0, |_| self.workspace.work())
+        if self.is_narrowed { self.workspace.work() } else { 0 }
     }
 
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. Of a turning motion, which a query cuts into
@@ -150,9 +153,9 @@ impl<'w> Certificate<'w> {
             Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),
         };
         let later = later.into_iter().flatten().map(Open::Piece);
-        let rest = self.narrowed.into_iter().flat_map(|(run, taken)| run.open_nodes().skip(taken));
+        let rest = self.whole.open_nodes().skip(self.taken).take(if self.is_narrowed { usize::MAX } else { 0 });
         let nodes = workspace.open_nodes().chain(rest).map(Open::Nodes);
-        let found = self.narrowed.map_or(&[][..], |_| workspace.pairs()).iter().copied().map(Open::Found);
+        let found = if self.is_narrowed { workspace.pairs() } else { &[] }.iter().copied().map(Open::Found);
         nodes.chain(triangles).chain(found).chain(later).take(self.most())
     }
 
