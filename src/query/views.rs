@@ -139,15 +139,20 @@ const LARGEST_SCALE: i32 = 30;
 /// The least gap of boxes in doubt over their margin.
 const LEAST_GAP: f32 = 1.0 / 64.0;
 
+/// The middle of B's box from that of A's, in A's units, of which there are `per_unit` a length; and how much it may be off.
+fn offset([a, b]: [&Unit; 2], b_in_a: &Pose, scale: f64, per_unit: f64) -> (DVec3, f64) {
+    let translation = (b_in_a.transform_point(b.origin) - a.origin) * per_unit;
+    (translation, rounding(a, b, b_in_a) * per_unit + (1.0 + scale) * power_of_two(-43) + 1e-20)
+}
+
 impl Relation {
     pub fn new(a: &Tree, b: &Tree, b_in_a: &Pose) -> Self {
         let (ua, ub) = (a.unit(), b.unit());
         let [of_a, of_b] = Unit::exponents([ua, ub]);
         let exponent = of_b - of_a;
         let per_unit = power_of_two(-of_a);
-        let translation = (b_in_a.transform_point(ub.origin) - ua.origin) * per_unit;
         let scale = power_of_two(exponent.clamp(-1000, 1000));
-        let slop = rounding(ua, ub, b_in_a) * per_unit + (1.0 + scale) * power_of_two(-43) + 1e-20;
+        let (translation, slop) = offset([ua, ub], b_in_a, scale, per_unit);
         let deviation = rotation_deviation(b_in_a.rotation());
 
         let distance = translation.length();
@@ -176,9 +181,8 @@ impl Relation {
 
     /// Where B lies at another pose of the same motion.
     pub fn place_at(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> Place {
-        let (ua, ub, scale, per_unit) = (a.unit(), b.unit(), f64::from(self.scale), 1.0 / self.unit);
-        let translation = (b_in_a.transform_point(ub.origin) - ua.origin) * per_unit;
-        let slop = rounding(ua, ub, b_in_a) * per_unit + (1.0 + scale) * power_of_two(-43) + 1e-20;
+        let scale = f64::from(self.scale);
+        let (translation, slop) = offset([a.unit(), b.unit()], b_in_a, scale, 1.0 / self.unit);
         // No less than its length, without a root.
         let distance = translation.abs().element_sum();
         Place::new(scale, b_in_a, translation, distance, slop, self.deviation).unwrap_or(Place::BLIND)

@@ -194,7 +194,7 @@ pub(super) fn rotate<L: Lanes>(lanes: L, rotation: &[[f32; 3]; 3], edge: V8<L>) 
 
 /// The size of the largest component of each.
 #[inline(always)]
-pub(super) fn largest<N: Column>(v: [N; 3]) -> N {
+pub(crate) fn largest<N: Column>(v: [N; 3]) -> N {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
 }
 

@@ -1,16 +1,11 @@
 //! Triangles of a cluster as they are seen from a node of the other side: by their boxes there, and by their planes.
 
 use super::{Boxes, Slabs, Stored, Triangles};
-use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis};
+use crate::math::lanes::{Column, F8, Lanes, cross, dot, per_axis};
 use crate::query::views::{self, View};
 use crate::tree::xyz;
-use crate::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW};
+use crate::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW, largest};
 use wide::f32x4;
-
-#[inline(always)]
-fn longest<L: Lanes>(v: V8<L>) -> F8<L> {
-    v[0].abs().max(v[1].abs()).max(v[2].abs())
-}
 
 #[inline(always)]
 fn longest_one(v: f32x4) -> f32 {
@@ -57,7 +52,7 @@ impl Planes {
         let (zero, margin) = (F8::splat(lanes, 0.0), F8::splat(lanes, view.margin.as_array()[0]));
         let normal = cross(e, f);
         let least = F8::splat(lanes, LEAST_EDGE_SLOP);
-        let blur = (longest(e) + least) * (longest(f) + least) * F8::splat(lanes, *skew);
+        let blur = (largest(e) + least) * (largest(f) + least) * F8::splat(lanes, *skew);
         let size = per_axis!(k => normal[k].abs());
         let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0)) + F8::splat(lanes, UNDERFLOW);
         per_axis!(k => (p[k] + zero.min(e[k]).min(f[k]) - margin).put(&mut self.boxes.low[k]));
