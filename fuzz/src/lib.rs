@@ -134,11 +134,14 @@ pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) ->
     for _ in 0..2 {
         let mut pairs = Vec::new();
         let mut outcome = check::run_with_memory(&query, &mut workspace, &mut memory, Budget::work(work));
-        for _ in 0..1000 {
-            let certificate = query.certificate(&workspace).expect("the workspace holds this query");
-            check::assert_certificate(&certificate, &outcome, truth.len());
-            let narrowed = query.narrowed_certificate(&workspace, &mut aside, work).expect("the same");
-            check::assert_certificate(&narrowed, &outcome, truth.len());
+        for stop in 0..1000 {
+            // To look through the boxes of a certificate takes far longer than the query.
+            if stop < 16 {
+                let certificate = query.certificate(&workspace).expect("the workspace holds this query");
+                check::assert_certificate(&certificate, &outcome, truth.len());
+                let narrowed = query.narrowed_certificate(&workspace, &mut aside, work).expect("the same");
+                check::assert_certificate(&narrowed, &outcome, truth.len());
+            }
             if matches!(outcome.stop, StopReason::Finished | StopReason::FirstHit) {
                 break;
             }
