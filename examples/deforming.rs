@@ -36,7 +36,8 @@ fn triangles() -> impl Iterator<Item = [u32; 3]> {
 
 fn wave(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let gear = Arc::new(Tree::new(shapes::gear(17, 6)));
-    let mut scene = Scene::new().mode(Mode::All);
+    let mut scene = Scene::new();
+    scene.set_mode(Mode::All);
     let waving = Arc::new(Tree::new(Mesh::new(flag(0.0), triangles())?));
     let waving = scene.insert(Body::moving(waving, Pose::IDENTITY))?;
     let turning = scene.insert(Body::moving(Arc::clone(&gear), Pose::IDENTITY))?;

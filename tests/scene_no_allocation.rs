@@ -220,7 +220,9 @@ fn configurations() -> [Configuration; 21] {
 fn no_frame_after_the_hundredth_allocates() {
     let mut faults = Vec::new();
     for Configuration { name, mode, reach, budgets, threads, play } in configurations() {
-        let mut world = World::new(Scene::new().mode(mode).reach(reach));
+        let mut world = World::new(Scene::new());
+        world.scene.set_mode(mode);
+        world.scene.set_reach(reach);
         world.scene.track_contacts();
         #[cfg(feature = "parallel")]
         world.scene.use_threads(threads).unwrap();

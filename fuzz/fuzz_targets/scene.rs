@@ -166,6 +166,8 @@ fuzz_target!(|bytes: &[u8]| {
     let mut bytes = Unstructured::new(bytes);
     let mode = if bytes.arbitrary().unwrap_or_default() { Mode::Any } else { Mode::All };
     let reach = if bytes.arbitrary().unwrap_or_default() { Reach::Here } else { Reach::Swept };
-    let scene = Scene::new().mode(mode).reach(reach);
+    let mut scene = Scene::new();
+    scene.set_mode(mode);
+    scene.set_reach(reach);
     let _ = Model { scene, mode, bodies: Vec::new(), removed: Vec::new() }.play(&mut bytes);
 });

@@ -142,28 +142,15 @@ impl Scene {
         }
     }
 
-    /// Any intersection of each pair (the default), or the number of all.
-    #[must_use]
-    pub fn mode(mut self, mode: Mode) -> Self {
-        self.set_mode(mode);
-        self
-    }
-
-    /// Which boxes the broad phase compares; by default, those where the bodies are.
-    #[must_use]
-    pub fn reach(mut self, reach: Reach) -> Self {
-        self.set_reach(reach);
-        self
-    }
-
-    /// Asks another question from the next frame on; what earlier frames found does not answer it.
+    /// Asks from the next frame on for any intersection of each pair (the default), or for the number of all; what earlier
+    /// frames found does not answer another question.
     pub fn set_mode(&mut self, mode: Mode) {
         if self.mode != mode {
             (self.mode, self.asked_since) = (mode, self.next_frame());
         }
     }
 
-    /// Compares other boxes from the next frame on.
+    /// Which boxes the broad phase compares from the next frame on; by default, those where the bodies are.
     pub fn set_reach(&mut self, reach: Reach) {
         self.reach = reach;
     }
@@ -173,13 +160,6 @@ impl Scene {
     ///
     /// Pairs beyond that are left out, and [`Report::is_full`] says so, until an eighth of the room is free again. Those that
     /// are kept already stay.
-    #[must_use]
-    pub fn max_pairs(mut self, pairs: usize) -> Self {
-        self.set_max_pairs(pairs);
-        self
-    }
-
-    /// Keeps this many pairs at the most: [`Scene::max_pairs`].
     pub fn set_max_pairs(&mut self, pairs: usize) {
         self.pairs.most = pairs.min(schedule::pairs::LIMIT);
     }
@@ -329,7 +309,7 @@ impl Scene {
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of overlapping boxes, than any
     /// before it, and, to be ready for more, in the 64 frames after it had more bodies than ever. Buffers then get room for
     /// twice as many, so there are few such frames; within the room made by [`Scene::reserve`] there are none. There are no
-    /// more than [`Scene::max_pairs`] pairs, and those whose distances are asked for.
+    /// more than [`Scene::set_max_pairs`] pairs, and those whose distances are asked for.
     ///
     /// **Several questions, one budget.** Of each pair that overlaps is asked whether it meets; how far apart it is instead, if
     /// that is [asked for](Scene::measure), which tells both; until when it is free, if a body [moves](Scene::set_motion); and

@@ -177,7 +177,7 @@ pub struct Report {
     /// Known pairs that were not looked at: they are not in `pairs`, and count as undecided. Their bodies are near each other;
     /// their boxes may overlap.
     pub unlisted: usize,
-    /// Whether pairs were left out because there are [as many as there may be](crate::Scene::max_pairs). Their bodies are
+    /// Whether pairs were left out because there are [as many as there may be](crate::Scene::set_max_pairs). Their bodies are
     /// among the unpaired ones.
     pub is_full: bool,
     /// Work done: that of the queries ([`crate::Budget::work`]) and 250 for each that was begun. Not the broad phase.

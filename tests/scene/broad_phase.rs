@@ -67,7 +67,8 @@ fn assert_honest(scene: &Scene, truth: &Report) {
 #[test]
 fn nothing_runs_past_the_budget_with_2000_bodies_in_one_place() {
     for (budget, limit) in [(20_000, 1 << 20), (400_000, 30_000)] {
-        let (mut scene, mut random) = (Scene::new().max_pairs(limit), Random::new(1));
+        let (mut scene, mut random) = (Scene::new(), Random::new(1));
+        scene.set_max_pairs(limit);
         let ids = crowd(&mut [&mut scene], 2_000, 0.2, &mut random);
         let mut decided = 0;
         for frame in 0..60 {
@@ -108,7 +109,8 @@ fn bodies_not_looked_at_are_undecided() {
 #[test]
 fn a_cut_broad_phase_loses_nothing() {
     for (seed, reach) in [(3, Reach::Here), (4, Reach::Swept)] {
-        let (mut scene, mut free, mut random) = (Scene::new().reach(reach), Scene::new(), Random::new(seed));
+        let (mut scene, mut free, mut random) = (Scene::new(), Scene::new(), Random::new(seed));
+        scene.set_reach(reach);
         let ids = crowd(&mut [&mut scene, &mut free], 1_000, 9.0, &mut random);
         for round in 0..4 {
             for &id in ids.iter().filter(|_| round > 0) {
@@ -184,7 +186,8 @@ fn moving_bodies_with_a_cut_broad_phase_never_give_a_false_verdict() {
 #[test]
 fn the_limit_of_pairs_is_told_and_room_is_used_again() {
     const LIMIT: usize = 2_000;
-    let (mut scene, mut free, mut random) = (Scene::new().max_pairs(LIMIT), Scene::new(), Random::new(9));
+    let (mut scene, mut free, mut random) = (Scene::new(), Scene::new(), Random::new(9));
+    scene.set_max_pairs(LIMIT);
     let ids = crowd(&mut [&mut scene, &mut free], 150, 0.1, &mut random);
     let truth = detect(&mut free, Budget::unlimited()).clone();
     assert!(truth.pairs.len() > 5 * LIMIT);

@@ -168,7 +168,9 @@ fn assert_sound(report: &Report, truth: &[(usize, usize, u64)], complete: bool) 
 
 fn run_against_model(mode: Mode, reach: Reach, seed: u64, budget: impl Fn(&mut Random) -> Budget) {
     let trees = trees();
-    let (mut scene, mut model) = (Scene::new().mode(mode).reach(reach), Model::default());
+    let (mut scene, mut model) = (Scene::new(), Model::default());
+    scene.set_mode(mode);
+    scene.set_reach(reach);
     let (mut random, mut workspace, mut ledger) = (Random::new(seed), Workspace::new(), Ledger::default());
     scene.track_contacts();
     let (mut cut, mut met) = (false, 0);
@@ -355,7 +357,8 @@ fn a_body_that_passes_through_between_two_frames_is_reported_on_its_way() {
     let ball = Arc::new(Tree::new(shapes::icosphere(1)));
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::new(x, 0.0, 0.0)).unwrap();
     for (reach, expected) in [(Reach::Here, 0), (Reach::Swept, 1)] {
-        let mut scene = Scene::new().reach(reach);
+        let mut scene = Scene::new();
+        scene.set_reach(reach);
         scene.insert(Body::fixed(Arc::clone(&ball), at(0.0))).unwrap();
         let bullet = scene.insert(Body::moving(Arc::clone(&ball), at(-10.0))).unwrap();
         assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);

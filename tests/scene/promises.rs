@@ -55,14 +55,15 @@ fn another_mode_is_another_question() {
     let all = detect(&mut scene, Budget::unlimited()).pairs[0];
     assert_eq!((all.complete, all.found), (true, found));
     assert_eq!(scene.certificate(a, b).unwrap().upper_bound, found);
-    scene = scene.mode(Mode::Any);
+    scene.set_mode(Mode::Any);
     let any = detect(&mut scene, Budget::unlimited()).pairs[0];
     assert_eq!((any.complete, any.found), (true, 1));
 }
 
 #[test]
 fn nothing_is_proven_before_the_first_frame_or_of_what_changed_since() {
-    let mut scene = Scene::new().mode(Mode::All);
+    let mut scene = Scene::new();
+    scene.set_mode(Mode::All);
     let ([a, b], found) = crossing(&mut scene);
     let all = |scene: &Scene| scene.certificate(a, b).unwrap().upper_bound;
     let whole = knot().mesh().len().pow(2) as u64;
@@ -176,7 +177,8 @@ fn a_scene_asks_the_clock_after_each_exact_test() {
         check::run(&query, &mut Workspace::new(), Budget::unlimited()).stats.exact_tests
     };
     assert!(exact_tests > 100);
-    let mut scene = Scene::new().mode(Mode::All);
+    let mut scene = Scene::new();
+    scene.set_mode(Mode::All);
     for x in [0.0, 1e-300] {
         scene.insert(Body::moving(Arc::clone(&cube), at(x, 0.0, 0.0))).unwrap();
     }
@@ -195,7 +197,8 @@ fn what_an_arm_passes_on_its_arc_is_reported() {
     let on_arm = |angle: f64| Pose::new(turned(angle), turned(angle) * DVec3::X * 10.0).unwrap();
     for (degrees, expected) in [(60.0, 1), (120.0, 1), (180.0, 1), (60.0, 1)] {
         let angle = f64::to_radians(degrees);
-        let mut scene = Scene::new().reach(Reach::Swept);
+        let mut scene = Scene::new();
+        scene.set_reach(Reach::Swept);
         // In the middle of the arc, beyond the straight line between its ends.
         let place = turned(angle / 2.0) * DVec3::X * 10.9;
         scene.insert(Body::fixed(Arc::clone(&post), Pose::new(DMat3::IDENTITY, place).unwrap())).unwrap();
@@ -211,7 +214,8 @@ fn what_an_arm_passes_on_its_arc_is_reported() {
 #[test]
 fn what_is_gone_meets_nothing_however_far_another_body_goes() {
     let tree = Arc::new(Tree::new(shapes::icosphere(0)));
-    let mut scene = Scene::new().reach(Reach::Swept);
+    let mut scene = Scene::new();
+    scene.set_reach(Reach::Swept);
     let post = scene.insert(Body::fixed(Arc::clone(&tree), at(5.0, 0.0, 0.0))).unwrap();
     let far = Pose::new(turned(1.0), DVec3::NEG_Z * 1e228).unwrap();
     let ball = scene.insert(Body::moving(Arc::clone(&tree), far)).unwrap();
@@ -246,7 +250,8 @@ fn swept_boxes_hold_the_whole_screw() {
             let screw = Pose::new(turn, through - turn * through + axis * slide * s).unwrap();
             screw.compose(&start).unwrap()
         };
-        let mut scene = Scene::new().reach(Reach::Swept);
+        let mut scene = Scene::new();
+        scene.set_reach(Reach::Swept);
         let body = scene.insert(Body::moving(Arc::clone(&tree), screw(0.0))).unwrap();
         detect(&mut scene, Budget::unlimited());
         // A small probe at a corner of the mesh somewhere on its way.

@@ -167,7 +167,9 @@ pub extern "C" fn punctual_scene_new(
         let reach = value_of(reach, "reach", &[Reach::Here, Reach::Swept])?;
         let mode = check_mode(mode, "mode")?;
         put(scene, || {
-            let scene = Scene::new().mode(mode).reach(reach);
+            let mut scene = Scene::new();
+            scene.set_mode(mode);
+            scene.set_reach(reach);
             Ok(punctual_scene(Handle::new(Reported { scene, pairs: Vec::new() })))
         })
     })

@@ -129,7 +129,9 @@ impl Scene {
     fn new(mode: Option<ModeName>, threads: usize) -> PyResult<Self> {
         check_threads(threads)?;
         let mode = mode.map_or(Mode::Any, |ModeName(mode)| mode);
-        let mut scene = punctual::Scene::new().max_pairs(usize::MAX).mode(mode);
+        let mut scene = punctual::Scene::new();
+        scene.set_max_pairs(usize::MAX);
+        scene.set_mode(mode);
         scene.use_threads(threads)?;
         Ok(Self { scene, is_current: false })
     }

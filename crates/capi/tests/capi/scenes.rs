@@ -29,7 +29,9 @@ impl Both {
         let (ours, theirs) = (tree_of(&knot()), Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.2, 96))));
         let mut scene =
             owned(|scene| punctual_scene_new(punctual_mode::All as u32, punctual_reach::Swept as u32, scene));
-        let mut native = Scene::new().mode(Mode::All).reach(Reach::Swept);
+        let mut native = Scene::new();
+        native.set_mode(Mode::All);
+        native.set_reach(Reach::Swept);
         assert_eq!(punctual_scene_use_threads(Some(&mut scene), 2), Status::Ok);
         assert_eq!(punctual_scene_reserve(Some(&mut scene), 12, 30), Status::Ok);
         native.reserve(12, 30);

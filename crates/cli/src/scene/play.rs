@@ -119,7 +119,8 @@ pub fn play(
 }
 
 fn set_up(recording: &Recording, settings: &Settings) -> Result<(Scene, Vec<BodyId>), Failure> {
-    let mut scene = Scene::new().mode(settings.mode);
+    let mut scene = Scene::new();
+    scene.set_mode(settings.mode);
     scene.use_threads(settings.threads)?;
     let ids = recording.bodies.iter().map(|body| scene.insert(body.clone()));
     let ids = ids.collect::<Result<Vec<_>, SceneError>>()?;
