@@ -1,14 +1,13 @@
 //! The pairs of bodies whose contacts are asked for.
 
 use crate::scene::id::{PairKey, bodies_of};
-use alloc::vec::Vec;
+use alloc::collections::BTreeSet;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactRequests {
     /// Whether all that meet are.
     pub all: bool,
-    /// Others, ascending.
-    chosen: Vec<PairKey>,
+    pub chosen: BTreeSet<PairKey>,
 }
 
 impl ContactRequests {
@@ -19,19 +18,7 @@ impl ContactRequests {
 
     #[inline]
     pub fn has(&self, key: PairKey) -> bool {
-        self.all || self.chosen.binary_search(&key).is_ok()
-    }
-
-    pub fn insert(&mut self, key: PairKey) {
-        if let Err(at) = self.chosen.binary_search(&key) {
-            self.chosen.insert(at, key);
-        }
-    }
-
-    pub fn remove(&mut self, key: PairKey) {
-        if let Ok(at) = self.chosen.binary_search(&key) {
-            self.chosen.remove(at);
-        }
+        self.all || self.chosen.contains(&key)
     }
 
     pub fn forget(&mut self, body: u32) {

@@ -85,7 +85,7 @@ impl Scene {
     /// If a body is not in the scene, or both are the same.
     pub fn find_contacts_of(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
-        self.bodies_mut().contact_requests.insert(key);
+        self.bodies_mut().contact_requests.chosen.insert(key);
         self.make_room_for_contacts();
         Ok(())
     }
@@ -96,7 +96,7 @@ impl Scene {
     /// If a body is not in the scene, or both are the same.
     pub fn stop_finding_contacts_of(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
-        self.bodies_mut().contact_requests.remove(key);
+        self.bodies_mut().contact_requests.chosen.remove(&key);
         Ok(())
     }
 
