@@ -97,7 +97,7 @@ impl<'t> PushOutQuery<'t> {
     pub fn run_with(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> PushOut {
         let mut deadline = Deadline::of(budget, clock);
         let mut search = Search::new(self, workspace, &mut deadline);
-        let stop = search.run();
+        let stop = search.run().err().unwrap_or(StopReason::Finished);
         let (push, queries, work) = (search.best, search.queries, search.work);
         workspace.forget_run();
         PushOut { push, queries, stop, work, elapsed: deadline.elapsed() }

@@ -76,11 +76,7 @@ impl<'q, 'c> Search<'q, 'c> {
         Self { asked, workspace, deadline, memory, blocked, boxes, size, least, best: None, queries: 0, work: 0 }
     }
 
-    pub fn run(&mut self) -> StopReason {
-        self.search().err().unwrap_or(StopReason::Finished)
-    }
-
-    fn search(&mut self) -> Step<()> {
+    pub fn run(&mut self) -> Step<()> {
         let Some(segments) = self.contacts()? else { return Ok(()) };
         let likely = segments.directions();
         for &direction in &likely {

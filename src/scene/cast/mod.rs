@@ -86,15 +86,6 @@ struct Casting<'c> {
     rays: &'c mut Rays,
 }
 
-/// What is known so far.
-struct Known {
-    hit: Option<BodyHit>,
-    found: u64,
-    /// No hit of what has been looked at, and was not found, lies before.
-    open: f64,
-    stop: StopReason,
-}
-
 impl Casting<'_> {
     fn run(mut self, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
         let mut deadline = Deadline::of(budget, clock);
@@ -104,20 +95,21 @@ impl Casting<'_> {
         // Each body may wait in a node of the tree, and as one that has left its place there.
         self.rays.queue.reserve_exact(2 * self.bodies.room());
         self.rays.hits.clear();
-        let mut known = Known { hit: None, found: 0, open: f64::INFINITY, stop: StopReason::Finished };
+        let free_until = f64::INFINITY;
+        let mut known =
+            SceneCast { hit: None, found: 0, free_until, stop: StopReason::Finished, work: 0, elapsed: None };
         let line = Line::new(&self.asked.ray);
         if self.begin(&line, &mut deadline) {
             self.search(&line, &mut known, &mut deadline)?;
         } else {
-            known.open = 0.0;
+            known.free_until = 0.0;
             known.stop = deadline.why(WORK_PER_BOX);
         }
         let next = self.rays.queue.peek().map_or(f64::INFINITY, |Reverse(entry)| f64::from_bits(entry.enter));
-        let open = if known.stop == StopReason::Finished { f64::INFINITY } else { known.open.min(next) };
-        let Known { hit, found, stop, .. } = known;
-        let free_until = self.asked.mode.free_until(&self.asked.ray, hit.map(|hit| hit.on_body), open);
-        let (work, elapsed) = (limit - deadline.work_left(), deadline.elapsed());
-        Ok(SceneCast { hit, found, free_until, stop, work, elapsed })
+        let open = if known.stop == StopReason::Finished { f64::INFINITY } else { known.free_until.min(next) };
+        known.free_until = self.asked.mode.free_until(&self.asked.ray, known.hit.map(|hit| hit.on_body), open);
+        (known.work, known.elapsed) = (limit - deadline.work_left(), deadline.elapsed());
+        Ok(known)
     }
 
     /// Queues the roots, and what is not in the tree; whether there was room for it all.
@@ -147,8 +139,9 @@ impl Casting<'_> {
         }
     }
 
-    /// Follows the ray until nothing nearer is left, or the deadline comes.
-    fn search(&mut self, line: &Line, known: &mut Known, deadline: &mut Deadline) -> Result<(), SceneError> {
+    /// Follows the ray until nothing nearer is left, or the deadline comes. No hit of what has been looked at, and was not
+    /// found, lies before what `known` says.
+    fn search(&mut self, line: &Line, known: &mut SceneCast, deadline: &mut Deadline) -> Result<(), SceneError> {
         while let Some(&Reverse(entry)) = self.rays.queue.peek() {
             let is_nearer = |hit: BodyHit| hit.on_body.t < f64::from_bits(entry.enter);
             if self.asked.mode == RayMode::Nearest && known.hit.is_some_and(is_nearer) {
@@ -192,7 +185,7 @@ impl Casting<'_> {
     }
 
     /// Asks the tree of a body.
-    fn ask(&mut self, index: u32, known: &mut Known, deadline: &mut Deadline) -> Result<(), SceneError> {
+    fn ask(&mut self, index: u32, known: &mut SceneCast, deadline: &mut Deadline) -> Result<(), SceneError> {
         let Self { asked, bodies, workspace, rays, .. } = self;
         let Some(placed) = bodies.at(index).filter(|placed| asked.filter.meets(placed.body.filter)) else {
             return Ok(());
@@ -219,7 +212,7 @@ impl Casting<'_> {
         }
         if cast.stop != StopReason::Finished {
             known.stop = cast.stop;
-            known.open = known.open.min(cast.free_until);
+            known.free_until = known.free_until.min(cast.free_until);
         }
         Ok(())
     }
