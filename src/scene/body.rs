@@ -114,14 +114,14 @@ pub(super) fn margins([a, b]: [&Placed; 2]) -> f64 {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bodies {
     slots: Vec<Option<Placed>>,
-    facts: Vec<Facts>,
+    pub facts: Vec<Facts>,
     pub travels: Vec<Travel>,
     free: Vec<u32>,
     /// Slots with a pending change, each once, and how many of them have a box that is out of date ([`Facts::is_changed`]).
     pending: Waiting,
-    changed: usize,
+    pub changed: usize,
     /// Slots whose swept box is replaced by that of the body in the next frame.
-    settling: Vec<u32>,
+    pub settling: Vec<u32>,
     len: usize,
     /// The frame of the last new slot.
     grown: u64,
@@ -131,7 +131,7 @@ pub(super) struct Bodies {
     pub contact_requests: ContactRequests,
     pub weights: Weights,
     /// Whether any body is, or was, [special](Facts::is_special).
-    has_special: bool,
+    pub has_special: bool,
 }
 
 /// A scene counts as young for this many frames after it had more bodies than ever before.
@@ -235,10 +235,10 @@ impl Bodies {
         Ok((placed, &mut self.travels[id.index()], is_first))
     }
 
-    /// Changes a body in a way that leaves its box and its verdicts alone.
-    pub fn update(&mut self, id: BodyId, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
-        change(self.get_mut(id)?);
-        self.note(id.index());
+    /// Leaves its box and its verdicts alone.
+    pub fn set_importance(&mut self, id: BodyId, importance: f32) -> Result<(), SceneError> {
+        self.get_mut(id)?.body.importance = importance;
+        self.facts[id.index()].importance = importance;
         Ok(())
     }
 
@@ -268,7 +268,7 @@ impl Bodies {
 
     /// Whether more may be asked of a pair than whether it meets.
     pub fn is_special(&self, key: PairKey) -> bool {
-        self.facts_of(key).into_iter().any(|facts| facts.is_special)
+        Facts::are_special(self.facts_of(key))
     }
 
     /// Whether one of a pair has a motion, and its distance is not asked for.
@@ -276,11 +276,6 @@ impl Bodies {
         self.is_special(key)
             && !self.distance_requests.has(key)
             && bodies_of(key).into_iter().any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
-    }
-
-    /// Whether more may be asked than which bodies meet.
-    pub fn has_special(&self) -> bool {
-        self.has_special
     }
 
     /// The least work of a turn, of whatever may be asked.
@@ -299,20 +294,10 @@ impl Bodies {
         facts.pending = facts.pending.max(Some(change));
     }
 
-    /// Leaves it to the next frame to replace the swept box of a body.
-    pub fn settle_next(&mut self, index: u32) {
-        self.settling.push(index);
-    }
-
     pub fn end_changes(&mut self) {
         while let Some(index) = self.settling.pop() {
             self.set_pending(index, Change::Settle);
         }
-    }
-
-    /// How many boxes are out of date.
-    pub fn changed(&self) -> usize {
-        self.changed
     }
 
     /// Slots whose boxes are out of date, those of removed bodies included.
@@ -372,10 +357,6 @@ impl Bodies {
     /// Those of both bodies of a pair.
     pub fn facts_of(&self, key: PairKey) -> [&Facts; 2] {
         bodies_of(key).map(|body| self.facts(body))
-    }
-
-    pub fn facts_mut(&mut self, index: u32) -> &mut Facts {
-        &mut self.facts[index as usize]
     }
 
     pub fn id(&self, index: u32) -> BodyId {

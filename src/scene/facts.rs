@@ -44,6 +44,11 @@ impl Facts {
         self.pending > Some(Change::Settle)
     }
 
+    /// Whether more may be asked of two bodies than whether they meet.
+    pub fn are_special([x, y]: [&Self; 2]) -> bool {
+        x.is_special | y.is_special
+    }
+
     /// Whether its slot had another body when its box was made.
     pub fn is_another(&self) -> bool {
         self.pending == Some(Change::Body)

@@ -37,7 +37,7 @@ impl Scene {
             pairs.update(broad, bodies, deadline);
             Arc::make_mut(bodies).begin_groups(broad, report.frame, deadline);
         });
-        (report.unplaced, report.unpaired, report.is_full) = (bodies.changed(), broad.open(), broad.has_cropped());
+        (report.unplaced, report.unpaired, report.is_full) = (bodies.changed, broad.open, broad.has_cropped());
         let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
         let mut found = Found { broad, pairs, events };
         let execute = |batches: &mut [Batch], round: &Round| execute(batches, round, bodies, scratch);
@@ -49,7 +49,7 @@ impl Scene {
 
     /// Updates the boxes of bodies that were moved, inserted or removed.
     fn place_changed(&mut self, deadline: &mut Deadline) {
-        let sweeps = self.reach == Reach::Swept || self.bodies.has_special();
+        let sweeps = self.reach == Reach::Swept || self.bodies.has_special;
         let work = if sweeps { WORK_PER_SWEPT_BOX } else { WORK_PER_BOX };
         let bodies = Arc::make_mut(&mut self.bodies);
         while deadline.has_room(work)
@@ -70,7 +70,7 @@ impl Scene {
             let bounds = bounds::thickened(bounds, body.margin);
             self.broad.place(index, bounds, body.kind == BodyKind::Moving, news, importance);
             if moves {
-                bodies.settle_next(index);
+                bodies.settling.push(index);
             }
         }
         bodies.end_changes();

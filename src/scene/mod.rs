@@ -287,7 +287,7 @@ impl Scene {
     /// If the body is not in the scene, or the importance is NaN.
     pub fn set_importance(&mut self, id: BodyId, importance: f32) -> Result<(), SceneError> {
         let importance = checks::importance(id, importance)?;
-        self.bodies_mut().update(id, |placed| placed.body.importance = importance)
+        self.bodies_mut().set_importance(id, importance)
     }
 
     /// Finds out which bodies meet, within a budget for the whole frame.

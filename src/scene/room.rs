@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 pub(super) struct Room {
     pub pairs: usize,
     /// What the user asked for.
-    asked: usize,
+    pub asked: usize,
 }
 
 impl Room {
@@ -17,10 +17,6 @@ impl Room {
         if used > self.pairs || young && used > self.asked.max(self.pairs / 4 * 3) {
             self.pairs = 2 * used + 64;
         }
-    }
-
-    pub fn asked(&self) -> usize {
-        self.asked
     }
 
     /// Enough for what the user asks for.

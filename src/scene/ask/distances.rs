@@ -153,7 +153,7 @@ impl Scene {
 impl Bodies {
     /// Takes note of whether distances of a body are asked for. What was found of it is the answer to another question.
     fn renew(&mut self, body: u32, is_measured: bool, frame: u64) -> Result<(), SceneError> {
-        self.facts_mut(body).is_measured = is_measured;
+        self.facts[body as usize].is_measured = is_measured;
         self.change(self.id(body), frame, |_| ())
     }
 

@@ -145,7 +145,7 @@ impl FatTree {
         done
     }
 
-    /// Makes the boxes on marked paths fit again; whether they do.
+    /// Makes the boxes on marked paths fit again; whether they do. Then a search may begin.
     pub fn refit(&mut self, deadline: &mut Deadline) -> bool {
         const WORK: u64 = STEP as u64 * WORK_PER_REFIT;
         while !(self.stack.is_empty() && self.inner.is_empty()) {
@@ -165,6 +165,7 @@ impl FatTree {
                 }
             }
         }
+        self.next_roots = [0, 0];
         true
     }
 
@@ -173,10 +174,6 @@ impl FatTree {
         if proxy.leaf != NONE {
             self.marked.push(proxy.leaf);
         }
-    }
-
-    pub fn begin_search(&mut self) {
-        self.next_roots = [0, 0];
     }
 
     pub fn end_search(&mut self) {

@@ -84,14 +84,16 @@ pub(crate) struct Broad {
     newcomers: Vec<u32>,
     stage: Stage,
     tree: FatTree,
-    found: Vec<PairKey>,
+    /// A portion of pairs, ascending.
+    pub found: Vec<PairKey>,
     sort: Sort,
     /// Whether pairs of this generation were left out, and the bodies of such generations that are still open.
     crops: bool,
     cropped: Vec<u32>,
-    /// Whether the pairs that the newcomers had before are gone.
-    purged: bool,
-    open: usize,
+    /// Whether the pairs that the newcomers had before are gone: the first portion of this generation was merged.
+    pub purged: bool,
+    /// Bodies that not all partners are known of.
+    pub open: usize,
 }
 
 impl Broad {
@@ -116,11 +118,6 @@ impl Broad {
         pair.into_iter().any(|body| bodies.facts(body).is_another() || self.is_another(body))
     }
 
-    /// Whether the pairs that the newcomers had before are gone: the first portion of this generation was merged.
-    pub fn is_purged(&self) -> bool {
-        self.purged
-    }
-
     /// Whether the portion at hand is all that is found of its generation.
     pub fn has_found_all(&self) -> bool {
         !self.purged && self.stage == (Stage::Merge { last: true })
@@ -129,11 +126,6 @@ impl Broad {
     /// Whether all partners of a body may be known.
     pub fn is_closed(&self, body: u32) -> bool {
         self.proxies.get(body as usize).is_some_and(|proxy| !proxy.open)
-    }
-
-    /// Bodies that not all partners are known of.
-    pub fn open(&self) -> usize {
-        self.open
     }
 
     /// Whether there were more pairs than there may be.
@@ -223,11 +215,6 @@ impl Broad {
         }
     }
 
-    /// A portion of pairs, ascending.
-    pub fn found(&self) -> &[PairKey] {
-        &self.found
-    }
-
     /// Finds pairs that may meet, of fat AABBs that overlap and have a new one among them: a portion of them is in
     /// [`Broad::found`] then. `None`: none is left, or the deadline came first. `known`: pairs known, and the most that there
     /// may be.
@@ -238,11 +225,7 @@ impl Broad {
                 Stage::Renew(next) => self.renew(next, deadline)?,
                 Stage::Build => self.tree.build(&mut self.proxies, deadline).then_some(Stage::Mark(0))?,
                 Stage::Mark(next) => self.mark(next, deadline)?,
-                Stage::Refit => {
-                    self.tree.refit(deadline).then_some(())?;
-                    self.tree.begin_search();
-                    Stage::Search
-                }
+                Stage::Refit => self.tree.refit(deadline).then_some(Stage::Search)?,
                 Stage::Search => self.search(bodies, known, deadline)?,
                 Stage::Sort { last } => {
                     self.sort.advance(&mut self.found, deadline).then_some(Stage::Merge { last })?

@@ -183,7 +183,7 @@ impl PairState {
             self.turn.spent.add(spent.since(before));
             before = spent;
             if let Some(bounds) = answer.bounds {
-                self.note_bounds(bodies, bounds, round.frame, bodies.last_change(self.turn.key));
+                self.note_bounds(bodies, bounds, round.frame);
             }
             if self.note(&answer, spent, round.frame) {
                 return Ended::Complete;

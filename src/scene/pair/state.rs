@@ -68,9 +68,7 @@ impl Turn {
         spent: Spent { work: 0, bv_tests: 0 },
         standing: Standing { verdict: Verdict::Undecided, found: 0, complete: false },
     };
-}
 
-impl Turn {
     /// Whether the question of this turn, or its contacts after it, are still to be answered.
     pub fn is_due(&self) -> bool {
         self.next == Some(TurnKind::Contacts) || self.next.is_some() && self.kind != TurnKind::Contacts
@@ -213,14 +211,14 @@ impl PairState {
         true
     }
 
-    /// Takes note of bounds that are proven in `frame`, of bodies that were last new in `changed`.
+    /// Takes note of bounds that are proven in `frame`.
     #[cold]
-    pub fn note_bounds(&mut self, bodies: &Bodies, bounds: Bounds, frame: u64, changed: u64) {
+    pub fn note_bounds(&mut self, bodies: &Bodies, bounds: Bounds, frame: u64) {
         let key = self.turn.key;
         let bounds = Bounds { gone: bodies.gone_at_least(key), ..bounds };
         let bounds = match self.said {
             Said::Bounds(before, _) if before.are_times != bounds.are_times => bounds,
-            Said::Bounds(before, since) if since >= changed => before.and(bounds),
+            Said::Bounds(before, since) if since >= bodies.last_change(key) => before.and(bounds),
             Said::Bounds(before, since) if !bounds.are_times => {
                 // A run that is cut may know less than is left of what was proven before.
                 let carried = bodies.carried(key, before, since, frame);

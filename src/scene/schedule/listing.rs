@@ -46,11 +46,6 @@ struct Candidate<'f> {
 }
 
 impl Candidate<'_> {
-    fn is_special(&self) -> bool {
-        let [x, y] = self.facts;
-        x.is_special | y.is_special
-    }
-
     fn ids(&self) -> [BodyId; 2] {
         let ([a, b], [x, y]) = (bodies_of(self.key), self.facts);
         [BodyId { index: a, generation: x.generation }, BodyId { index: b, generation: y.generation }]
@@ -112,13 +107,13 @@ impl<'l> Listing<'l> {
     fn walk(&mut self, places: Range<usize>, deadline: &mut Deadline) -> usize {
         // Without a budget, on one thread, nothing depends on what is expected.
         let forecasts = self.frame.threads > 1 || !self.frame.budget.is_unlimited();
-        let settled = self.broad.open() == 0 && self.frame.bodies.changed() == 0;
+        let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
         for place in places.clone() {
             if !deadline.has_room(WORK_PER_LISTED_PAIR) {
                 return place;
             }
             let pair = self.candidate(place);
-            let listed = match pair.is_special() {
+            let listed = match Facts::are_special(pair.facts) {
                 true => self.list::<true>(pair, settled, forecasts),
                 false => self.list::<false>(pair, settled, forecasts),
             };

@@ -150,7 +150,8 @@ impl Schedule {
         workspace: Option<&mut Workspace>,
     ) -> Option<[Duration; 2]> {
         let whole = frame.started.zip(frame.budget.time).map(|(began, limit)| [began, limit]);
-        let Some([began, limit]) = whole.filter(|_| revisit::is_due(frame)) else {
+        let is_due = frame.mode == Mode::Any && frame.budget.work.is_none();
+        let Some([began, limit]) = whole.filter(|_| is_due) else {
             self.revisit.skip();
             return whole;
         };

@@ -202,7 +202,7 @@ impl Pairs {
 
     /// Makes room for the contacts of the pairs that there is room for.
     pub fn reserve_touches(&mut self) {
-        self.touches.ask(self.room[1].asked());
+        self.touches.ask(self.room[1].asked);
     }
 
     /// Puts a state back, or lets others have it if the turn of its pair did not come.
@@ -247,7 +247,7 @@ impl Pairs {
             let [a, b] = bodies_of(key).map(|body| frame.bodies.id(body));
             report.distances.push(PairDistance { a, b, low, high, triangles, age });
         }
-        let pairs = if frame.bodies.has_special() { &report.pairs[..] } else { &[] };
+        let pairs = if frame.bodies.has_special { &report.pairs[..] } else { &[] };
         for &PairReport { a, b, .. } in pairs {
             let key = pair_key(a.index, b.index);
             if frame.bodies.is_moving(key) {
@@ -327,7 +327,7 @@ impl Pairs {
     /// Merges a portion of new pairs with those known; whether it is done. Before the first portion of a generation, pairs of
     /// its newcomers are dropped whose fat AABBs do not overlap any more.
     fn merge(&mut self, broad: &Broad, bodies: &Bodies, deadline: &mut Deadline) -> bool {
-        let found = broad.found();
+        let found = &broad.found;
         const WORK: u64 = STEP as u64 * WORK_PER_MERGED_PAIR;
         while self.merge.known < self.known.len() || self.merge.found < found.len() {
             if !deadline.has_room(WORK) {
@@ -365,7 +365,7 @@ impl Pairs {
     fn stays(&mut self, known: &mut Known, again: bool, broad: &Broad, bodies: &Bodies) -> bool {
         let pair = bodies_of(known.key);
         let news = pair.map(|body| broad.news(body)).into_iter().max();
-        let stays = broad.is_purged()
+        let stays = broad.purged
             || match news {
                 None | Some(Change::Settle | Change::None) => true,
                 Some(Change::Place) => again || !broad.has_found_all() && broad.overlap(bodies, pair),

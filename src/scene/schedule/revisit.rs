@@ -6,7 +6,7 @@
 
 use super::pairs::Pairs;
 use crate::model::cost::{LEAST_WORK, WORK_PER_MERGED_PAIR, WORK_PER_WITNESS};
-use crate::query::{Deadline, Mode, Verdict, Workspace};
+use crate::query::{Deadline, Verdict, Workspace};
 use crate::scene::ask::TurnKind;
 use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
@@ -172,9 +172,4 @@ fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
     let is_asked_more = bodies.is_special(key) || bodies.contact_requests.has(key);
     !is_asked_more && bodies.may_meet(pair) && !broad.is_of_another(bodies, pair)
-}
-
-/// Whether a frame whose time is limited has such tests: nothing else is.
-pub(crate) fn is_due(frame: &Frame) -> bool {
-    frame.mode == Mode::Any && frame.budget.work.is_none()
 }
