@@ -117,7 +117,7 @@ impl Pairs {
     }
 
     /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what is known about it if they do.
-    #[inline]
+    #[inline(always)]
     pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut PairState> {
         let known = self.at_mut(place);
         if overlap {
