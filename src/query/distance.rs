@@ -22,7 +22,7 @@ use glam::DVec3;
 /// **Guarantee.** Whenever it stops, `low <= distance <= high`: no point of A's surface is closer to B's than `low`, and two
 /// named points of two named triangles are `high` apart. Both bounds only ever improve, and a query that is finished ends
 /// with them as close as the tolerance asks. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
-/// meet says so, whatever the tolerance.
+/// meet says so, whatever the tolerance, unless [`DistanceQuery::leave_contact_open`] was asked for.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -56,13 +56,15 @@ impl<'t> DistanceQuery<'t> {
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let (absolute, relative, margins, limit) = (None, None, [0.0; 2], f64::INFINITY);
-        let options = DistanceOptions { absolute, relative, margins, limit, depth_first: false };
+        let (leaves_contact_open, depth_first) = (false, false);
+        let options = DistanceOptions { absolute, relative, margins, limit, leaves_contact_open, depth_first };
         Self { a, b, b_in_a, options, ceiling: f64::INFINITY }
     }
 
     /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
     /// can tell. Surfaces with large parallel parts have many pairs of triangles that are all but equally far apart; a
-    /// tolerance spares the comparison. Whether surfaces meet is decided with any tolerance.
+    /// tolerance spares the comparison. Whether surfaces meet is decided with any tolerance, unless
+    /// [`DistanceQuery::leave_contact_open`] is asked for too.
     #[must_use]
     pub fn absolute_tolerance(mut self, length: f64) -> Self {
         self.options.absolute = Some(length.max(0.0));
@@ -73,6 +75,15 @@ impl<'t> DistanceQuery<'t> {
     #[must_use]
     pub fn relative_tolerance(mut self, share: f64) -> Self {
         self.options.relative = Some(share.max(0.0));
+        self
+    }
+
+    /// Done also as soon as `high` is no more than the absolute tolerance, even if it is open then whether the surfaces meet
+    /// (`low` is 0). For who wants a number and nothing else: to decide about surfaces that all but touch in many places may
+    /// take thousands of times as long.
+    #[must_use]
+    pub fn leave_contact_open(mut self) -> Self {
+        self.options.leaves_contact_open = true;
         self
     }
 
@@ -200,7 +211,7 @@ impl<'t> DistanceQuery<'t> {
 
     /// Whether a finished run tells if the surfaces meet, whatever its tolerance.
     pub(crate) fn decides_contact(&self) -> bool {
-        self.options.limit == f64::INFINITY && self.margin() == 0.0
+        self.options.limit == f64::INFINITY && self.margin() == 0.0 && !self.options.leaves_contact_open
     }
 
     /// Whether the workspace holds a stopped run of this query.
@@ -224,6 +235,9 @@ impl<'t> DistanceQuery<'t> {
         let known = memory.map_or(0.0, |memory| memory.clearance(self.a, self.b, &self.b_in_a));
         let interval = Interval::new(self.tolerance(), self.margin(), self.options.limit);
         let mut interval = interval.below(self.ceiling);
+        if self.options.leaves_contact_open {
+            interval = interval.leaving_contact_open();
+        }
         if interval.know(known) {
             return workspace.search.begin(interval, None);
         }

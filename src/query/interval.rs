@@ -19,6 +19,8 @@ pub(super) struct Interval {
     limit: f64,
     /// Distances beyond this are not told apart.
     ceiling: f64,
+    /// An upper bound that is enough whatever lies below it; 0: only contact is.
+    enough: f64,
     low: f64,
     high: f64,
     /// Pairs at least this far apart do not matter any more.
@@ -33,8 +35,8 @@ impl Interval {
     /// Nothing is known yet. `limit` is infinite if the distance itself is asked for.
     pub fn new(tolerance: Tolerance, margin: f64, limit: f64) -> Self {
         let [cut, high, done] = [f64::INFINITY; 3];
-        let ceiling = f64::INFINITY;
-        let mut interval = Self { tolerance, margin, limit, ceiling, low: 0.0, high, cut, done, nearest: None };
+        let (ceiling, enough) = (f64::INFINITY, 0.0);
+        let mut interval = Self { tolerance, margin, limit, ceiling, enough, low: 0.0, high, cut, done, nearest: None };
         interval.cut = interval.cut_now();
         interval
     }
@@ -44,6 +46,14 @@ impl Interval {
         self.ceiling = ceiling;
         self.cut = self.cut_now();
         self
+    }
+
+    /// Leaves open whether surfaces meet that are no farther apart than the absolute tolerance, if the distance is asked for.
+    pub fn leaving_contact_open(self) -> Self {
+        let Self { tolerance: Tolerance { absolute, .. }, margin, .. } = self;
+        // Less than the tolerance, for what rounding takes when the margins are subtracted.
+        let enough = (absolute - 4.0 * f64::EPSILON * (absolute + 2.0 * margin)).max(0.0);
+        Self { enough: if self.has_limit() { 0.0 } else { enough }, ..self }
     }
 
     pub fn ceiling(&self) -> f64 {
@@ -111,9 +121,10 @@ impl Interval {
         self.high <= self.margin
     }
 
-    /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are closer than the limit.
+    /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are closer than the limit, or than
+    /// is told apart.
     pub fn is_decided(&self) -> bool {
-        self.touches() || self.has_limit() && self.high <= self.limit + self.margin
+        self.high <= self.margin + self.enough || self.has_limit() && self.high <= self.limit + self.margin
     }
 
     /// Whether a pair that is at least this far apart matters. One that may meet always does: whether surfaces meet is no

@@ -55,6 +55,8 @@ pub(super) struct DistanceOptions {
     pub margins: [f64; 2],
     /// Infinite if the distance itself is asked for.
     pub limit: f64,
+    /// Whether a finished run may leave open if surfaces meet that are within the tolerance.
+    pub leaves_contact_open: bool,
     /// For comparison: one stack for all node pairs.
     pub depth_first: bool,
 }

@@ -143,6 +143,25 @@ fn plates_that_nearly_touch_take_little_work() {
     }
 }
 
+/// Who leaves contact open has an answer as soon as `high` is within the tolerance, whether the plates meet or not; what is
+/// farther apart is told as ever.
+#[test]
+fn plates_within_the_tolerance_take_little_work_if_contact_is_left_open() {
+    const TOLERANCE: f64 = 1e-4;
+    let mut workspace = Workspace::new();
+    let tilted = DMat3::from_rotation_x(1.0) * DMat3::from_rotation_z(0.7);
+    let (a, b) = (Tree::new(plate(100, tilted)), Tree::new(plate(91, tilted)));
+    for gap in [0.0, 1e-16, 1e-12, 1e-8, 1e-7, 1e-6, 9e-5, 2e-4] {
+        let along = tilted * DVec3::new(0.013, 0.021, gap);
+        let query = DistanceQuery::new(&a, &b, moved(along.x, along.y, along.z)).absolute_tolerance(TOLERANCE);
+        let said = query.leave_contact_open().run(&mut workspace, ENOUGH);
+        assert!(said.stop == StopReason::Finished && said.stats.work < 50_000, "{gap:e}: {said:?}");
+        let rounding = 1e-15;
+        assert!(said.low <= gap + rounding && gap <= said.high + rounding, "{gap:e}: {said:?}");
+        assert!(said.high - said.low <= TOLERANCE && (gap < TOLERANCE || said.low > 0.0), "{gap:e}: {said:?}");
+    }
+}
+
 /// One inside the other, all around at about the same distance; and a copy of itself, unmoved and moved by next to nothing.
 #[test]
 fn concentric_spheres_and_coincident_copies() {
