@@ -965,7 +965,7 @@ typedef struct punctual_distance_query {
   /**
    * Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1 by default, as any negative
    * number: a millionth of half the longest extent of the larger mesh, roughly. Whether the surfaces meet is decided with
-   * any tolerance.
+   * any tolerance, unless `leave_contact_open`.
    */
   double absolute_tolerance;
   /**
@@ -983,6 +983,11 @@ typedef struct punctual_distance_query {
    * time. Infinity by default: the distance itself is asked for.
    */
   double closer_than;
+  /**
+   * Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then whether the
+   * surfaces meet. False by default.
+   */
+  bool leave_contact_open;
 } punctual_distance_query;
 
 /**

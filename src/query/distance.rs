@@ -78,12 +78,12 @@ impl<'t> DistanceQuery<'t> {
         self
     }
 
-    /// Done also as soon as `high` is no more than the absolute tolerance, even if it is open then whether the surfaces meet
-    /// (`low` is 0). For who wants a number and nothing else: to decide about surfaces that all but touch in many places may
-    /// take thousands of times as long.
+    /// Whether a query is done as soon as `high` is no more than the absolute tolerance, even if it is open then whether the
+    /// surfaces meet (`low` is 0). Off by default. To decide that about surfaces that all but touch in many places may take
+    /// thousands of times as long as to tell that they are within the tolerance. [`DistanceQuery::closer_than`] is not affected.
     #[must_use]
-    pub fn leave_contact_open(mut self) -> Self {
-        self.options.leaves_contact_open = true;
+    pub fn leave_contact_open(mut self, leave: bool) -> Self {
+        self.options.leaves_contact_open = leave;
         self
     }
 

@@ -46,7 +46,7 @@ pub struct punctual_distance_query<'t> {
     pub b_in_a: punctual_pose,
     /// Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1 by default, as any negative
     /// number: a millionth of half the longest extent of the larger mesh, roughly. Whether the surfaces meet is decided with
-    /// any tolerance.
+    /// any tolerance, unless `leave_contact_open`.
     pub absolute_tolerance: f64,
     /// Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a negative `absolute_tolerance` that is
     /// 1e-5 for meshes that are more than 64 times their size apart.
@@ -57,6 +57,9 @@ pub struct punctual_distance_query<'t> {
     /// Ask only whether the surfaces are no farther apart than this length: done as soon as that is known, in a fraction of the
     /// time. Infinity by default: the distance itself is asked for.
     pub closer_than: f64,
+    /// Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then whether the
+    /// surfaces meet. False by default.
+    pub leave_contact_open: bool,
 }
 
 /// The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length unit of the meshes.
@@ -96,6 +99,7 @@ pub extern "C" fn punctual_distance_query_new<'t>(
         relative_tolerance: 0.0,
         margins: [0.0; 2],
         closer_than: f64::INFINITY,
+        leave_contact_open: false,
     }
 }
 
@@ -275,7 +279,8 @@ impl punctual_distance_query<'_> {
             0.0 => query,
             share => query.relative_tolerance(share),
         };
-        Ok(query.margins(self.margins).closer_than(self.closer_than))
+        let query = query.margins(self.margins).closer_than(self.closer_than);
+        Ok(query.leave_contact_open(self.leave_contact_open))
     }
 }
 

@@ -18,8 +18,8 @@ use crate::view::{self, ViewArgs};
 /// triangles found, counted from 0, and their closest points in A's frame (empty if none was found yet, high is then inf);
 /// closer is the answer to --closer-than: yes, no (both proven), undecided, or empty if it was not asked; ns is the least
 /// time of all sweeps, pose update included; stop tells why the query ended, or error; work is in work units. All but ns
-/// are of the first sweep. high is 0 only where the surfaces meet, and there always, unless a budget or --closer-than
-/// ended the query before. Lengths are in the unit of the meshes.
+/// are of the first sweep. high is 0 only where the surfaces meet, and there always, unless a budget, --closer-than or
+/// --leave-contact-open ended the query before. Lengths are in the unit of the meshes.
 ///
 /// A query ends as soon as it is known whether the surfaces meet, and high - low is a millionth of the larger mesh's unit
 /// length, which is about half of its longest extent, or, of meshes that are more than 64 such lengths apart, a
@@ -31,6 +31,9 @@ pub struct Args {
     input: Input,
     #[command(flatten)]
     goal: Goal,
+    /// Be content with high <= E of --abs, even where it is open then whether the surfaces meet.
+    #[arg(long, requires = "abs")]
+    leave_contact_open: bool,
     #[command(flatten)]
     running: Running,
     /// Take the poses as consecutive frames: begin with the triangles that were closest in the one before.
@@ -94,7 +97,8 @@ impl Args {
     }
 
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> DistanceQuery<'t> {
-        self.goal.of(DistanceQuery::new(a, b, pose)).margins([self.margin; 2])
+        let query = self.goal.of(DistanceQuery::new(a, b, pose)).margins([self.margin; 2]);
+        query.leave_contact_open(self.leave_contact_open)
     }
 
     fn print(&self, out: &mut impl Write, rows: &[Row<Distance>]) -> io::Result<()> {

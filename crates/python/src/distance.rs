@@ -23,6 +23,7 @@ pub struct DistanceOptions {
     relative: Option<f64>,
     margins: [f64; 2],
     limit: Option<f64>,
+    leave_contact_open: bool,
 }
 
 impl DistanceOptions {
@@ -30,6 +31,7 @@ impl DistanceOptions {
         [absolute, relative]: [Option<f64>; 2],
         margins: Option<[f64; 2]>,
         limit: Option<f64>,
+        leave_contact_open: bool,
     ) -> PyResult<Self> {
         let margins = margins.unwrap_or_default();
         let numbers = [
@@ -40,11 +42,12 @@ impl DistanceOptions {
             ("closer_than", limit),
         ];
         not_negative(numbers)?;
-        Ok(Self { absolute, relative, margins, limit })
+        Ok(Self { absolute, relative, margins, limit, leave_contact_open })
     }
 
     pub fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree, pose: Pose) -> punctual::DistanceQuery<'t> {
-        let mut query = punctual::DistanceQuery::new(a, b, pose).margins(self.margins);
+        let query = punctual::DistanceQuery::new(a, b, pose).margins(self.margins);
+        let mut query = query.leave_contact_open(self.leave_contact_open);
         if let Some(length) = self.absolute {
             query = query.absolute_tolerance(length);
         }
@@ -170,14 +173,14 @@ fn ask<'py>(
 ///
 /// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. Done as soon as `high - low`
 /// is no more than absolute_tolerance (a millionth of the larger mesh by default, roughly), or `high <= (1 +
-/// relative_tolerance) low`. margins: by how much the surfaces are thickened, that of a and that of b. budget: seconds;
+/// relative_tolerance) low`, and it is known whether they meet; with leave_contact_open also as soon as `high` is no more
+/// than absolute_tolerance. margins: by how much the surfaces are thickened, that of a and that of b. budget: seconds;
 /// work: units of work. memory: what it learned at the pose before.
 ///
 /// Raises ValueError for a T that is not rigid and for negative numbers, and TypeError for wrong types.
 #[pyfunction]
 #[pyo3(signature = (a, b, T=None, *, absolute_tolerance=None, relative_tolerance=None, margins=None,
-    budget=None, work=None,
-    memory=None))]
+    leave_contact_open=false, budget=None, work=None, memory=None))]
 #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
 pub fn distance<'py>(
     py: Python<'py>,
@@ -187,11 +190,12 @@ pub fn distance<'py>(
     absolute_tolerance: Option<f64>,
     relative_tolerance: Option<f64>,
     margins: Option<[f64; 2]>,
+    leave_contact_open: bool,
     budget: Option<f64>,
     work: Option<u64>,
     memory: Option<PyRefMut<'_, Memory>>,
 ) -> PyResult<Bound<'py, Distance>> {
-    let options = DistanceOptions::new([absolute_tolerance, relative_tolerance], margins, None)?;
+    let options = DistanceOptions::new([absolute_tolerance, relative_tolerance], margins, None, leave_contact_open)?;
     ask(py, [a, b], T.unwrap_or_default().0, options, Limit::new(budget, work)?, memory)
 }
 
@@ -211,7 +215,7 @@ pub fn closer_than<'py>(
     work: Option<u64>,
     memory: Option<PyRefMut<'_, Memory>>,
 ) -> PyResult<Bound<'py, Distance>> {
-    let options = DistanceOptions::new([None; 2], margins, Some(length))?;
+    let options = DistanceOptions::new([None; 2], margins, Some(length), false)?;
     ask(py, [a, b], T.unwrap_or_default().0, options, Limit::new(budget, work)?, memory)
 }
 
@@ -238,8 +242,8 @@ impl DistanceQuery {
 impl DistanceQuery {
     #[new]
     #[pyo3(signature = (a, b, T=None, *, absolute_tolerance=None, relative_tolerance=None, margins=None,
-        closer_than=None))]
-    #[expect(non_snake_case, reason = "the name of the Python argument")]
+        closer_than=None, leave_contact_open=false))]
+    #[expect(non_snake_case, clippy::too_many_arguments, reason = "the name of the Python argument")]
     fn new(
         a: PyRef<'_, Tree>,
         b: PyRef<'_, Tree>,
@@ -248,8 +252,10 @@ impl DistanceQuery {
         relative_tolerance: Option<f64>,
         margins: Option<[f64; 2]>,
         closer_than: Option<f64>,
+        leave_contact_open: bool,
     ) -> PyResult<Self> {
-        let options = DistanceOptions::new([absolute_tolerance, relative_tolerance], margins, closer_than)?;
+        let tolerances = [absolute_tolerance, relative_tolerance];
+        let options = DistanceOptions::new(tolerances, margins, closer_than, leave_contact_open)?;
         let trees = [Arc::clone(&a.arc), Arc::clone(&b.arc)];
         let asked = Asked::new(a, b, T.unwrap_or_default().0);
         Ok(Self { trees, asked, options, workspace: Box::new(Workspace::new()), aside: None })

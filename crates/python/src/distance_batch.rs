@@ -71,7 +71,7 @@ impl DistanceBatch {
 /// Raises ValueError for a matrix that is not rigid, with its row.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, *, absolute_tolerance=None, relative_tolerance=None, margins=None, closer_than=None,
-    budget=None, work=None, memory=None, threads=1))]
+    leave_contact_open=false, budget=None, work=None, memory=None, threads=1))]
 #[expect(clippy::too_many_arguments, reason = "the arguments of the Python function")]
 pub fn distance_batch(
     py: Python<'_>,
@@ -82,13 +82,15 @@ pub fn distance_batch(
     relative_tolerance: Option<f64>,
     margins: Option<[f64; 2]>,
     closer_than: Option<f64>,
+    leave_contact_open: bool,
     budget: Option<f64>,
     work: Option<u64>,
     mut memory: Option<PyRefMut<'_, Memory>>,
     threads: usize,
 ) -> PyResult<DistanceBatch> {
     let limit = Limit::new(budget, work)?;
-    let options = DistanceOptions::new([absolute_tolerance, relative_tolerance], margins, closer_than)?;
+    let tolerances = [absolute_tolerance, relative_tolerance];
+    let options = DistanceOptions::new(tolerances, margins, closer_than, leave_contact_open)?;
     let Transforms(poses) = poses;
     let (a, b) = (&*a.arc, &*b.arc);
     let workers = workers(threads, poses.len(), lent(&mut memory))?;

@@ -151,6 +151,16 @@ def test_a_distance_query_is_resumed(ball, ring):
         query.resume()
 
 
+def test_contact_can_be_left_open(ball, ring, touching):
+    apart = punctual.distance(ball, ring, absolute_tolerance=100.0, leave_contact_open=True)
+    assert apart.low == 0 and apart.high <= 100 and apart.work < punctual.distance(ball, ring).work
+    query = punctual.DistanceQuery(ball, ring, touching, absolute_tolerance=1e-9, leave_contact_open=True)
+    assert query.run().high <= 1e-9
+    poses = np.stack([touching, np.eye(4)])
+    batch = punctual.distance_batch(ball, ring, poses, absolute_tolerance=100.0, leave_contact_open=True)
+    assert (batch.low == 0).all() and (batch.high <= 100).all()
+
+
 def test_memory(ball, ring, touching):
     memory = punctual.Memory()
     assert memory.last_verdict is None

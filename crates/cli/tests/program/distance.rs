@@ -92,6 +92,10 @@ fn distances_points_and_margins_of_cubes() {
             assert_eq!((row.closer.as_str(), row.stop.as_str()), ("", "finished"));
         }
     }
+    // Whether they meet is of no matter.
+    for row in ask(&folder, "--abs 3 --leave-contact-open") {
+        assert!(row.low == 0.0 && row.high <= 3.0 && row.stop == "finished", "{row:?}");
+    }
     // Each surface takes the margin.
     let [_, touching, apart, _] = ask(&folder, "--margin 0.25 --mode exact");
     assert!(touching.high == 0.0 && (apart.low - 0.5).abs() < 1e-14 && (apart.high - 0.5).abs() < 1e-14, "{apart:?}");
@@ -145,7 +149,7 @@ fn a_surface_inside_another_is_apart() {
 fn bad_options_are_refused_and_all_are_named() {
     let folder = cubes();
     let help = folder.run("distance --help");
-    let options = "--mode --rel --abs --closer-than --reps --budget-us --budget-work --portable --memory --margin";
+    let options = "--mode --rel --abs --leave-contact-open --closer-than --reps --budget-us --budget-work --portable --memory --margin";
     assert!(help.status == 0 && options.split(' ').all(|option| help.out.contains(option)), "{}", help.out);
     for option in ["--rel", "--abs", "--closer-than", "--margin"] {
         for bad in ["-1", "nan", "inf", "x"] {
@@ -156,6 +160,7 @@ fn bad_options_are_refused_and_all_are_named() {
         ("--mode any", "--mode"),
         ("--mode exact --rel 1", "--rel"),
         ("--abs 1 --closer-than 1", "--abs"),
+        ("--leave-contact-open", "--abs"),
         ("--budget-us 1 --budget-work 1", "--budget-us"),
         ("--reps 0", "--reps"),
     ] {

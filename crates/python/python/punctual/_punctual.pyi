@@ -287,6 +287,7 @@ class DistanceQuery:
         relative_tolerance: float | None = None,
         margins: Sequence[float] | None = None,
         closer_than: float | None = None,
+        leave_contact_open: bool = False,
     ) -> DistanceQuery: ...
     def run(
         self, *, budget: float | None = None, work: int | None = None, memory: Memory | None = None
@@ -546,6 +547,7 @@ def distance(
     absolute_tolerance: float | None = None,
     relative_tolerance: float | None = None,
     margins: Sequence[float] | None = None,
+    leave_contact_open: bool = False,
     budget: float | None = None,
     work: int | None = None,
     memory: Memory | None = None,
@@ -570,6 +572,7 @@ def distance_batch(
     relative_tolerance: float | None = None,
     margins: Sequence[float] | None = None,
     closer_than: float | None = None,
+    leave_contact_open: bool = False,
     budget: float | None = None,
     work: int | None = None,
     memory: Memory | None = None,
