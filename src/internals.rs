@@ -4,7 +4,9 @@
 
 pub use crate::math::random::Random;
 pub use crate::model::closing::{Closing, between, between_features, closing_features, work_left};
-pub use crate::model::confidence::{history_features, hit_features, probability, recall, recall_features};
+pub use crate::model::confidence::{
+    Lead, history_features, hit_features, marching_features, probability, recall, recall_features,
+};
 pub use crate::model::front::{FrontSummary, pair_cost};
 pub use crate::model::least_squares::least_squares;
 pub use crate::model::passing::{Passing, passing_features, work_left as motion_work_left};

@@ -166,6 +166,24 @@ fn early_answers_know_more_at_a_fifth_of_the_work() {
     assert!(early > 1.2 * plain, "{early} after {plain}");
 }
 
+/// By how much the told recall is off, at shares of the work of a query that is not cut off.
+#[test]
+fn early_answers_know_how_much_they_have_found() {
+    let (mut off, mut stops) = (0.0, 0.0);
+    let mut workspace = Workspace::new();
+    for case in cases().iter().take(4) {
+        let all = run(&case.early(), &mut workspace, ENOUGH);
+        for tenth in 1..10 {
+            let query = case.early();
+            let outcome = run(&query, &mut workspace, Budget::work(all.stats.work * tenth / 10));
+            let told = query.estimate(&workspace, None).unwrap().recall;
+            off += (told - outcome.found as f64 / all.found as f64).abs();
+            stops += 1.0;
+        }
+    }
+    assert!(off < 0.25 * stops, "{}", off / stops);
+}
+
 #[test]
 fn without_neighbors_early_answers_are_as_right_as_with_them() {
     let case = &cases()[1];

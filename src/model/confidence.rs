@@ -3,7 +3,7 @@
 //!
 //! Both are logistic in features of the front ([`FrontSummary`]), fitted on stopped queries of known truth.
 
-use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL, RECALL_AFTER_HISTORY};
+use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL, RECALL_AFTER_HISTORY, RECALL_MARCHING};
 use super::front::FrontSummary;
 use super::prediction::{dot, expected};
 use libm::{exp, log, log2};
@@ -93,15 +93,40 @@ pub fn recall_features(front: &FrontSummary) -> [f64; 9] {
     ]
 }
 
-/// Expected share of the intersecting pairs that has been found: 1 if nothing is left, 0 if nothing is found yet. `followed`:
-/// whether the query first went to where triangles met in the frame before, and so has found more than its work would tell.
-pub fn recall(front: &FrontSummary, followed: bool) -> f64 {
+/// The same of a query that marches, where the pairs found are of three kinds: along curves ahead of the front; along curves, and
+/// then come to by boxes; by a test, because they were not known. The more there are of the second beside the third, the
+/// more is known of what lies ahead.
+pub fn marching_features(front: &FrontSummary) -> [f64; 13] {
+    let [one, left, _, tests, bv_tests, waiting, deepest, depth, crossing] = recall_features(front);
+    let kinds = [front.followed - front.passed, front.passed, front.found - front.followed];
+    let [ahead, passed, new] = kinds.map(|count| log2(count.max(0.0) + 1.0));
+    let follows = f64::from(front.follows);
+    [one, left, ahead, passed, new, tests, bv_tests, waiting, deepest, depth, crossing, follows, follows * ahead]
+}
+
+/// What led a query to more than its work would tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lead {
+    /// It only goes by its boxes.
+    Nothing,
+    /// It first went to where triangles met in the frame before.
+    LastFrame,
+    /// It follows the curves along which surfaces meet.
+    Curves,
+}
+
+/// Expected share of the intersecting pairs that has been found: 1 if nothing is left, 0 if nothing is found yet.
+pub fn recall(front: &FrontSummary, lead: Lead) -> f64 {
     if front.is_done() {
-        1.0
-    } else if front.found == 0.0 {
-        0.0
-    } else {
-        let weights = if followed { &RECALL_AFTER_HISTORY } else { &RECALL };
-        1.0 / (1.0 + exp(-dot(weights, &recall_features(front))))
+        return 1.0;
     }
+    if front.found == 0.0 {
+        return 0.0;
+    }
+    let logit = match lead {
+        Lead::Nothing => dot(&RECALL, &recall_features(front)),
+        Lead::LastFrame => dot(&RECALL_AFTER_HISTORY, &recall_features(front)),
+        Lead::Curves => dot(&RECALL_MARCHING, &marching_features(front)),
+    };
+    1.0 / (1.0 + exp(-logit))
 }

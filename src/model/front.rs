@@ -11,6 +11,12 @@ pub struct FrontSummary {
     pub triangle_tests: f64,
     /// Intersecting pairs that it has found.
     pub found: f64,
+    /// Those among them that it found along curves.
+    pub followed: f64,
+    /// How many of these its boxes have come to since.
+    pub passed: f64,
+    /// Whether it is still following one.
+    pub follows: bool,
     /// BV tests made by the probe, which the query has still to make.
     pub probed: f64,
     /// Triangle pairs that wait, those met on trial included.

@@ -123,7 +123,7 @@ impl Query<'_> {
         let remaining =
             if decided || front.is_done() { Prediction::default() } else { Prediction::of(self.left(&front, memory)) };
         let probability = if run.found > 0 { 1.0 } else { self.probability(&front, memory) };
-        let recall = if decided { 1.0 } else { confidence::recall(&front, !workspace.witnesses.is_empty()) };
+        let recall = if decided { 1.0 } else { confidence::recall(&front, workspace.lead()) };
         Ok(Estimate { remaining, probability, recall })
     }
 
@@ -143,6 +143,9 @@ impl Query<'_> {
             bv_tests: run.bv_tests() as f64,
             triangle_tests: run.stats.primitive_tests as f64,
             found: run.found as f64,
+            followed: workspace.march.followed as f64,
+            passed: workspace.march.passed as f64,
+            follows: workspace.march.is_due(),
             triangle_pairs: (workspace.waiting.len() + workspace.doubtful.len()) as f64,
             ..FrontSummary::default()
         };

@@ -118,6 +118,7 @@ impl Traversal<'_, '_, Intersection<'_>> {
         }
         sample.note(pair, run.found);
         run.found += 1;
+        march.followed += 1;
         found.push([a.id, b.id]);
         end.corners[side].cross(apex, across.edge() as usize, across.same_direction());
         let corner = vertex(lanes, trees[side].mesh().vertices(), across.vertex, &march.places[side]);

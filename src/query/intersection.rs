@@ -165,7 +165,7 @@ impl Sink for Traversal<'_, '_, Intersection<'_>> {
         let mut hits = hits;
         if self.strategy.march {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
-            hits &= !self.workspace.march.known.of(first);
+            hits = self.workspace.march.pass(hits, first);
         }
         self.workspace.waiting.push_all(hits, first);
     }

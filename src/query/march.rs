@@ -21,6 +21,9 @@ const HITS: usize = 64;
 #[derive(Clone, Debug)]
 pub(super) struct March {
     pub known: Known,
+    /// Pairs that were found along curves, and those among them to which the traversal has come since.
+    pub followed: u64,
+    pub passed: u64,
     /// Pairs (tree order) that were found by tests, and which edges certainly cross the other triangle: a bit each for 01, 12
     /// and 20 of A, then those of B.
     pub hits: ArrayVec<([u32; 2], u32), HITS>,
@@ -47,6 +50,8 @@ impl March {
     pub fn new(capacity: usize) -> Self {
         Self {
             known: Known::new(capacity),
+            followed: 0,
+            passed: 0,
             hits: ArrayVec::new(),
             ends: [End::NOWHERE; 2],
             places: [place(&Pose::IDENTITY); 2],
@@ -55,6 +60,7 @@ impl March {
 
     pub fn clear(&mut self) {
         self.known.clear();
+        (self.followed, self.passed) = (0, 0);
         self.stop();
     }
 
@@ -70,6 +76,14 @@ impl March {
         self.ends[0].follows | self.ends[1].follows | !self.hits.is_empty()
     }
 
+    /// Takes out of these pairs of two clusters the known ones, to which the traversal has come now.
+    #[inline(always)]
+    pub fn pass(&mut self, hits: u64, first: [u32; 2]) -> u64 {
+        let known = hits & self.known.of(first);
+        self.passed += u64::from(known.count_ones());
+        hits & !known
+    }
+
     /// Takes note of a pair that was found by a test: false if it is known.
     pub fn note(&mut self, trees: [&Tree; 2], pair: [u32; 2], crossings: u32) -> bool {
         let [a, b] = [0, 1].map(|side| &trees[side].neighbors()[pair[side] as usize]);
@@ -77,6 +91,7 @@ impl March {
         if added == Added::New && crossings != 0 {
             let _ = self.hits.try_push((pair, crossings));
         }
+        self.passed += u64::from(added == Added::Known);
         if added == Added::NoRoom {
             // It might be found again.
             self.stop();

@@ -17,6 +17,7 @@ use crate::contact::{Contact, ContactList};
 use crate::math::Pose;
 use crate::math::lanes::Instructions;
 use crate::math::random::Random;
+use crate::model::confidence::Lead;
 use crate::model::cost::{CostModel, Counts};
 use crate::tree::Tree;
 use alloc::vec::Vec;
@@ -321,6 +322,15 @@ impl Workspace {
     /// What is known when the last query ended for this reason.
     pub(crate) fn verdict(&self, stop: StopReason) -> Verdict {
         self.run.verdict(stop)
+    }
+
+    /// What led the last query to more than its work would tell.
+    pub(super) fn lead(&self) -> Lead {
+        match self.run.strategy.march {
+            true => Lead::Curves,
+            false if self.witnesses.is_empty() => Lead::Nothing,
+            false => Lead::LastFrame,
+        }
     }
 
     /// What the last query has done.

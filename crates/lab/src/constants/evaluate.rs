@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use punctual::Mode;
-use punctual::internals::{all_left, any_left, between, motion_work_left, probability, recall, work_left};
+use punctual::internals::{Lead, all_left, any_left, between, motion_work_left, probability, recall, work_left};
 use punctual::{DEFAULT_PRIOR, Quantiles};
 
 use super::Data;
@@ -50,6 +50,7 @@ pub struct Scores {
     pub recalls: Vec<f64>,
     pub recalls_with_hits: Vec<f64>,
     pub recalls_after_history: Vec<f64>,
+    pub recalls_marching: Vec<f64>,
 }
 
 impl Costs {
@@ -76,6 +77,9 @@ fn fields_of(chances: &Chances) -> Vec<String> {
 
 impl Scores {
     fn add(&mut self, sample: &Sample) {
+        if sample.lead == Lead::Curves {
+            return self.add_marching(sample);
+        }
         let front = &sample.front;
         let history = sample.last.map(|last| last.history);
         let chance = probability(front, history.as_ref(), DEFAULT_PRIOR);
@@ -152,7 +156,7 @@ impl Scores {
     }
 
     fn add_recall(&mut self, sample: &Sample) {
-        let error = (recall(&sample.front, sample.follows()) - sample.front.found / sample.hits as f64).abs();
+        let error = recall_error(sample);
         if sample.last.is_some() {
             self.recalls_after_history.push(error);
         } else {
@@ -160,6 +164,12 @@ impl Scores {
             if sample.front.found > 0.0 {
                 self.recalls_with_hits.push(error);
             }
+        }
+    }
+
+    fn add_marching(&mut self, sample: &Sample) {
+        if sample.stop.is_some() && sample.front.found > 0.0 {
+            self.recalls_marching.push(recall_error(sample));
         }
     }
 
@@ -188,9 +198,15 @@ impl Scores {
         let [told, below @ ..] = self.between.map(|count| count as f64);
         fields.push(text(told));
         fields.extend(below.map(|below| text(below / told)));
-        fields.extend([&self.recalls, &self.recalls_with_hits, &self.recalls_after_history].map(|errors| mean(errors)));
+        let recalls = [&self.recalls, &self.recalls_with_hits, &self.recalls_after_history, &self.recalls_marching];
+        fields.extend(recalls.map(|errors| mean(errors)));
         fields
     }
+}
+
+/// By how much the told recall of a stopped query is off.
+fn recall_error(sample: &Sample) -> f64 {
+    (recall(&sample.front, sample.lead) - sample.front.found / sample.hits as f64).abs()
 }
 
 /// Columns of a cost: median and 90 % quantile of `|log2(predicted / actual)|`, shares of actual costs not above the predicted
@@ -222,7 +238,7 @@ fn header() -> String {
         COSTS.iter().flat_map(|cost| ["median", "p90", "below_p90", "below_p10"].map(|f| format!("{cost}_{f}")));
     let chances = CHANCES.iter().flat_map(|of| ["count", "brier", "ece"].map(|f| format!("{of}_{f}")));
     let between = ["count", "below_p10", "below_p50", "below_p90"].map(|of| format!("distance_between_{of}"));
-    let recalls = ["recall_mae", "recall_mae_with_hits", "recall_mae_after_history"].map(str::to_owned);
+    let recalls = ["", "_with_hits", "_after_history", "_marching_with_hits"].map(|of| format!("recall_mae{of}"));
     let names: Vec<String> = costs.chain(chances).chain(between).chain(recalls).collect();
     format!("case,{}", names.join(","))
 }

@@ -1,6 +1,6 @@
 //! Queries of known truth, stopped on the way: what the model sees, and what came of it.
 
-use punctual::internals::{FrontSummary, pair_cost};
+use punctual::internals::{FrontSummary, Lead, pair_cost};
 use punctual::{Budget, Counts, History, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Workspace};
 
 use super::cases::Case;
@@ -29,6 +29,8 @@ pub struct Sample {
     pub decided: usize,
     /// What is remembered of the frame before; `None` if the query had no memory.
     pub last: Option<Last>,
+    /// What leads the query.
+    pub lead: Lead,
 }
 
 /// What the frame before said and took, in the same mode.
@@ -47,11 +49,6 @@ impl Sample {
     pub fn is_hit(&self) -> bool {
         self.hits > 0
     }
-
-    /// Whether the query first went to where triangles met in the frame before.
-    pub fn follows(&self) -> bool {
-        self.mode == Mode::All && self.last.is_some_and(|last| last.history.met)
-    }
 }
 
 /// All poses of a case, in both modes, at all moments; those of a motion also with a memory.
@@ -65,10 +62,13 @@ pub fn samples(case_number: usize, case: &Case) -> Vec<Sample> {
             let query = query.mode(mode);
             // Without a memory, frames close together are the same query again.
             if !case.is_motion || number % THINNED == 0 {
-                sampler.sample(&query, mode, &complete, None);
+                sampler.sample(&query, mode, &complete, None, false);
+                if mode == Mode::All {
+                    sampler.sample(&query.early(true), mode, &complete, None, true);
+                }
             }
             if case.is_motion {
-                sampler.sample(&query, mode, &complete, Some(memory));
+                sampler.sample(&query, mode, &complete, Some(memory), false);
                 let _ = run(&query, &mut sampler.workspace, Some(memory), None);
             }
         }
@@ -85,11 +85,16 @@ struct Sampler<'c> {
 
 impl Sampler<'_> {
     /// All moments of a query. A memory that knows nothing yet gives none.
-    fn sample(&mut self, query: &Query, mode: Mode, complete: &Outcome, memory: Option<&PairMemory>) {
+    fn sample(&mut self, query: &Query, mode: Mode, complete: &Outcome, memory: Option<&PairMemory>, marches: bool) {
         let last = match memory.map(|memory| (memory.history(), memory.last_bv_tests())) {
             None => None,
             Some((Some(history), Some(bv_tests))) => Some(Last { history, bv_tests: bv_tests as f64 }),
             Some(_) => return,
+        };
+        let lead = match last {
+            _ if marches => Lead::Curves,
+            Some(last) if mode == Mode::All && last.history.met => Lead::LastFrame,
+            _ => Lead::Nothing,
         };
         let roots = [&self.case.a, &self.case.b].map(|tree| tree.root().map_or(0.0, |root| root.self_cost()));
         let sample = |stop, front, end: &Outcome| Sample {
@@ -102,6 +107,7 @@ impl Sampler<'_> {
             root_cost: pair_cost(roots, 1.0).into(),
             decided: 0,
             last,
+            lead,
         };
         let whole = run(query, &mut self.workspace, memory.cloned().as_mut(), None);
         let before = self.samples.len();

@@ -3,8 +3,9 @@
 use std::collections::HashSet;
 
 use punctual::Mode;
+use punctual::internals::{FrontSummary, Lead};
 use punctual::internals::{between_features, closing_features, features_of_all, features_of_any};
-use punctual::internals::{history_features, hit_features, passing_features, recall_features};
+use punctual::internals::{history_features, hit_features, marching_features, passing_features, recall_features};
 
 use super::Data;
 use super::distances::Moment;
@@ -25,7 +26,8 @@ const PULL: f64 = 1e-3;
 /// Fits the constants: Rust source, to be put in the place of `src/model/constants.rs`.
 pub fn fit(data: &Data) -> String {
     let open = data.samples.iter().filter(|sample| !sample.front.is_done());
-    let (remembering, alone): (Vec<&Sample>, Vec<&Sample>) = open.partition(|sample| sample.last.is_some());
+    let (marching, open): (Vec<&Sample>, Vec<&Sample>) = open.partition(|sample| sample.lead == Lead::Curves);
+    let (remembering, alone): (Vec<&Sample>, Vec<&Sample>) = open.into_iter().partition(|sample| sample.last.is_some());
     // Before a query and after a part of it are two questions; one answer to both would be the worse for each.
     let hit = [false, true].map(|begun| {
         let moments = of(&alone, Mode::Any).filter(|sample| sample.front.is_begun() == begun);
@@ -37,7 +39,7 @@ pub fn fit(data: &Data) -> String {
         changes(&remembering),
         other_counts(data),
         chances(&alone, &remembering, &hit),
-        recall(&alone, &remembering),
+        recall(&alone, &remembering, &marching),
         distances(&data.moments),
         motions(&data.motions),
     ]
@@ -111,14 +113,23 @@ fn chances(alone: &[&Sample], remembering: &[&Sample], hit: &Hit) -> String {
     .concat()
 }
 
-fn recall(alone: &[&Sample], remembering: &[&Sample]) -> String {
-    let followed = of(remembering, Mode::All).filter(|sample| sample.follows());
+fn recall(alone: &[&Sample], remembering: &[&Sample], marching: &[&Sample]) -> String {
+    let followed = remembering.iter().copied().filter(|sample| sample.lead == Lead::LastFrame);
     [
-        list("RECALL", &recall_weights(of(alone, Mode::All)), "Logit of the recall, weights of `recall_features`."),
+        list(
+            "RECALL",
+            &recall_weights(of(alone, Mode::All), recall_features),
+            "Logit of the recall, weights of `recall_features`.",
+        ),
         list(
             "RECALL_AFTER_HISTORY",
-            &recall_weights(followed),
+            &recall_weights(followed, recall_features),
             "The same where what met in the frame before was looked at first.",
+        ),
+        list(
+            "RECALL_MARCHING",
+            &recall_weights(marching.iter().copied(), marching_features),
+            "The same of queries that march, weights of `marching_features`.",
         ),
     ]
     .concat()
@@ -262,11 +273,14 @@ fn sigmoid(logit: f64) -> f64 {
 
 /// Weights of the recall with about the least mean absolute error: logistic regression, again with samples weighted by slope
 /// over error.
-fn recall_weights<'s>(samples: impl Iterator<Item = &'s Sample>) -> [f64; 9] {
+fn recall_weights<'s, const N: usize>(
+    samples: impl Iterator<Item = &'s Sample>,
+    features: fn(&FrontSummary) -> [f64; N],
+) -> [f64; N] {
     let found = samples.filter(|sample| sample.front.found > 0.0);
-    let (x, y): (Vec<_>, Vec<_>) = found.map(|s| (recall_features(&s.front), s.front.found / s.hits as f64)).unzip();
+    let (x, y): (Vec<_>, Vec<_>) = found.map(|s| (features(&s.front), s.front.found / s.hits as f64)).unzip();
     let mut weights = vec![1.0; x.len()];
-    let mut best = (f64::INFINITY, [0.0; 9]);
+    let mut best = (f64::INFINITY, [0.0; N]);
     for _ in 0..20 {
         let w = logistic(&x, &y, &weights, 1e-5);
         let p: Vec<f64> = x.iter().map(|x| sigmoid(dot(&w, x))).collect();
