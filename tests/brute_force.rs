@@ -49,6 +49,39 @@ fn assert_soups_equal(family: Family) {
 
 soups!(assert_soups_equal);
 
+/// One triangle of any size, either way around: from a thousandth of the mesh to a thousand times it, and one without area.
+#[test]
+fn a_lone_triangle_against_a_mesh() {
+    let mesh = Tree::new(shapes::torus_knot(2, 3, 0.15, 12));
+    let mut random = Random::new(81);
+    let mut workspace = Workspace::new();
+    let (mut touching, mut apart) = (0, 0);
+    for size in [1e-3, 0.03, 0.2, 1.0, 5.0, 1e3] {
+        for corner in [[0.3, 0.9], [1.0, 0.0]] {
+            let corners = [[-0.5, -0.3], [0.5, -0.3], corner].map(|[x, y]| [size * x, size * y, 0.0f32]);
+            let one = Tree::new(Mesh::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap());
+            for i in 0..24 {
+                // A point of the triangle lies on a triangle of the mesh, or near it.
+                let turn = pose_about(DVec3::ZERO, 1.0, [Drift::None, Drift::Scale, Drift::Shear][i % 3], &mut random);
+                let [p, q, r] = mesh.mesh().triangle(i * 17 % mesh.mesh().len());
+                let at = (p + q + r) / 3.0
+                    + (q - p).cross(r - p).normalize() * 0.25 * f64::from(size.min(1.0)) * (i % 4) as f64;
+                let within = one.mesh().vertex(0) * 0.3 + one.mesh().vertex(1) * 0.4 + one.mesh().vertex(2) * 0.3;
+                let turn = *turn.rotation();
+                let pose = Pose::new(turn, at - turn * within).unwrap();
+                let back = pose.inverse().unwrap();
+                for met in [
+                    assert_equal_to_brute_force(&mesh, &one, pose, &mut workspace),
+                    assert_equal_to_brute_force(&one, &mesh, back, &mut workspace),
+                ] {
+                    (touching, apart) = if met > 0 { (touching + 1, apart) } else { (touching, apart + 1) };
+                }
+            }
+        }
+    }
+    assert!(touching > 100 && apart > 100, "{touching} and {apart}");
+}
+
 #[test]
 fn shapes_against_shapes() {
     let trees = [

@@ -7,7 +7,7 @@
 use super::Deadline;
 use super::budget::{Budget, Clock};
 use super::certificate::{Certificate, Place};
-use super::intersection::Intersection;
+use super::intersection::{Intersection, Overlapping};
 use super::interval::{Interval, Tolerance};
 use super::nearest;
 use super::options::{ContactOptions, Mode, Options};
@@ -206,7 +206,8 @@ impl<'t> ContactQuery<'t> {
             workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
             stop
         } else {
-            let question = Intersection { options: &Options { mode: Mode::All, ..Options::DEFAULT } };
+            let question =
+                Intersection { options: &Options { mode: Mode::All, ..Options::DEFAULT }, opener: Overlapping };
             Traversal::new(question, trees, &self.b_in_a, &relation, workspace, deadline).advance()
         };
         workspace.contacts.sort();

@@ -2,7 +2,7 @@
 //!
 //! Two ends are followed in turn: each step waits for numbers of the step before, and meanwhile the other end goes on.
 
-use super::intersection::Intersection;
+use super::intersection::{Intersection, Opener};
 use super::known::Added;
 use super::march::{Corners, March, place};
 use super::traversal::Traversal;
@@ -17,9 +17,9 @@ const STEPS: usize = 4;
 const _: () = assert!(STEPS as u64 * WORK_PER_MARCH_STEP <= MAX_STEP_WORK);
 
 /// A step of the loop that marches, compiled on its own: it is seldom asked for.
-struct MarchOn<'t, 'q, 'c, 'o>(&'t mut Traversal<'q, 'c, Intersection<'o>>);
+struct MarchOn<'t, 'q, 'c, 'o, O>(&'t mut Traversal<'q, 'c, Intersection<'o, O>>);
 
-impl Kernel for MarchOn<'_, '_, '_, '_> {
+impl<O: Opener> Kernel for MarchOn<'_, '_, '_, '_, O> {
     type Output = ();
 
     #[inline(always)]
@@ -28,7 +28,7 @@ impl Kernel for MarchOn<'_, '_, '_, '_> {
     }
 }
 
-impl Traversal<'_, '_, Intersection<'_>> {
+impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     /// Follows what waits to be followed a little.
     #[inline(always)]
     pub(super) fn march_on<L: Lanes>(&mut self, lanes: L) {

@@ -11,16 +11,63 @@ use super::order::overlap_volume;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::traversal::{Question, Traversal};
+use super::triangle_pairs::rows;
+use super::views::Relation;
 use crate::math::bits;
 use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_LOOKUP, opening_work};
+use crate::tree::{Tree, WIDTH};
+use crate::triangle::batch::{self, Crossings, Verdicts};
 
 /// Whether, or where, two surfaces meet.
-pub(super) struct Intersection<'q> {
+pub(super) struct Intersection<'q, O = Overlapping> {
     pub options: &'q Options,
+    pub opener: O,
 }
 
-impl Question for Traversal<'_, '_, Intersection<'_>> {
+/// How node pairs are opened: settled once for a query.
+pub(super) trait Opener: Copy {
+    /// Whether one of the meshes is a single triangle.
+    const IS_LONE: bool = false;
+
+    /// Replaces a pair by the pairs of children that may meet.
+    fn open<L: Lanes>(self, lanes: L, pair: Pair, trees: [&Tree; 2], relation: &Relation, sink: &mut impl Sink);
+
+    /// Tests eight triangle pairs; tells the crossings of hits, if they are wanted.
+    fn test<L: Lanes>(
+        self,
+        lanes: L,
+        trees: [&Tree; 2],
+        pairs: [[u32; 2]; WIDTH],
+        relation: &Relation,
+        crossings: Option<&mut Crossings>,
+    ) -> Verdicts;
+}
+
+/// By the boxes of both.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Overlapping;
+
+impl Opener for Overlapping {
+    #[inline(always)]
+    fn open<L: Lanes>(self, lanes: L, pair: Pair, trees: [&Tree; 2], relation: &Relation, sink: &mut impl Sink) {
+        expand(lanes, pair, trees, relation, &mut Overlap::new(relation), sink);
+    }
+
+    #[inline(always)]
+    fn test<L: Lanes>(
+        self,
+        lanes: L,
+        [a, b]: [&Tree; 2],
+        pairs: [[u32; 2]; WIDTH],
+        relation: &Relation,
+        crossings: Option<&mut Crossings>,
+    ) -> Verdicts {
+        batch::test(lanes, rows(a, pairs, 0), rows(b, pairs, 1), &relation.triangles, crossings)
+    }
+}
+
+impl<O: Opener> Question for Traversal<'_, '_, Intersection<'_, O>> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         self.workspace.front.pop()
@@ -28,12 +75,12 @@ impl Question for Traversal<'_, '_, Intersection<'_>> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        expand(lanes, pair, [self.a, self.b], self.relation, &mut Overlap::new(self.relation), self);
+        self.question.opener.open(lanes, pair, [self.a, self.b], self.relation, self);
     }
 
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
-        let enough = if any { 1 } else { self.strategy.batch };
+        let enough = if any || O::IS_LONE && self.question.options.mode == Mode::Any { 1 } else { self.strategy.batch };
         self.workspace.waiting.len() >= enough
     }
 
@@ -53,7 +100,7 @@ impl Question for Traversal<'_, '_, Intersection<'_>> {
     }
 }
 
-impl Traversal<'_, '_, Intersection<'_>> {
+impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     #[inline(never)]
     fn queue_all(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
         let mut ahead = if self.origin == Origin::Path { self.workspace.front.path_witnesses() } else { 0 };
@@ -101,7 +148,7 @@ impl Traversal<'_, '_, Intersection<'_>> {
     }
 }
 
-impl Sink for Traversal<'_, '_, Intersection<'_>> {
+impl<O: Opener> Sink for Traversal<'_, '_, Intersection<'_, O>> {
     #[inline(always)]
     fn count(&mut self, level: usize, bv_tests: u32) {
         let stats = &mut self.workspace.run.stats;

@@ -1,7 +1,7 @@
 //! Triangle pairs: eight at a time through the fast filter, those in doubt through the same in `f64` if they are many, and one
 //! at a time through the exact test.
 
-use super::intersection::Intersection;
+use super::intersection::{Intersection, Opener};
 use super::options::Mode;
 use super::traversal::Traversal;
 use super::workspace::Workspace;
@@ -9,13 +9,13 @@ use crate::contact::Contact;
 use crate::math::bits;
 use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST};
-use crate::tree::{Tree, WIDTH};
+use crate::tree::WIDTH;
 use crate::triangle::again::Again;
-use crate::triangle::batch::{self, Crossings, Rows};
+use crate::triangle::batch::Crossings;
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
 
-impl Traversal<'_, '_, Intersection<'_>> {
+impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.
     ///
     /// Where copies of a surface lie side by side every pair is in doubt, and whole regions never meet. So if the first hit
@@ -72,13 +72,8 @@ impl Traversal<'_, '_, Intersection<'_>> {
             return;
         }
         let mut crossings = Crossings::default();
-        let verdicts = batch::test(
-            lanes,
-            rows(self.a, pairs, 0),
-            rows(self.b, pairs, 1),
-            &self.relation.triangles,
-            self.strategy.march.then_some(&mut crossings),
-        );
+        let wanted = self.strategy.march.then_some(&mut crossings);
+        let verdicts = self.question.opener.test(lanes, [self.a, self.b], pairs, self.relation, wanted);
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
@@ -179,16 +174,4 @@ impl Traversal<'_, '_, Intersection<'_>> {
         workspace.run.witness.get_or_insert(ids);
         workspace.found.push(ids);
     }
-}
-
-/// The triangles of one side of eight pairs, written out: a closure would not be compiled for the kernel's instruction set.
-#[inline(always)]
-pub(super) fn rows(tree: &Tree, [p, q, r, s, t, u, v, w]: [[u32; 2]; WIDTH], side: usize) -> [&Rows; WIDTH] {
-    let triangles = tree.triangles();
-    macro_rules! row {
-        ($pair:ident) => {
-            &triangles[$pair[side] as usize].0
-        };
-    }
-    [row!(p), row!(q), row!(r), row!(s), row!(t), row!(u), row!(v), row!(w)]
 }

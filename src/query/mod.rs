@@ -4,7 +4,7 @@
 //!
 //! | what | where |
 //! |---|---|
-//! | whether surfaces meet, or where: [`Query`] | here; [`intersection`], [`leaf`], [`refinement`], [`march`], [`follow`] |
+//! | whether surfaces meet, or where: [`Query`] | here; [`intersection`], [`lone`], [`leaf`], [`refinement`], [`march`], [`follow`] |
 //! | how far apart they are: [`DistanceQuery`] | [`distance`]; [`nearest`], [`gaps`], [`interval`], [`search`] |
 //! | where they meet or are close: [`ContactQuery`] | [`contacts`], asked as one of these two |
 //! | when they meet on the way: [`MotionQuery`] | [`motion`] |
@@ -35,6 +35,7 @@ mod intersection;
 mod interval;
 mod known;
 mod leaf;
+mod lone;
 mod march;
 mod measure;
 mod memory;
@@ -82,7 +83,8 @@ use crate::math::Pose;
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::tree::Tree;
 use certificate::Place;
-use intersection::Intersection;
+use intersection::{Intersection, Overlapping};
+use lone::Lone;
 use memory::{Before, WITNESSES};
 use queue::Pair;
 use strategy::WarmStart;
@@ -341,9 +343,21 @@ impl<'t> Query<'t> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
-        let relation = Relation::new(self.a, self.b, &self.b_in_a);
-        let question = Intersection { options: &self.options };
-        let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
+        let (options, trees) = (&self.options, [self.a, self.b]);
+        let stop = if Lone::is_one(trees) {
+            // What a queue needs.
+            let relation = if workspace.run.strategy.queues() {
+                Relation::new(self.a, self.b, &self.b_in_a)
+            } else {
+                Relation::BLIND
+            };
+            let question = Intersection { options, opener: &Lone::new(trees, &self.b_in_a) };
+            Traversal::new(question, trees, &self.b_in_a, &relation, workspace, deadline).advance()
+        } else {
+            let relation = Relation::new(self.a, self.b, &self.b_in_a);
+            let question = Intersection { options, opener: Overlapping };
+            Traversal::new(question, trees, &self.b_in_a, &relation, workspace, deadline).advance()
+        };
         if stop == StopReason::FlushedToZero {
             return stop;
         }

@@ -7,7 +7,7 @@ use super::budget::{Budget, ManualClock};
 use super::certificate::{Certificate, Place};
 use super::contacts::ContactQuery;
 use super::distance::DistanceQuery;
-use super::intersection::Intersection;
+use super::intersection::{Intersection, Overlapping};
 use super::nearest::Distance;
 use super::options::{Mode, Options};
 use super::order::bucket_by_room;
@@ -49,7 +49,9 @@ impl Query<'_> {
         work: u64,
     ) -> Result<Certificate<'w>, ResumeError> {
         let options = Options { mode: Mode::All, pair_limit: usize::MAX, ..self.options };
-        Ok(self.certificate(workspace)?.narrow(aside, work, |_| Intersection { options: &options }))
+        Ok(self
+            .certificate(workspace)?
+            .narrow(aside, work, |_| Intersection { options: &options, opener: Overlapping }))
     }
 }
 
@@ -89,7 +91,7 @@ impl ContactQuery<'_> {
             certificate.narrow(aside, work, |relation| Distance::new(relation, &workspace.search.interval))
         } else {
             let options = Options { mode: Mode::All, ..Options::DEFAULT };
-            certificate.narrow(aside, work, |_| Intersection { options: &options })
+            certificate.narrow(aside, work, |_| Intersection { options: &options, opener: Overlapping })
         })
     }
 }

@@ -1,6 +1,8 @@
 //! Triangle pairs that wait for the fast filter: a stack with room for all that one step can add.
 
 use crate::math::bits;
+use crate::tree::{Tree, WIDTH};
+use crate::triangle::batch::Rows;
 use alloc::boxed::Box;
 
 /// Most triangle pairs that wait before they are tested.
@@ -82,4 +84,16 @@ impl TrianglePairs {
         }
         (batch, count)
     }
+}
+
+/// The triangles of one side of eight pairs, written out: a closure would not be compiled for the kernel's instruction set.
+#[inline(always)]
+pub(super) fn rows(tree: &Tree, [p, q, r, s, t, u, v, w]: [[u32; 2]; WIDTH], side: usize) -> [&Rows; WIDTH] {
+    let triangles = tree.triangles();
+    macro_rules! row {
+        ($pair:ident) => {
+            &triangles[$pair[side] as usize].0
+        };
+    }
+    [row!(p), row!(q), row!(r), row!(s), row!(t), row!(u), row!(v), row!(w)]
 }

@@ -61,6 +61,11 @@ impl Verdicts {
 pub(crate) struct Crossings([u32; 6]);
 
 impl Crossings {
+    /// The same with A and B in each other's place.
+    pub fn exchange(&mut self) {
+        self.0.rotate_left(3);
+    }
+
     /// Those of a lane, a bit for each edge.
     #[inline(always)]
     pub fn of(&self, lane: usize) -> u32 {
@@ -170,7 +175,7 @@ impl<L: Lanes> Transposed<L> {
     }
 
     #[inline(always)]
-    fn corner(&self) -> [D8<L>; 3] {
+    pub fn corner(&self) -> [D8<L>; 3] {
         per_axis!(k => self.first[k].widen() + self.rest[k].widen())
     }
 }
@@ -245,13 +250,13 @@ impl<N: Column> Range<N> {
 
     /// All certainly positive, or all certainly negative, for values off by less than `bound`.
     #[inline(always)]
-    fn same(self, bound: N) -> N {
+    pub fn same(self, bound: N) -> N {
         bound.less(self.low).or(self.high.less(-bound))
     }
 
     /// One certainly positive, another certainly negative.
     #[inline(always)]
-    fn mixed(self, bound: N) -> N {
+    pub fn mixed(self, bound: N) -> N {
         bound.less(self.high).and(self.low.less(-bound))
     }
 }

@@ -19,11 +19,11 @@ use crate::model::cost::{
 };
 use crate::query::boxes::Keys;
 use crate::query::expand::{Sink, expand};
-use crate::query::leaf::rows;
 use crate::query::outcome::{LEVELS, StopReason};
 use crate::query::queue::{Origin, Pair};
 use crate::query::search::{Bounded, least_key as least_of_column};
 use crate::query::traversal::{Question, Traversal};
+use crate::query::triangle_pairs::rows;
 use crate::query::views::Relation;
 use crate::query::workspace::Workspace;
 use crate::tree::{Tree, WIDTH};
