@@ -65,6 +65,14 @@ fn cases() -> Vec<Case> {
         Pose::new(turn, DVec3::new(1.0, 0.0, 0.0)).unwrap()
     };
     let ring = || shapes::torus(1.0, 0.15, 12);
+    let knot = || shapes::torus_knot(2, 3, 0.15, 10);
+    let one = |size: f32| {
+        let corners = [[-0.5, -0.4, 0.1], [0.6, -0.3, 0.0], [0.1, 0.7, -0.1]].map(|corner| corner.map(|x| size * x));
+        Mesh::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap()
+    };
+    // The middle of the small triangle lies on the knot.
+    let [x, y, z] = knot().triangle(30);
+    let aside = Pose::new(*turned.rotation(), (x + y + z) / 3.0).unwrap();
     let far = Family::FarOffset;
     let far_pose = pose_about(far.center(), 0.5, Drift::None, &mut random);
     let mut soup = |family, count| soup(family, count, &mut random);
@@ -81,6 +89,12 @@ fn cases() -> Vec<Case> {
         Case::new("soups on a grid", soup(Family::Grid, 40), soup(Family::Grid, 60), Pose::IDENTITY),
         Case::new("unequal soups", soup(Family::Unequal, 150), soup(Family::Unequal, 30), turned),
         Case::new("f64 soups far away", soup(far, 50), soup(far, 50), far_pose),
+        Case::new("a triangle across a knot", knot(), one(3.0), turned),
+        Case::new("a knot across a triangle", one(3.0), knot(), turned),
+        Case::new("a small triangle in a knot", knot(), one(0.2), aside),
+        Case::new("a knot around a small triangle", one(0.2), knot(), aside.inverse().unwrap()),
+        Case::new("a triangle among far ones", soup(far, 60), soup(far, 1), far_pose),
+        Case::new("far ones around a triangle", soup(far, 1), soup(far, 60), far_pose),
         Case::new("nothing at all", soup(Family::Uniform, 0), soup(Family::Uniform, 9), Pose::IDENTITY),
     ]
 }
@@ -177,6 +191,30 @@ fn slices_of_any_length_end_in_the_same_bits() {
             }
         });
     }
+}
+
+/// A run that stops once, wherever, and then goes on to its end.
+#[test]
+fn a_lone_triangle_resumes_from_any_stop() {
+    let (mut whole, mut stopped) = (Workspace::new(), Workspace::new());
+    let mut stops = 0;
+    for case in cases().iter().filter(|case| case.a.mesh().len() == 1 || case.b.mesh().len() == 1) {
+        case.each_query(|query, mode| {
+            let full = run(query, &mut whole, ENOUGH);
+            assert_complete(mode, &full, whole.pairs(), &case.truth);
+            for budget in 0..full.stats.work.min(3_000) {
+                let mut outcome = run(query, &mut stopped, Budget::work(budget));
+                assert_sound(&outcome, stopped.pairs(), &case.truth);
+                if outcome.stop == StopReason::WorkLimit {
+                    stops += 1;
+                    outcome = resume(query, &mut stopped, ENOUGH);
+                }
+                assert_eq!(outcome, full, "{}, {budget}", case.name);
+                assert_eq!(stopped.pairs(), whole.pairs(), "{}, {budget}", case.name);
+            }
+        });
+    }
+    assert!(stops > 10_000, "{stops}");
 }
 
 /// The clock ticks once a look, so a budget of k ticks ends at look k, and the work between two looks is bounded.
