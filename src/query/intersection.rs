@@ -6,18 +6,15 @@
 
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
+use super::lone::Lone;
 use super::options::{Mode, Options};
 use super::order::overlap_volume;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::traversal::{Question, Traversal};
-use super::triangle_pairs::rows;
-use super::views::Relation;
 use crate::math::bits;
 use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_LOOKUP, opening_work};
-use crate::tree::{Tree, WIDTH};
-use crate::triangle::batch::{self, Crossings, Verdicts};
 
 /// Whether, or where, two surfaces meet.
 pub(super) struct Intersection<'q, O = Overlapping> {
@@ -25,23 +22,10 @@ pub(super) struct Intersection<'q, O = Overlapping> {
     pub opener: O,
 }
 
-/// How node pairs are opened: settled once for a query.
+/// How node pairs are opened and triangle pairs tested: settled once for a query, at compile time.
 pub(super) trait Opener: Copy {
-    /// Whether one of the meshes is a single triangle.
-    const IS_LONE: bool = false;
-
-    /// Replaces a pair by the pairs of children that may meet.
-    fn open<L: Lanes>(self, lanes: L, pair: Pair, trees: [&Tree; 2], relation: &Relation, sink: &mut impl Sink);
-
-    /// Tests eight triangle pairs; tells the crossings of hits, if they are wanted.
-    fn test<L: Lanes>(
-        self,
-        lanes: L,
-        trees: [&Tree; 2],
-        pairs: [[u32; 2]; WIDTH],
-        relation: &Relation,
-        crossings: Option<&mut Crossings>,
-    ) -> Verdicts;
+    /// The triangle, if one of the meshes is only that.
+    fn lone(&self) -> Option<&Lone>;
 }
 
 /// By the boxes of both.
@@ -50,20 +34,15 @@ pub(super) struct Overlapping;
 
 impl Opener for Overlapping {
     #[inline(always)]
-    fn open<L: Lanes>(self, lanes: L, pair: Pair, trees: [&Tree; 2], relation: &Relation, sink: &mut impl Sink) {
-        expand(lanes, pair, trees, relation, &mut Overlap::new(relation), sink);
+    fn lone(&self) -> Option<&Lone> {
+        None
     }
+}
 
+impl Opener for &Lone {
     #[inline(always)]
-    fn test<L: Lanes>(
-        self,
-        lanes: L,
-        [a, b]: [&Tree; 2],
-        pairs: [[u32; 2]; WIDTH],
-        relation: &Relation,
-        crossings: Option<&mut Crossings>,
-    ) -> Verdicts {
-        batch::test(lanes, rows(a, pairs, 0), rows(b, pairs, 1), &relation.triangles, crossings)
+    fn lone(&self) -> Option<&Lone> {
+        Some(self)
     }
 }
 
@@ -75,12 +54,20 @@ impl<O: Opener> Question for Traversal<'_, '_, Intersection<'_, O>> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        self.question.opener.open(lanes, pair, [self.a, self.b], self.relation, self);
+        let (opener, trees) = (self.question.opener, [self.a, self.b]);
+        if let Some(lone) = opener.lone() {
+            return lone.open(lanes, pair, trees, self);
+        }
+        expand(lanes, pair, trees, self.relation, &mut Overlap::new(self.relation), self);
     }
 
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
-        let enough = if any || O::IS_LONE && self.question.options.mode == Mode::Any { 1 } else { self.strategy.batch };
+        let enough = if any || self.question.opener.lone().is_some() && self.question.options.mode == Mode::Any {
+            1
+        } else {
+            self.strategy.batch
+        };
         self.workspace.waiting.len() >= enough
     }
 

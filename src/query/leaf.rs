@@ -4,6 +4,7 @@
 use super::intersection::{Intersection, Opener};
 use super::options::Mode;
 use super::traversal::Traversal;
+use super::triangle_pairs::rows;
 use super::workspace::Workspace;
 use crate::contact::Contact;
 use crate::math::bits;
@@ -11,7 +12,7 @@ use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST};
 use crate::tree::WIDTH;
 use crate::triangle::again::Again;
-use crate::triangle::batch::Crossings;
+use crate::triangle::batch::{self, Crossings};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
 
@@ -72,8 +73,17 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
             return;
         }
         let mut crossings = Crossings::default();
-        let wanted = self.strategy.march.then_some(&mut crossings);
-        let verdicts = self.question.opener.test(lanes, [self.a, self.b], pairs, self.relation, wanted);
+        let verdicts = if let Some(lone) = self.question.opener.lone() {
+            lone.test(lanes, [self.a, self.b], pairs, self.strategy.march.then_some(&mut crossings))
+        } else {
+            batch::test(
+                lanes,
+                rows(self.a, pairs, 0),
+                rows(self.b, pairs, 1),
+                &self.relation.triangles,
+                self.strategy.march.then_some(&mut crossings),
+            )
+        };
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;

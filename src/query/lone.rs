@@ -6,10 +6,9 @@
 
 use super::boxes::Boxes;
 use super::expand::{self, Sink};
-use super::intersection::Opener;
 use super::queue::Pair;
 use super::triangle_pairs::rows;
-use super::views::{Relation, rounding, transposed};
+use super::views::{rounding, transposed};
 use crate::math::lanes::{Column, F8, Lanes, dot, per_axis};
 use crate::math::tolerance::ROUNDING;
 use crate::math::{Pose, larger, largest, smaller};
@@ -153,13 +152,10 @@ impl Lone {
         }
         depth
     }
-}
 
-impl Opener for &Lone {
-    const IS_LONE: bool = true;
-
+    /// Replaces a pair by those with the children that the triangle may meet.
     #[inline(always)]
-    fn open<L: Lanes>(self, lanes: L, pair: Pair, trees: [&Tree; 2], _relation: &Relation, sink: &mut impl Sink) {
+    pub fn open<L: Lanes>(&self, lanes: L, pair: Pair, trees: [&Tree; 2], sink: &mut impl Sink) {
         let side = usize::from(self.is_a);
         let at = pair.nodes[side];
         let node = &trees[side].nodes()[at as usize];
@@ -181,13 +177,13 @@ impl Opener for &Lone {
         }
     }
 
+    /// Tests it against the triangles of eight pairs; tells the crossings of hits, if they are wanted.
     #[inline(always)]
-    fn test<L: Lanes>(
-        self,
+    pub fn test<L: Lanes>(
+        &self,
         lanes: L,
         trees: [&Tree; 2],
         pairs: [[u32; 2]; WIDTH],
-        _relation: &Relation,
         mut crossings: Option<&mut Crossings>,
     ) -> Verdicts {
         let side = usize::from(self.is_a);

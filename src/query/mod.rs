@@ -345,14 +345,16 @@ impl<'t> Query<'t> {
         let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
         let (options, trees) = (&self.options, [self.a, self.b]);
         let stop = if Lone::is_one(trees) {
-            // What a queue needs.
+            // Only a queue asks where B lies.
+            let placed;
             let relation = if workspace.run.strategy.queues() {
-                Relation::new(self.a, self.b, &self.b_in_a)
+                placed = Relation::new(self.a, self.b, &self.b_in_a);
+                &placed
             } else {
-                Relation::BLIND
+                &Relation::BLIND
             };
             let question = Intersection { options, opener: &Lone::new(trees, &self.b_in_a) };
-            Traversal::new(question, trees, &self.b_in_a, &relation, workspace, deadline).advance()
+            Traversal::new(question, trees, &self.b_in_a, relation, workspace, deadline).advance()
         } else {
             let relation = Relation::new(self.a, self.b, &self.b_in_a);
             let question = Intersection { options, opener: Overlapping };
