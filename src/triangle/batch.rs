@@ -48,7 +48,7 @@ impl Verdicts {
     /// Of no lane.
     pub const NONE: Self = Self { hit: 0, doubt: 0xff };
 
-    /// Those of other lanes.
+    /// Those of other lanes, or of another test of the same.
     #[inline(always)]
     pub fn add(&mut self, Self { hit, doubt }: Self) {
         self.hit |= hit;
