@@ -985,9 +985,9 @@ typedef struct punctual_distance_query {
   double closer_than;
   /**
    * Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then whether the
-   * surfaces meet. False by default.
+   * surfaces meet: 0 (the default) or not 0.
    */
-  bool leave_contact_open;
+  uint32_t leave_contact_open;
 } punctual_distance_query;
 
 /**

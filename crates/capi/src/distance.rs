@@ -58,8 +58,8 @@ pub struct punctual_distance_query<'t> {
     /// time. Infinity by default: the distance itself is asked for.
     pub closer_than: f64,
     /// Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then whether the
-    /// surfaces meet. False by default.
-    pub leave_contact_open: bool,
+    /// surfaces meet: 0 (the default) or not 0.
+    pub leave_contact_open: u32,
 }
 
 /// The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length unit of the meshes.
@@ -99,7 +99,7 @@ pub extern "C" fn punctual_distance_query_new<'t>(
         relative_tolerance: 0.0,
         margins: [0.0; 2],
         closer_than: f64::INFINITY,
-        leave_contact_open: false,
+        leave_contact_open: 0,
     }
 }
 
@@ -280,7 +280,7 @@ impl punctual_distance_query<'_> {
             share => query.relative_tolerance(share),
         };
         let query = query.margins(self.margins).closer_than(self.closer_than);
-        Ok(query.leave_contact_open(self.leave_contact_open))
+        Ok(query.leave_contact_open(self.leave_contact_open != 0))
     }
 }
 

@@ -88,7 +88,7 @@ fn distances_are_those_of_rust() {
             let mut query = punctual_distance_query_new(Some(&ours), Some(&ours), raw(&pose));
             (query.absolute_tolerance, query.relative_tolerance) = (tolerance, share);
             (query.margins, query.closer_than) = (margins, limit);
-            query.leave_contact_open = tolerance == 0.5;
+            query.leave_contact_open = u32::from(tolerance == 0.5);
             let native = DistanceQuery::new(&theirs, &theirs, pose).relative_tolerance(share).margins(margins);
             let native = native.closer_than(limit).leave_contact_open(tolerance == 0.5);
             let native = if tolerance < 0.0 { native } else { native.absolute_tolerance(tolerance) };
