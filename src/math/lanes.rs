@@ -132,9 +132,13 @@ pub(crate) trait Lanes: Copy {
     fn add_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
     fn sub_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
     fn mul_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
-    fn less_q(self, a: Self::Q, b: Self::Q) -> u32;
+    fn less_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
+    fn and_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
+    fn abs_q(self, a: Self::Q) -> Self::Q;
+    fn mask_q(self, a: Self::Q) -> u32;
     fn turn_q(self, a: Self::Q) -> Self::Q;
-    fn sum_q(self, a: Self::Q) -> f64;
+    fn spread_q(self, a: Self::Q, k: usize) -> Self::Q;
+    fn select_q(self, mask: Self::Q, a: Self::Q, b: Self::Q) -> Self::Q;
 }
 
 /// The lanes that an instruction set has, a bit each.
@@ -284,20 +288,38 @@ impl<L: Lanes> D4<L> {
     pub fn store(self) -> [f64; 4] {
         self.1.store_q(self.0)
     }
-    /// One bit a lane, lane 0 lowest; never where one of them is no number.
+    /// All ones where `self < other`; never where one of them is no number.
     #[inline(always)]
-    pub fn less(self, other: Self) -> u32 {
-        self.1.less_q(self.0, other.0)
+    pub fn less(self, other: Self) -> Self {
+        Self(self.1.less_q(self.0, other.0), self.1)
+    }
+    #[inline(always)]
+    pub fn and(self, other: Self) -> Self {
+        Self(self.1.and_q(self.0, other.0), self.1)
+    }
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        Self(self.1.abs_q(self.0), self.1)
+    }
+    /// The sign of each lane, or whether it is all ones: one bit a lane, lane 0 lowest.
+    #[inline(always)]
+    pub fn mask(self) -> u32 {
+        self.1.mask_q(self.0)
     }
     /// Lanes 1, 2, 0 and 3.
     #[inline(always)]
     pub fn turned(self) -> Self {
         Self(self.1.turn_q(self.0), self.1)
     }
-    /// `(x[0] + x[2]) + (x[1] + x[3])`.
+    /// Lane `k`, in all of them.
     #[inline(always)]
-    pub fn sum(self) -> f64 {
-        self.1.sum_q(self.0)
+    pub fn spread(self, k: usize) -> Self {
+        Self(self.1.spread_q(self.0, k), self.1)
+    }
+    /// `a` where this mask is all ones, `b` where it is all zeros.
+    #[inline(always)]
+    pub fn select(self, a: Self, b: Self) -> Self {
+        Self(self.1.select_q(self.0, a.0, b.0), self.1)
     }
 }
 

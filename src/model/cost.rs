@@ -54,7 +54,7 @@ pub(crate) const WORK_PER_LOOKUP: u64 = 10;
 
 /// Work of getting ready to follow a curve, and of finding the next pair along it.
 pub(crate) const WORK_PER_MARCH: u64 = 100;
-pub(crate) const WORK_PER_MARCH_STEP: u64 = 80;
+pub(crate) const WORK_PER_MARCH_STEP: u64 = 70;
 
 /// Work of making a ray ready, of testing it against the children of a node, of each triangle of a cluster in `f32`, and of a
 /// triangle in `f64`.

@@ -4,12 +4,13 @@
 
 use super::intersection::{Intersection, Opener};
 use super::known::Added;
-use super::march::{Corners, March, place};
+use super::march::{Corners, March, Place, place};
 use super::traversal::Traversal;
 use super::workspace::Workspace;
 use crate::math::lanes::{D4, Kernel, Lanes, per_axis};
 use crate::mesh::Vertices;
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_MARCH, WORK_PER_MARCH_STEP};
+use crate::tree::Neighbors;
 
 /// Pairs along curves that are found in one step of the loop.
 const STEPS: usize = 4;
@@ -74,8 +75,8 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         }
         let mut next = pair;
         next[side] = across.triangle();
-        let [a, b] = [0, 1].map(|side| &trees[side].neighbors()[next[side] as usize]);
-        if march.known.has([a.first, b.first], next) {
+        let rows = [0, 1].map(|side| &trees[side].neighbors()[next[side] as usize]);
+        if march.known.has(rows.map(|row| row.first), next) {
             return;
         }
         run.stats.work += WORK_PER_MARCH;
@@ -89,7 +90,10 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
             *corners = per_axis!(i => vertex(lanes, mesh.vertices(), vertices[i], &march.places[side]));
         }
         let end = &mut march.ends[free & 1];
-        (end.pair, end.corners) = (pair, [Corners::IN_ORDER; 2]);
+        for (side, at) in end.at.iter_mut().enumerate() {
+            let &Neighbors { first, id, .. } = &trees[side].neighbors()[pair[side] as usize];
+            *at = Place { triangle: pair[side], first, id, corners: Corners::IN_ORDER };
+        }
         end.follows = end.curve.begin(corners, side, edge, size);
     }
 
@@ -99,16 +103,21 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         let trees = [self.a, self.b];
         let Workspace { march, run, found, sample, .. } = &mut *self.workspace;
         let end = &mut march.ends[at];
-        let (side, apex) = (end.curve.side(), end.curve.apex());
-        let edge = end.corners[side].opposite(apex);
-        let across = trees[side].neighbors()[end.pair[side] as usize].across[edge % 3];
+        let (side, edge) = end.curve.crosses();
         run.stats.work += WORK_PER_MARCH_STEP;
+        let (rows, at) = (trees[side].neighbors(), &mut end.at[side]);
+        let Some(&across) = rows[at.triangle as usize].across.get(at.corners.opposite(edge.apex())) else {
+            return false;
+        };
         if across.is_nothing() {
             return false;
         }
-        end.pair[side] = across.triangle();
-        let pair = end.pair;
-        let (a, b) = (&self.a.neighbors()[pair[0] as usize], &self.b.neighbors()[pair[1] as usize]);
+        at.triangle = across.triangle();
+        let next = &rows[at.triangle as usize];
+        (at.first, at.id) = (next.first, next.id);
+        at.corners.cross(edge.apex(), across.entry());
+        let [a, b] = &end.at;
+        let pair = [a.triangle, b.triangle];
         let added = march.known.add([a.first, b.first], pair);
         if added != Added::New {
             if added == Added::NoRoom {
@@ -120,9 +129,8 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         run.found += 1;
         march.followed += 1;
         found.push([a.id, b.id]);
-        end.corners[side].cross(apex, across.edge() as usize, across.same_direction());
         let corner = vertex(lanes, trees[side].mesh().vertices(), across.vertex, &march.places[side]);
-        end.curve.advance(lanes, corner)
+        end.curve.advance(lanes, (side, edge), corner)
     }
 }
 

@@ -48,7 +48,7 @@ impl Known {
     pub fn clear(&mut self) {
         // From the last on, so that no slot is freed while it is in the way of another.
         while let Some(entry) = self.entries.last() {
-            let slot = self.slot(entry.first);
+            let (slot, _) = self.find(entry.first);
             self.slots[slot] = FREE;
             self.entries.pop();
         }
@@ -57,18 +57,19 @@ impl Known {
     /// Adds a pair of the clusters that begin with the triangles `first`.
     #[inline(always)]
     pub fn add(&mut self, first: [u32; 2], pair: [u32; 2]) -> Added {
-        let slot = self.slot(first);
-        if self.slots[slot] == FREE {
-            if self.entries.len() == self.room {
-                return Added::NoRoom;
-            }
-            self.slots[slot] = self.entries.len() as u16;
-            self.entries.push(Entry { first, known: 0 });
+        let (slot, at) = self.find(first);
+        let bit = bit(first, pair);
+        if let Some(entry) = self.entries.get_mut(at) {
+            let before = entry.known;
+            entry.known |= bit;
+            return if entry.known == before { Added::Known } else { Added::New };
         }
-        let Some(entry) = self.entries.get_mut(usize::from(self.slots[slot])) else { return Added::NoRoom };
-        let before = entry.known;
-        entry.known |= bit(first, pair);
-        if entry.known == before { Added::Known } else { Added::New }
+        if self.entries.len() == self.room {
+            return Added::NoRoom;
+        }
+        self.slots[slot] = self.entries.len() as u16;
+        self.entries.push(Entry { first, known: bit });
+        Added::New
     }
 
     /// Becomes a copy of another set with as much room.
@@ -82,7 +83,7 @@ impl Known {
     /// The known pairs of two clusters, as a mask.
     #[inline(always)]
     pub fn of(&self, first: [u32; 2]) -> u64 {
-        self.entries.get(usize::from(self.slots[self.slot(first)])).map_or(0, |entry| entry.known)
+        self.entries.get(self.find(first).1).map_or(0, |entry| entry.known)
     }
 
     /// Whether a pair of the clusters that begin with the triangles `first` is known.
@@ -90,17 +91,17 @@ impl Known {
         self.of(first) & bit(first, pair) != 0
     }
 
-    /// Where the clusters are, or would be.
+    /// The slot of two clusters and their entry, or where they would be, and none.
     #[inline(always)]
-    fn slot(&self, first: [u32; 2]) -> usize {
-        let key = u64::from(first[0]) << 32 | u64::from(first[1]);
-        let mut slot = (key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as usize % SLOTS;
-        while let Some(entry) = self.entries.get(usize::from(self.slots[slot]))
-            && entry.first != first
-        {
-            slot = (slot + 1) % SLOTS;
+    fn find(&self, first: [u32; 2]) -> (usize, usize) {
+        let mut slot = ((first[0].wrapping_mul(0x9e37_79b1) >> 16) + (first[1] >> 1)) as usize % SLOTS;
+        loop {
+            let at = usize::from(self.slots[slot]);
+            match self.entries.get(at) {
+                Some(entry) if entry.first != first => slot = (slot + 1) % SLOTS,
+                _ => return (slot, at),
+            }
         }
-        slot
     }
 }
 

@@ -37,13 +37,27 @@ pub(super) struct March {
 pub(super) struct End {
     pub follows: bool,
     pub curve: Curve,
-    /// The pair at which it is.
-    pub pair: [u32; 2],
-    pub corners: [Corners; 2],
+    /// The triangles of the pair at which it is.
+    pub at: [Place; 2],
+}
+
+/// A triangle to which an end of a curve has come.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    /// In the order of the tree.
+    pub triangle: u32,
+    /// The first of its cluster, and its number in the mesh.
+    pub first: u32,
+    pub id: u32,
+    pub corners: Corners,
 }
 
 impl End {
-    const NOWHERE: Self = Self { follows: false, curve: Curve::NOWHERE, pair: [0; 2], corners: [Corners::IN_ORDER; 2] };
+    const NOWHERE: Self = Self {
+        follows: false,
+        curve: Curve::NOWHERE,
+        at: [Place { triangle: 0, first: 0, id: 0, corners: Corners::IN_ORDER }; 2],
+    };
 }
 
 impl March {
@@ -100,29 +114,46 @@ impl March {
     }
 }
 
-/// Which edges of a triangle are opposite to the corners of a curve's triangle: `first + turn * corner` modulo 3.
+/// Which edges of a triangle are opposite to the corners of a curve's triangle, two bits each, and bit 6 if they go around the
+/// other way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corners {
-    first: usize,
-    turn: usize,
-}
+pub(super) struct Corners(u8);
 
-/// Modulo 3.
-const MODULO: [usize; 8] = [0, 1, 2, 0, 1, 2, 0, 1];
+/// Those of the neighbor, by the corner that is replaced, bit 6, and [`Across::entry`](crate::tree::Across::entry).
+const CROSSED: [[u8; 16]; 4] = {
+    let mut crossed = [[0; 16]; 4];
+    let mut i = 0;
+    while i < 3 * 16 {
+        let (apex, is_turned, same_direction, edge) = (i / 16, i & 8 != 0, i & 4 != 0, i & 3);
+        crossed[apex][i % 16] = Corners::new(apex, edge % 3, is_turned == same_direction).0;
+        i += 1;
+    }
+    crossed
+};
 
 impl Corners {
-    pub const IN_ORDER: Self = Self { first: 1, turn: 1 };
+    pub const IN_ORDER: Self = Self::new(2, 0, false);
+
+    /// With `edge` opposite to `corner`.
+    const fn new(corner: usize, edge: usize, is_turned: bool) -> Self {
+        let (mut code, mut i) = ((is_turned as usize) << 6, 0);
+        while i < 3 {
+            let steps = if is_turned { 3 - i } else { i };
+            code |= ((edge + steps) % 3) << (2 * ((corner + i) % 3));
+            i += 1;
+        }
+        Self(code as u8)
+    }
 
     #[inline(always)]
     pub fn opposite(self, corner: usize) -> usize {
-        MODULO[(self.first + self.turn * corner) & 7]
+        usize::from(self.0) >> (2 * (corner & 3)) & 3
     }
 
-    /// Those of the neighbor, which has another corner in the place of `apex`, and whose `edge` is opposite to it.
+    /// Goes to the neighbor behind the edge opposite to `apex`, which has another corner in its place.
     #[inline(always)]
-    pub fn cross(&mut self, apex: usize, edge: usize, same_direction: bool) {
-        self.turn = if same_direction { self.turn } else { 3 - self.turn };
-        self.first = MODULO[(edge + (3 - self.turn) * apex) & 7];
+    pub fn cross(&mut self, apex: usize, entry: usize) {
+        *self = Self(CROSSED[apex & 3][usize::from(self.0) >> 6 << 3 & 8 | entry & 7]);
     }
 }
 

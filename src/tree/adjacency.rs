@@ -23,7 +23,7 @@ pub(crate) struct Neighbors {
 /// The other side of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Across {
-    /// The triangle there (tree order) times 8, plus 4 if the edge has the same direction in both, plus its number there.
+    /// The triangle there (tree order) times 8, plus its `entry`.
     code: u32,
     /// The vertex there that is not on the edge.
     pub vertex: u32,
@@ -49,16 +49,11 @@ impl Across {
         self.code >> 3
     }
 
-    /// Which of the edges of the other triangle it is.
+    /// Which of the edges of the other triangle it is, plus 4 if both triangles run along it in the same direction, so that they
+    /// are turned differently.
     #[inline(always)]
-    pub fn edge(self) -> u32 {
-        self.code & 3
-    }
-
-    /// Whether both triangles run along the edge in the same direction, so that they are turned differently.
-    #[inline(always)]
-    pub fn same_direction(self) -> bool {
-        self.code & 4 != 0
+    pub fn entry(self) -> usize {
+        (self.code & 7) as usize
     }
 }
 
@@ -160,13 +155,13 @@ mod tests {
                     assert_ne!(expected.len(), 1);
                     continue;
                 }
-                let (other, there) = (across.triangle(), across.edge() as usize);
+                let (other, there) = (across.triangle(), across.entry() & 3);
                 assert!(expected.contains(&other) || other as usize == triangle);
                 let back = tree.neighbors()[other as usize].across[there];
-                assert_eq!((back.triangle() as usize, back.edge() as usize), (triangle, edge));
+                assert_eq!((back.triangle() as usize, back.entry() & 3), (triangle, edge));
                 let (here, there_all) = (corners(tree, triangle), corners(tree, other as usize));
                 assert_eq!(across.vertex, there_all[(there + 2) % 3]);
-                let first = if across.same_direction() { here[edge] } else { here[(edge + 1) % 3] };
+                let first = if across.entry() >= 4 { here[edge] } else { here[(edge + 1) % 3] };
                 assert_eq!(there_all[there], first);
                 count += 1;
             }
@@ -195,7 +190,7 @@ mod tests {
         let vertices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.5], [2.0, 0.0, 0.0]];
         let tree = tree(Mesh::new(vertices, [[0, 1, 2], [1, 2, 3], [1, 3, 4]]).unwrap());
         assert_eq!(check(&tree), 4);
-        let flipped = |i| tree.neighbors()[i as usize].across.iter().filter(|across| across.same_direction()).count();
+        let flipped = |i| tree.neighbors()[i as usize].across.iter().filter(|across| across.entry() >= 4).count();
         assert!((0..3).map(flipped).sum::<usize>() > 0);
     }
 }

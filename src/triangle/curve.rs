@@ -10,58 +10,137 @@
 //!   is of the neighbor's plane tells.
 //!
 //! All is computed in `f64` from the vertices as they are, and only what is certain counts; `docs/numerics.md` has the bounds
-//! and the proof.
+//! and the proof. Which of these it is cannot be guessed, so there are no branches between them: all is computed, and tables
+//! tell what follows.
 
 use super::exact::{LARGEST, PADDING};
-use crate::math::lanes::{D4, Lanes, per_axis};
+use crate::math::lanes::{D4, Lanes, per_axis, unrolled};
 use core::hint::select_unpredictable;
+use glam::DVec3;
 
-/// A vector; the last number is not used.
+/// A number for each corner of a triangle; the last one is not used.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-struct Point([f64; 4]);
+struct Row([f64; 4]);
 
-impl Point {
-    const ORIGIN: Self = Self([0.0; 4]);
+/// A triangle, axis by axis.
+#[derive(Clone, Debug)]
+struct Side {
+    corners: [Row; 3],
+    /// A normal, the same for each corner.
+    normal: [Row; 3],
+    /// 1 if the corners go around the normal counterclockwise, -1 if clockwise.
+    turn: f64,
+}
+
+impl Side {
+    const ORIGIN: Self = Self { corners: [Row([0.0; 4]); 3], normal: [Row([0.0; 4]); 3], turn: 1.0 };
+}
+
+#[inline(always)]
+fn load<L: Lanes>(lanes: L, rows: &[Row; 3]) -> [D4<L>; 3] {
+    per_axis!(k => D4::load(lanes, &rows[k].0))
+}
+
+#[inline(always)]
+fn cross<L: Lanes>(a: [D4<L>; 3], b: [D4<L>; 3]) -> [D4<L>; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn dot<L: Lanes>(a: [D4<L>; 3], b: [D4<L>; 3]) -> D4<L> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// An edge of the triangle on one side that certainly crosses the triangle on the other.
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
-    /// Of the triangles on both sides; there is no fourth, but so indices need no checks.
-    corners: [[Point; 4]; 2],
-    /// The same, axis by axis.
-    columns: [[[f64; 4]; 3]; 2],
-    /// The normal of the face.
-    normal: Point,
+    sides: [Side; 2],
     /// By how much a height or a volume may be off.
     error: f64,
     /// Whose edge it is.
     side: usize,
-    /// Which of its corners are the ends of the edge, on the side of the face to which its normal points, and on the other.
-    above: usize,
-    below: usize,
+    edge: Edge,
 }
 
-/// The number after it of 0, 1, 2.
-const NEXT: [usize; 4] = [1, 2, 0, 0];
+/// An edge that crosses a plane. Two bits for each corner of its triangle: the end above the plane, the end below it, and the
+/// apex, which is not on the edge; and bit 6 if they follow each other in this order.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Edge(u8);
 
-/// For the edges of a face that a line passes outside of, one or two, a bit each: the first of them.
-const FIRST: [usize; 8] = [0, 0, 1, 0, 2, 2, 1, 0];
+impl Edge {
+    const fn new(above: usize, below: usize) -> Self {
+        let is_even = (above + 1) % 3 == below;
+        Self((above | below << 2 | (3 - above - below) << 4 | (is_even as usize) << 6) as u8)
+    }
+    #[inline(always)]
+    const fn above(self) -> usize {
+        (self.0 & 3) as usize
+    }
+    #[inline(always)]
+    const fn below(self) -> usize {
+        (self.0 >> 2 & 3) as usize
+    }
+    #[inline(always)]
+    pub const fn apex(self) -> usize {
+        (self.0 >> 4 & 3) as usize
+    }
+    #[inline(always)]
+    const fn is_even(self) -> usize {
+        (self.0 >> 6) as usize
+    }
+}
+
+/// The lane of a corner.
+const CORNER: [Row; 4] = {
+    const ALL: f64 = f64::from_bits(u64::MAX);
+    [Row([ALL, 0.0, 0.0, 0.0]), Row([0.0, ALL, 0.0, 0.0]), Row([0.0, 0.0, ALL, 0.0]), Row([0.0; 4])]
+};
+
+/// The other edge that crosses the plane, by the one that does and by whether the apex is above it.
+const OTHER: [[Edge; 2]; 128] = {
+    let mut other = [[Edge(0); 2]; 128];
+    let mut i = 0;
+    while i < 6 {
+        let (above, below) = (i / 2, (i / 2 + 1 + i % 2) % 3);
+        let apex = 3 - above - below;
+        other[Edge::new(above, below).0 as usize] = [Edge::new(above, apex), Edge::new(apex, below)];
+        i += 1;
+    }
+    other
+};
+
+/// The edge of the face through which the curve leaves it: by whether the one that it came through is even, by the edges that
+/// the neighbor's line passes outside of (a bit each for 01, 12 and 20), and by the corners of the face that are below the
+/// neighbor's normal.
+const LEAVING: [[[Edge; 8]; 8]; 2] = {
+    let mut leaving = [[[Edge(0); 8]; 8]; 2];
+    let mut i = 0;
+    while i < 2 * 64 {
+        let (is_even, outside, below) = (i >> 6, i >> 3 & 7, i & 7);
+        // Of two edges the first, and the corner between them.
+        let first = [0, 0, 1, 0, 2, 2, 1, 0][outside];
+        let between = (first + 1) % 3;
+        let edge = if outside.count_ones() == 2 && below >> between & 1 == 0 { between } else { first };
+        // Seen along the curve, the edge that it came through points down; so that tells which way the corners go around.
+        let ends = [edge, (edge + 1) % 3];
+        leaving[is_even][outside][below] = Edge::new(ends[1 - is_even], ends[is_even]);
+        i += 1;
+    }
+    leaving
+};
+
+/// [`Side::turn`] by whether the edge is even.
+static TURN: [f64; 2] = [-1.0, 1.0];
+
+/// The corner, a bit, between two of the edges that the line passes outside of.
+const BETWEEN: [u32; 8] = [0, 0, 0, 0b010, 0, 0b001, 0b100, 0];
 
 /// Relative rounding of one `f64` operation: 2^-53.
 const ROUNDING: f64 = f64::EPSILON / 2.0;
 
 impl Curve {
-    pub const NOWHERE: Self = Self {
-        corners: [[Point::ORIGIN; 4]; 2],
-        columns: [[[0.0; 4]; 3]; 2],
-        normal: Point::ORIGIN,
-        error: 0.0,
-        side: 0,
-        above: 0,
-        below: 0,
-    };
+    pub const NOWHERE: Self = Self { sides: [Side::ORIGIN; 2], error: 0.0, side: 0, edge: Edge(0) };
 
     /// Begins at an edge, between corners `edge` and `edge + 1` of one side, that certainly crosses the triangle on the other.
     /// No two points of the two surfaces, where they meet, are farther apart along an axis than `size`. False if it is not
@@ -70,122 +149,69 @@ impl Curve {
     pub fn begin<L: Lanes>(&mut self, corners: [[D4<L>; 3]; 2], side: usize, edge: usize, size: f64) -> bool {
         let size = size + PADDING;
         self.error = if size < LARGEST { 80.0 * ROUNDING * size * size * size } else { f64::INFINITY };
-        for (side, corners) in corners.into_iter().enumerate() {
-            for (i, corner) in corners.into_iter().enumerate() {
-                self.set(side, i, corner);
-            }
+        for (to, corners) in self.sides.iter_mut().zip(&corners) {
+            let [p, q, r] = per_axis!(i => DVec3::from_slice(&corners[i].store()));
+            let normal = (q - p).cross(r - p).to_array();
+            to.corners = per_axis!(k => Row([p[k], q[k], r[k], 0.0]));
+            to.normal = per_axis!(k => Row([normal[k]; 4]));
+            to.turn = 1.0;
         }
-        let (start, end) = (edge, NEXT[edge & 3]);
-        let face = (side & 1) ^ 1;
-        self.see(corners[face]);
-        let of_start = self.height(face, corners[side & 1][start % 3]);
-        let of_end = self.height(face, corners[side & 1][end % 3]);
+        let lanes = corners[0][0].lanes();
+        let (side, face) = (side & 1, &self.sides[(side & 1) ^ 1]);
+        let (of_face, normal) = (load(lanes, &face.corners), load(lanes, &face.normal));
+        let ends = [edge % 3, (edge + 1) % 3];
+        let heights = unrolled!(i in [0, 1] => {
+            let end = corners[side][ends[i]];
+            dot(per_axis!(k => end.spread(k) - of_face[k]), normal)
+        });
+        let is_down = heights[1].mask() & 1 != 0;
         self.side = side;
-        (self.above, self.below) = if of_start > 0.0 { (start, end) } else { (end, start) };
-        self.is_certain(of_start) && self.is_certain(of_end) && (of_start > 0.0) != (of_end > 0.0)
+        self.edge = if is_down { Edge::new(ends[0], ends[1]) } else { Edge::new(ends[1], ends[0]) };
+        self.certain(heights[0]).and(self.certain(heights[1])).mask() & (heights[0].mask() ^ heights[1].mask()) & 7 == 7
     }
 
-    /// Whether the sign of a height is.
+    /// Where the sign of a number is certain.
     #[inline(always)]
-    fn is_certain(&self, height: f64) -> bool {
-        height.abs() > self.error
+    fn certain<L: Lanes>(&self, x: D4<L>) -> D4<L> {
+        D4::splat(x.lanes(), self.error).less(x.abs())
     }
 
-    /// The side whose edge it is.
+    /// The side whose edge it is, and the edge, whose apex gives way to the corner of the neighbor.
     #[inline(always)]
-    pub fn side(&self) -> usize {
-        self.side & 1
-    }
-
-    /// The corner that is not on the edge: it gives way to that of the neighbor.
-    #[inline(always)]
-    pub fn apex(&self) -> usize {
-        3 - self.above - self.below
+    pub fn crosses(&self) -> (usize, Edge) {
+        (self.side & 1, self.edge)
     }
 
     /// Goes on into the neighbor behind the edge, which has this corner in place of the apex. False if it is not certain where
     /// the curve leaves it.
     #[inline(always)]
-    pub fn advance<L: Lanes>(&mut self, lanes: L, corner: D4<L>) -> bool {
-        let (side, face) = (self.side & 1, (self.side & 1) ^ 1);
-        let (above, below, apex) = (self.above, self.below, self.apex());
-        self.set(side, apex, corner);
-        let height = self.height(face, corner);
-        if !self.is_certain(height) {
-            return false;
-        }
-        // Chosen, not branched: what cannot be guessed.
-        let is_up = height > 0.0;
-        self.above = select_unpredictable(is_up, apex, above);
-        self.below = select_unpredictable(is_up, below, apex);
-        let [inside, outside] = self.passes(corner, is_up);
-        if inside | outside != 0b111 {
-            return false;
-        }
-        outside == 0 || self.turn(lanes, [above, below], outside)
-    }
-
-    /// Leaves the face across one of its edges, `outside` of which the neighbor's line passes; both change roles. The edge
-    /// through which the curve came is `above` and `below`.
-    #[inline(always)]
-    fn turn<L: Lanes>(&mut self, lanes: L, [above, below]: [usize; 2], outside: u32) -> bool {
-        let (side, face) = (self.side & 1, (self.side & 1) ^ 1);
-        self.see(per_axis!(i => D4::load(lanes, &self.corners[side][i].0)));
-        // Seen along the curve, the edge it came through points down; so this tells which way the normal points.
-        let is_even = NEXT[above & 3] == below;
-        let mut edge = FIRST[outside as usize & 7];
-        if !outside.is_power_of_two() {
-            let between = NEXT[edge & 3];
-            let height = self.height(side, D4::load(lanes, &self.corners[face][between & 3].0));
-            if !self.is_certain(height) {
-                return false;
-            }
-            edge = select_unpredictable((height > 0.0) == is_even, between, edge);
-        }
-        let end = NEXT[edge & 3];
-        self.above = select_unpredictable(is_even, edge, end);
-        self.below = select_unpredictable(is_even, end, edge);
-        self.side = face;
-        true
-    }
-
-    #[inline(always)]
-    fn set<L: Lanes>(&mut self, side: usize, corner: usize, point: D4<L>) {
-        let point = point.store();
-        self.corners[side & 1][corner & 3] = Point(point);
-        per_axis!(k => self.columns[side & 1][k][corner & 3] = point[k]);
-    }
-
-    /// Makes a triangle the face.
-    #[inline(always)]
-    fn see<L: Lanes>(&mut self, [p, q, r]: [D4<L>; 3]) {
-        let (u, v) = (q - p, r - p);
-        let (x, y) = (u * v.turned(), u.turned() * v);
-        self.normal = Point((x - y).turned().store());
-    }
-
-    /// How high a point is above the face, which is the triangle on this side, times the length of the normal.
-    #[inline(always)]
-    fn height<L: Lanes>(&self, face: usize, point: D4<L>) -> f64 {
-        let lanes = point.lanes();
-        let from_face = point - D4::load(lanes, &self.corners[face & 1][0].0);
-        (from_face * D4::load(lanes, &self.normal.0)).sum()
-    }
-
-    /// Which edges of the face, a bit each, the line of the edge certainly passes inside, and outside. One of its ends is the
-    /// latest corner, and which one it is matters as late as possible.
-    #[inline(always)]
-    fn passes<L: Lanes>(&self, corner: D4<L>, is_above: bool) -> [u32; 2] {
-        let (lanes, point) = (corner.lanes(), corner.store());
-        let (side, face) = (self.side & 1, (self.side & 1) ^ 1);
-        let r = per_axis!(k => D4::load(lanes, &self.columns[face][k]) - D4::splat(lanes, point[k]));
-        let next = per_axis!(k => r[k].turned());
-        let [x, y, z] =
-            [r[1] * next[2] - r[2] * next[1], r[2] * next[0] - r[0] * next[2], r[0] * next[1] - r[1] * next[0]];
-        let other = &self.corners[side][select_unpredictable(is_above, self.below, self.above) & 3];
-        let edge = per_axis!(k => D4::splat(lanes, point[k]) - D4::splat(lanes, other.0[k]));
-        let volume = edge[0] * x + edge[1] * y + edge[2] * z;
-        let (up, down) = (D4::splat(lanes, self.error).less(volume), volume.less(D4::splat(lanes, -self.error)));
-        [select_unpredictable(is_above, up, down) & 0b111, select_unpredictable(is_above, down, up) & 0b111]
+    pub fn advance<L: Lanes>(&mut self, lanes: L, (at, edge): (usize, Edge), corner: D4<L>) -> bool {
+        let corner = per_axis!(k => corner.spread(k));
+        let [side, face] = [&self.sides[at & 1], &self.sides[(at & 1) ^ 1]];
+        let (of_side, of_face) = (load(lanes, &side.corners), load(lanes, &face.corners));
+        // From the end above down to the corner, and from the corner down to the end below.
+        let down = per_axis!(k => D4::splat(lanes, side.corners[k].0[edge.above()]) - corner[k]);
+        let up = per_axis!(k => corner[k] - D4::splat(lanes, side.corners[k].0[edge.below()]));
+        let from_corner = per_axis!(k => of_face[k] - corner[k]);
+        // How high the face is above the corner.
+        let height = dot(from_corner, load(lanes, &face.normal)) * D4::splat(lanes, face.turn);
+        let is_up = height.less(D4::splat(lanes, 0.0));
+        let volumes = cross(from_corner, per_axis!(k => from_corner[k].turned()));
+        let volumes = is_up.select(dot(up, volumes), dot(down, volumes));
+        let normal = cross(up, down);
+        let heights = dot(from_corner, normal);
+        let is_it = D4::load(lanes, &CORNER[edge.apex()].0);
+        let side = &mut self.sides[at & 1];
+        side.corners = per_axis!(k => Row(is_it.select(corner[k], of_side[k]).store()));
+        side.normal = per_axis!(k => Row(normal[k].store()));
+        side.turn = TURN[edge.is_even() & 1];
+        let outside = volumes.mask() as usize & 7;
+        let is_certain =
+            self.certain(volumes).and(self.certain(height)).mask() & (self.certain(heights).mask() | !BETWEEN[outside]);
+        let turned = LEAVING[edge.is_even() & 1][outside][heights.mask() as usize & 7];
+        let other = OTHER[usize::from(edge.0 & 127)][is_up.mask() as usize & 1];
+        self.edge = select_unpredictable(outside == 0, other, turned);
+        self.side = at ^ usize::from(outside != 0);
+        is_certain & 7 == 7
     }
 }

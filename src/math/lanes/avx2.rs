@@ -1,7 +1,7 @@
 //! Eight lanes of AVX2.
 
 use super::{Kernel, Lanes};
-use core::arch::x86_64::{__m128, __m256, __m256d};
+use core::arch::x86_64::{__m128, __m256, __m256d, __m256i};
 use pulp::{NullaryFnOnce, cast};
 use wide::f32x4;
 
@@ -50,7 +50,7 @@ impl Lanes for Avx2 {
     lanewise!(add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps, max _mm256_max_ps, min _mm256_min_ps,
         and _mm256_and_ps, or _mm256_or_ps; add_d _mm256_add_pd, sub_d _mm256_sub_pd, mul_d _mm256_mul_pd, div_d _mm256_div_pd,
         max_d _mm256_max_pd, min_d _mm256_min_pd, and_d _mm256_and_pd, or_d _mm256_or_pd;
-        add_q _mm256_add_pd, sub_q _mm256_sub_pd, mul_q _mm256_mul_pd);
+        add_q _mm256_add_pd, sub_q _mm256_sub_pd, mul_q _mm256_mul_pd, and_q _mm256_and_pd);
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
@@ -167,17 +167,34 @@ impl Lanes for Avx2 {
         cast(x)
     }
     #[inline(always)]
-    fn less_q(self, a: __m256d, b: __m256d) -> u32 {
-        self.avx._mm256_movemask_pd(self.avx._mm256_cmp_pd::<LESS_ORDERED_QUIET>(a, b)) as u32
+    fn less_q(self, a: __m256d, b: __m256d) -> __m256d {
+        self.avx._mm256_cmp_pd::<LESS_ORDERED_QUIET>(a, b)
+    }
+    #[inline(always)]
+    fn abs_q(self, a: __m256d) -> __m256d {
+        self.avx._mm256_andnot_pd(self.avx._mm256_set1_pd(-0.0), a)
+    }
+    #[inline(always)]
+    fn mask_q(self, a: __m256d) -> u32 {
+        self.avx._mm256_movemask_pd(a) as u32
     }
     #[inline(always)]
     fn turn_q(self, a: __m256d) -> __m256d {
         self.avx2._mm256_permute4x64_pd::<0b11_00_10_01>(a)
     }
     #[inline(always)]
-    fn sum_q(self, a: __m256d) -> f64 {
-        let (low, high) = (self.avx._mm256_castpd256_pd128(a), self.avx._mm256_extractf128_pd::<1>(a));
-        let [x, y]: [f64; 2] = cast(self.sse2._mm_add_pd(low, high));
-        x + y
+    fn spread_q(self, a: __m256d, k: usize) -> __m256d {
+        match k {
+            0 => self.avx2._mm256_permute4x64_pd::<0b00_00_00_00>(a),
+            1 => self.avx2._mm256_permute4x64_pd::<0b01_01_01_01>(a),
+            2 => self.avx2._mm256_permute4x64_pd::<0b10_10_10_10>(a),
+            _ => self.avx2._mm256_permute4x64_pd::<0b11_11_11_11>(a),
+        }
+    }
+    #[inline(always)]
+    fn select_q(self, mask: __m256d, a: __m256d, b: __m256d) -> __m256d {
+        // Of bytes: one of `f64` would become a store of some lanes where it is stored, which the next load has to wait for.
+        let [mask, a, b]: [__m256i; 3] = [cast(mask), cast(a), cast(b)];
+        cast(self.avx2._mm256_blendv_epi8(b, a, mask))
     }
 }

@@ -50,7 +50,7 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     lanewise!(add Add::add, sub Sub::sub, mul Mul::mul, div Div::div, max f32x4::fast_max, min f32x4::fast_min,
         and BitAnd::bitand, or BitOr::bitor, less |a, b| a.simd_lt(b); add_d Add::add, sub_d Sub::sub, mul_d Mul::mul,
         div_d Div::div, max_d f64x2::fast_max, min_d f64x2::fast_min, and_d BitAnd::bitand, or_d BitOr::bitor,
-        less_d |a, b| a.simd_lt(b); add_q Add::add, sub_q Sub::sub, mul_q Mul::mul);
+        less_d |a, b| a.simd_lt(b); add_q Add::add, sub_q Sub::sub, mul_q Mul::mul, and_q BitAnd::bitand, less_q |a, b| a.simd_lt(b));
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
@@ -160,8 +160,12 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
         [a, b, c, d]
     }
     #[inline(always)]
-    fn less_q(self, a: Q, b: Q) -> u32 {
-        a[0].simd_lt(b[0]).to_bitmask() | a[1].simd_lt(b[1]).to_bitmask() << 2
+    fn abs_q(self, a: Q) -> Q {
+        a.map(f64x2::abs)
+    }
+    #[inline(always)]
+    fn mask_q(self, a: Q) -> u32 {
+        a[0].to_bitmask() | a[1].to_bitmask() << 2
     }
     #[inline(always)]
     fn turn_q(self, a: Q) -> Q {
@@ -169,8 +173,11 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
         self.load_q(&[y, z, x, w])
     }
     #[inline(always)]
-    fn sum_q(self, a: Q) -> f64 {
-        let [x, y] = (a[0] + a[1]).to_array();
-        x + y
+    fn spread_q(self, a: Q, k: usize) -> Q {
+        [f64x2::splat(self.store_q(a)[k % 4]); 2]
+    }
+    #[inline(always)]
+    fn select_q(self, mask: Q, a: Q, b: Q) -> Q {
+        [mask[0].select(a[0], b[0]), mask[1].select(a[1], b[1])]
     }
 }
