@@ -11,7 +11,7 @@
 //! Each value has an error bound of its own lane, from the largest components `P`, `F`, `Q` of `p`, `f`, `q`; they are
 //! derived in `docs/numerics.md`. Coplanar and degenerate pairs always end in doubt.
 
-use crate::math::lanes::{Column, D8, F8, Lanes, V8, cross, dot, per_axis, per_part};
+use crate::math::lanes::{Column, D8, F8, Lanes, V8, all, cross, dot, per_axis, per_part};
 use crate::math::tolerance::ROUNDING;
 
 /// A triangle: first corner, two edges, and the rounding rest of the first corner, in rows of four.
@@ -73,21 +73,24 @@ impl Crossings {
     }
 }
 
-/// Tests `a[i]` against `b[i]` for the eight lanes; tells the crossings of hits, if they are wanted.
+/// Tests `a[i]` against `b[i]` for the lanes `i` that are `wanted`, a bit each, or for more; tells the crossings of hits, if they
+/// are wanted.
 #[inline(always)]
 // The last part could take them whole, as the lint says; the first cannot.
 #[allow(clippy::needless_option_as_deref)]
 pub(crate) fn test<L: Lanes>(
     lanes: L,
-    a: [&Rows; 8],
-    b: [&Rows; 8],
+    wanted: u32,
+    [a, b]: [[&Rows; 8]; 2],
     placement: &Placement,
     mut crossings: Option<&mut Crossings>,
 ) -> Verdicts {
     let mut verdicts = Verdicts::NONE;
     let rotation = placement.rotation();
     per_part!(lanes: L, part => {
-        verdicts.add(test_part(part, [a, b], placement, &rotation, crossings.as_deref_mut()));
+        if L::IS_WHOLE || wanted & all(part) != 0 {
+            verdicts.add(test_part(part, [a, b], placement, &rotation, crossings.as_deref_mut()));
+        }
     });
     verdicts
 }
@@ -152,7 +155,8 @@ pub(super) fn certain<N: Column>(
             *bits |= hit.mask();
         }
     }
-    let one_side = Range::of(of_b).same(bounds.plane_a).or(Range::of(of_a).same(bounds.plane_b));
+    // Two edges have all three corners.
+    let one_side = x.same.and(y.same).or(u.same.and(v.same));
     let (hit, miss) = (hit.mask(), miss.or(one_side).mask());
     Verdicts { hit, doubt: !(hit | miss) & 0xff }
 }
@@ -248,16 +252,22 @@ impl<N: Column> Range<N> {
         Self { low: x.min(y).min(z), high: x.max(y).max(z) }
     }
 
+    /// How far all are on one side of 0; less than 0 where they are on both, by the shorter way to one of them.
+    #[inline(always)]
+    fn aside(self) -> N {
+        self.low.max(-self.high)
+    }
+
     /// All certainly positive, or all certainly negative, for values off by less than `bound`.
     #[inline(always)]
     pub fn same(self, bound: N) -> N {
-        bound.less(self.low).or(self.high.less(-bound))
+        bound.less(self.aside())
     }
 
     /// One certainly positive, another certainly negative.
     #[inline(always)]
     pub fn mixed(self, bound: N) -> N {
-        bound.less(self.high).and(self.low.less(-bound))
+        self.aside().less(-bound)
     }
 }
 
@@ -265,12 +275,14 @@ impl<N: Column> Range<N> {
 struct Edge<N> {
     hit: N,
     miss: N,
+    /// Both ends are on one side of its plane.
+    same: N,
 }
 
 /// An edge whose ends have the given distances from the plane and whose line passes the three edges at the given sides.
 #[inline(always)]
 fn edge<N: Column>([start, end]: [N; 2], plane: N, sides: [N; 3], line: N) -> Edge<N> {
     let ends = Range { low: start.min(end), high: start.max(end) };
-    let sides = Range::of(sides);
-    Edge { hit: ends.mixed(plane).and(sides.same(line)), miss: ends.same(plane).or(sides.mixed(line)) }
+    let (sides, same) = (Range::of(sides), ends.same(plane));
+    Edge { hit: ends.mixed(plane).and(sides.same(line)), miss: same.or(sides.mixed(line)), same }
 }
