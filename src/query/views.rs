@@ -173,6 +173,7 @@ impl Relation {
             triangles: Placement {
                 linear,
                 translation: translation.to_array(),
+                rotation: linear.map(|row| row.map(|x| x as f32)),
                 slop: slop as f32,
                 edge_slop: (8.0 * EDGE_SLOP * scale as f32).max(LEAST_EDGE_SLOP),
             },
@@ -219,7 +220,13 @@ impl Relation {
         deviation: 1.0,
         shrink: 0.0,
         least_gap: f32x4::splat(1e6),
-        triangles: Placement { linear: [[0.0; 3]; 3], translation: [0.0; 3], slop: 1e6, edge_slop: 1e6 },
+        triangles: Placement {
+            linear: [[0.0; 3]; 3],
+            translation: [0.0; 3],
+            rotation: [[0.0; 3]; 3],
+            slop: 1e6,
+            edge_slop: 1e6,
+        },
     };
 }
 

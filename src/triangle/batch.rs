@@ -23,18 +23,12 @@ pub(crate) struct Placement {
     /// Rotation times scale, row by row.
     pub linear: [[f64; 3]; 3],
     pub translation: [f64; 3],
+    /// The same as `linear`, for edges.
+    pub rotation: [[f32; 3]; 3],
     /// Bound on the error of a corner so placed, beyond its rounding to `f32`, A's units.
     pub slop: f32,
     /// The same for an edge of B, over [`ROUNDING`].
     pub edge_slop: f32,
-}
-
-impl Placement {
-    /// Rotation times scale, for edges.
-    #[inline(always)]
-    pub fn rotation(&self) -> [[f32; 3]; 3] {
-        per_axis!(k => per_axis!(j => self.linear[k][j] as f32))
-    }
 }
 
 /// One bit a lane.
@@ -86,10 +80,9 @@ pub(crate) fn test<L: Lanes>(
     mut crossings: Option<&mut Crossings>,
 ) -> Verdicts {
     let mut verdicts = Verdicts::NONE;
-    let rotation = placement.rotation();
     per_part!(lanes: L, part => {
         if L::IS_WHOLE || wanted & all(part) != 0 {
-            verdicts.add(test_part(part, [a, b], placement, &rotation, crossings.as_deref_mut()));
+            verdicts.add(test_part(part, [a, b], placement, crossings.as_deref_mut()));
         }
     });
     verdicts
@@ -100,24 +93,24 @@ fn test_part<L: Lanes>(
     lanes: L,
     [a, b]: [[&Rows; 8]; 2],
     placement: &Placement,
-    rotation: &[[f32; 3]; 3],
     crossings: Option<&mut Crossings>,
 ) -> Verdicts {
     let a = Transposed::new(lanes, a);
+    let a = L::settled(&a);
     let b = Transposed::new(lanes, b);
-    let q = first_corner(lanes, &a, &b, placement);
-    let (p1, p2) = (a.edge1, a.edge2);
-    let (f1, f2) = (rotate(lanes, rotation, b.edge1), rotate(lanes, rotation, b.edge2));
+    let b = L::settled(&b);
+    let q = first_corner(lanes, a, b, placement);
+    let (f1, f2) = (rotate(lanes, &placement.rotation, b.edge1), rotate(lanes, &placement.rotation, b.edge2));
 
     // Absolute errors, of corners and edges, count as if the component were as much larger as it takes to explain them by one
     // rounding.
     let sizes = [
-        largest(p1).max(largest(p2)) + F8::splat(lanes, EDGE_SLOP),
+        largest(a.edge1).max(largest(a.edge2)) + F8::splat(lanes, EDGE_SLOP),
         largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_slop),
         largest(q) + F8::splat(lanes, placement.slop * (1.0 / ROUNDING)),
     ];
     let bounds = Bounds::new(sizes, ROUNDING, F8::splat(lanes, UNDERFLOW));
-    certain([p1, p2], [f1, f2], q, &bounds, crossings)
+    certain([a.edge1, a.edge2], [f1, f2], q, L::settled(&bounds), crossings)
 }
 
 /// What is certain of eight pairs, with edges `p` of A and `f` of B, first corner `q` of B, relative to that of A.
@@ -131,7 +124,6 @@ pub(super) fn certain<N: Column>(
 ) -> Verdicts {
     let normal_a = cross(p1, p2);
     let normal_b = cross(f1, f2);
-    let (x1, x2) = (cross(q, f1), cross(q, f2));
 
     let (g1, g2) = (dot(normal_a, f1), dot(normal_a, f2));
     let (w1, w2) = (dot(normal_b, p1), dot(normal_b, p2));
@@ -139,6 +131,7 @@ pub(super) fn certain<N: Column>(
     let (of_b, of_a) = ([a0, a0 + g1, a0 + g2], [b0, b0 + w1, b0 + w2]);
 
     // Products of edge lines: rows are the edges of A, columns those of B, both in turn 01, 12, 20.
+    let (x1, x2) = (cross(q, f1), cross(q, f2));
     let (u11, u12, u21, u22) = (dot(p1, x1), dot(p1, x2), dot(p2, x1), dot(p2, x2));
     let (v1, v2) = (u12 - u11 + w1, u22 - u21 + w2);
     let middle = (v2 - v1 + (g2 - g1)).times(MIDDLE);

@@ -66,6 +66,10 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
         (Quads {}, Quads {})
     }
     #[inline(always)]
+    fn settled<T>(x: &T) -> &T {
+        core::hint::black_box(x)
+    }
+    #[inline(always)]
     fn splat(self, x: f32) -> F<N> {
         [f32x4::splat(x); N]
     }
