@@ -86,6 +86,13 @@ pub(crate) trait Lanes: Copy {
     /// Its two registers by themselves; the only one twice.
     fn parts(self) -> (Self::Low, Self::High);
 
+    /// `x`, to be read from memory where eight lanes are more than the registers hold: else the compiler moves to memory and
+    /// back what it could read where it needs it.
+    fn settled<T>(x: &T) -> &T;
+
+    /// How many of eight bits are set.
+    fn count(self, bits: u32) -> u32;
+
     fn splat(self, x: f32) -> Self::F;
     fn load(self, x: &[f32; 8]) -> Self::F;
     fn put(self, x: Self::F, to: &mut [f32; 8]);

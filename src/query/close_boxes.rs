@@ -7,7 +7,7 @@
 use super::views::{Relation, Views};
 use crate::math::tolerance;
 use crate::tree::{Node, xyz};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use wide::f32x4;
 
 /// How far apart the own boxes of two nodes are at least, A's units, by the face axis along which they are farthest apart, as
@@ -21,10 +21,10 @@ pub(super) fn gap(a: &Node, b: &Node, views: &Views, relation: &Relation) -> f64
     let (mut widest, mut axis) = (f32::NEG_INFINITY, DVec3::X);
     for k in 0..3 {
         if in_a[k] > widest {
-            (widest, axis) = (in_a[k], wide(a.rotation[k]));
+            (widest, axis) = (in_a[k], a.rotation().col(k).as_dvec3());
         }
         if in_b[k] > widest {
-            (widest, axis) = (in_b[k], relation.linear() * wide(b.rotation[k]));
+            (widest, axis) = (in_b[k], relation.linear() * b.rotation().col(k).as_dvec3());
         }
     }
     gap_of([a, b], relation, axis, ROUNDING)
@@ -53,8 +53,7 @@ const SECOND_ORDER: f64 = 1.0 / (1u64 << 37) as f64;
 
 /// Middle and half length of what holds all triangles of a node along a direction in its mesh's unit coordinates.
 fn shadow(node: &Node, direction: DVec3, rounding: f64) -> [f64; 2] {
-    let (center, half, [x, y, z]) = (wide(node.own_center), wide(node.own_half), node.rotation.map(wide));
-    let axes = DMat3::from_cols(x, y, z);
+    let (center, half, axes) = (wide(node.own_center), wide(node.own_half), node.rotation().as_dmat3());
     // The axes are not quite orthonormal: one step of Newton's method towards their inverse.
     let first = axes.transpose() * direction;
     let along = 2.0 * first - axes.transpose() * (axes * first);

@@ -195,7 +195,7 @@ mod tests {
         Node {
             own_center: f32x4::new(center),
             own_half: f32x4::new(half),
-            rotation: [0, 1, 2].map(|i| f32x4::new(axes.col(i).extend(0.0).to_array())),
+            rows: [0, 1, 2].map(|i| f32x4::new(axes.row(i).extend(0.0).to_array())),
             ..Node::default()
         }
     }

@@ -46,7 +46,7 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     sink: &mut impl Sink,
 ) {
     // The pair with a child in the place of the node of A, or of B; all of the child's own children are of interest.
-    let with_child = |is_a: bool, child: u32, alive: [u8; 2]| {
+    let with_child = move |is_a: bool, child: u32, alive: [u8; 2]| {
         if is_a {
             Pair { nodes: [child, ib], alive: [u8::MAX, alive[1]] }
         } else {
@@ -74,7 +74,7 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     let of_b = Facing { nodes: [b, a], views: [&views.of_b, &views.of_a], scales: [scale, 1.0], is_a: false };
     match which(a, b, scale) {
         Open::Both => {
-            sink.count(level + 2, valid[0].count_ones() * valid[1].count_ones() + 1);
+            sink.count(level + 2, lanes.count(valid[0]) * lanes.count(valid[1]) + 1);
             // One copy of the test where one serves both: two make the loop slower.
             let hits = if a.is_cluster && !T::OPENS_CLUSTERS_ALIKE {
                 let rows = || [rows(tree_a, a), rows(tree_b, b)];
@@ -98,7 +98,7 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
         Open::Triangles { is_a } => {
             let (facing, tree, of_one) = if is_a { (of_a, tree_a, valid[0]) } else { (of_b, tree_b, valid[1]) };
             let [one, other] = facing.nodes;
-            sink.count(level + 2, of_one.count_ones() * u32::from(other.children) + 1);
+            sink.count(level + 2, lanes.count(of_one) * u32::from(other.children) + 1);
             let view = || {
                 let place = &relation.place;
                 if is_a { views.triangles_of_a(b, place) } else { views.triangles_of_b(a, place, scale) }

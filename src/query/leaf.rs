@@ -72,14 +72,15 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         if count == 0 {
             return;
         }
+        let tested = (1 << count) - 1;
         let mut crossings = Crossings::default();
         let verdicts = if let Some(lone) = self.question.opener.lone() {
             lone.test(lanes, [self.a, self.b], pairs, self.strategy.march.then_some(&mut crossings))
         } else {
             batch::test(
                 lanes,
-                rows(self.a, pairs, 0),
-                rows(self.b, pairs, 1),
+                tested,
+                [rows(self.a, pairs, 0), rows(self.b, pairs, 1)],
                 &self.relation.triangles,
                 self.strategy.march.then_some(&mut crossings),
             )
@@ -88,7 +89,6 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
         let exact = if self.looks_for_contacts() { verdicts.hit | verdicts.doubt } else { verdicts.doubt };
-        let tested = (1 << count) - 1;
         for lane in bits(verdicts.hit & !exact & tested) {
             self.report(pairs[lane], || crossings.of(lane));
         }

@@ -12,7 +12,7 @@ use super::views::{rounding, transposed};
 use crate::math::lanes::{Column, F8, Lanes, dot, per_axis};
 use crate::math::tolerance::ROUNDING;
 use crate::math::{Pose, larger, largest, smaller};
-use crate::tree::{Node, Tree, WIDTH, power_of_two, xyz};
+use crate::tree::{Node, Tree, WIDTH, power_of_two};
 use crate::triangle::batch::{Crossings, LEAST_EDGE_SLOP, Verdicts};
 use crate::triangle::lone::{Placed, Prism};
 use glam::DVec3;
@@ -132,8 +132,7 @@ impl Lone {
     fn depths<L: Lanes>(&self, lanes: L, node: &Node) -> F8<L> {
         let vectors = per_axis!(k => F8::load(lanes, &self.prism.vectors[k]));
         let seen = per_axis!(k => {
-            let axis = xyz(node.rotation[k]);
-            dot(per_axis!(i => F8::splat(lanes, axis[i])), vectors).halves()
+            dot(per_axis!(i => F8::splat(lanes, node.rows[i].as_array()[k])), vectors).halves()
         });
         let [p, q, r] = transposed(per_axis!(k => seen[k][1]));
         let (low, high) = (p.fast_min(q).fast_min(r), p.fast_max(q).fast_max(r));

@@ -5,7 +5,7 @@ use crate::math::lanes::{Column, F8, Lanes, per_axis};
 use crate::math::largest;
 use crate::math::pose::rotation_deviation;
 use crate::math::tolerance::ROUNDING;
-use crate::tree::{Node, Tree, Unit, power_of_two, xyz};
+use crate::tree::{Node, Tree, Unit, power_of_two};
 use crate::triangle::batch::{EDGE_SLOP, LEAST_EDGE_SLOP, Placement};
 use core::ops::{Add, Mul, Neg, Sub};
 use glam::{DMat3, DVec3};
@@ -59,18 +59,20 @@ impl<L: Lanes> Entries for F8<L> {
 /// Three columns of a matrix; the fourth lane is 0.
 type Columns<V> = [V; 3];
 
-/// Where B lies in A.
+/// Where B lies in A: each number in all lanes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place<V = f32x4> {
-    rotation: Columns<V>,
-    translation: V,
+    /// Row by row.
+    rotation: [[V; 3]; 3],
+    translation: [V; 3],
     /// What a test of two boxes must allow for in the orientation of A's node, and in that of B's.
     margin: [V; 2],
 }
 
 impl Place {
     /// For what `f32` cannot hold.
-    const BLIND: Self = Self { rotation: [f32x4::ZERO; 3], translation: f32x4::ZERO, margin: [f32x4::splat(1e6); 2] };
+    const BLIND: Self =
+        Self { rotation: [[f32x4::ZERO; 3]; 3], translation: [f32x4::ZERO; 3], margin: [f32x4::splat(1e6); 2] };
 
     /// By where the middle of B's box lies from that of A's, in A's units, and how much that may be off; if B's matrix is no
     /// rotation by `deviation`.
@@ -79,8 +81,8 @@ impl Place {
         let margin_a = u * (32.0 + 192.0 * scale + 32.0 * distance) + slop;
         let margin_b = u * (192.0 + 32.0 * scale + 32.0 * distance) + slop + 8.0 * deviation * scale;
         (margin_a < 1e6 && margin_b < 1e6 * scale).then(|| Self {
-            rotation: pose.rotation().to_cols_array_2d().map(rounded),
-            translation: rounded(translation.to_array()),
+            rotation: pose.rotation().transpose().to_cols_array_2d().map(|row| row.map(rounded)),
+            translation: translation.to_array().map(rounded),
             margin: [f32x4::splat(margin_a as f32), f32x4::splat(margin_b as f32)],
         })
     }
@@ -91,13 +93,19 @@ impl Place {
             let ([a, b, c, d], [e, f, g, h]) = (x.to_array(), y.to_array());
             [a, b, c, d, e, f, g, h]
         };
-        let of = |place: &Self| [place.translation, place.margin[0], place.margin[1]];
-        let ([translation, in_a, in_b], [x, y, z]) = (of(self), of(other));
         Place {
-            rotation: per_axis!(k => join(self.rotation[k], other.rotation[k])),
-            translation: join(translation, x),
-            margin: [join(in_a, y), join(in_b, z)],
+            rotation: per_axis!(i => per_axis!(j => join(self.rotation[i][j], other.rotation[i][j]))),
+            translation: per_axis!(k => join(self.translation[k], other.translation[k])),
+            margin: [join(self.margin[0], other.margin[0]), join(self.margin[1], other.margin[1])],
         }
+    }
+}
+
+impl<V: Entries> Place<V> {
+    /// The axes of a node of B in A, row by row.
+    #[inline(always)]
+    fn rows(&self, of_b: &[V; 3]) -> [V; 3] {
+        per_axis!(i => combined(self.rotation[i], of_b))
     }
 }
 
@@ -106,8 +114,8 @@ impl Place<[f32; 8]> {
     fn load<L: Lanes>(&self, lanes: L) -> Place<F8<L>> {
         let Self { rotation, translation, margin: [in_a, in_b] } = self;
         Place {
-            rotation: per_axis!(k => F8::load(lanes, &rotation[k])),
-            translation: F8::load(lanes, translation),
+            rotation: per_axis!(i => per_axis!(j => F8::load(lanes, &rotation[i][j]))),
+            translation: per_axis!(k => F8::load(lanes, &translation[k])),
             margin: [F8::load(lanes, in_a), F8::load(lanes, in_b)],
         }
     }
@@ -173,6 +181,7 @@ impl Relation {
             triangles: Placement {
                 linear,
                 translation: translation.to_array(),
+                rotation: linear.map(|row| row.map(|x| x as f32)),
                 slop: slop as f32,
                 edge_slop: (8.0 * EDGE_SLOP * scale as f32).max(LEAST_EDGE_SLOP),
             },
@@ -206,8 +215,11 @@ impl Relation {
 
     /// A direction in A's unit coordinates, for points in B's, and what is added for B's place.
     pub fn of_b(&self, direction: f32x4) -> (f32x4, f32) {
-        let [x, y, z] = xyz(self.place.translation * direction);
-        (times(&transposed(self.place.rotation), direction) * f32x4::splat(self.scale), x + y + z)
+        let Place { rotation, translation, .. } = &self.place;
+        let along = per_axis!(k => direction.spread(k));
+        let [x, y, z] = per_axis!(k => (translation[k] * along[k]).as_array()[0]);
+        let of_b = transposed(per_axis!(j => combined(along, &per_axis!(k => rotation[k][j]))));
+        (of_b[0] * f32x4::splat(self.scale), x + y + z)
     }
 
     /// For what `f32` cannot hold: every box overlaps and every triangle pair is in doubt.
@@ -219,7 +231,13 @@ impl Relation {
         deviation: 1.0,
         shrink: 0.0,
         least_gap: f32x4::splat(1e6),
-        triangles: Placement { linear: [[0.0; 3]; 3], translation: [0.0; 3], slop: 1e6, edge_slop: 1e6 },
+        triangles: Placement {
+            linear: [[0.0; 3]; 3],
+            translation: [0.0; 3],
+            rotation: [[0.0; 3]; 3],
+            slop: 1e6,
+            edge_slop: 1e6,
+        },
     };
 }
 
@@ -231,8 +249,8 @@ pub(super) fn rounding(a: &Unit, b: &Unit, b_in_a: &Pose) -> f64 {
     magnitude * f64::EPSILON * 8.0
 }
 
-fn rounded([x, y, z]: [f64; 3]) -> f32x4 {
-    f32x4::new([x as f32, y as f32, z as f32, 0.0])
+fn rounded(x: f64) -> f32x4 {
+    f32x4::splat(x as f32)
 }
 
 /// What is of one side, seen from the orientation of a node of the other: a box with centre `c` and half extents `h`, A's units,
@@ -306,8 +324,12 @@ impl View {
 
 #[inline(always)]
 fn times<V: Entries>(columns: &Columns<V>, x: V) -> V {
-    let [x, y, z] = per_axis!(k => columns[k] * x.spread(k));
-    x + y + z
+    combined(per_axis!(k => x.spread(k)), columns)
+}
+
+#[inline(always)]
+fn combined<V: Entries>([x, y, z]: [V; 3], vectors: &[V; 3]) -> V {
+    x * vectors[0] + y * vectors[1] + z * vectors[2]
 }
 
 #[inline(always)]
@@ -342,16 +364,16 @@ pub(super) struct Views<V = f32x4> {
 }
 
 impl<V: Entries> Views<V> {
-    /// By the axes of both nodes, those of A's as rows.
+    /// By the orientations of both nodes, row by row.
     #[inline(always)]
-    fn new(rows_of_a: &Columns<V>, axes_of_b: &Columns<V>, place: &Place<V>) -> Self {
-        let columns = per_axis!(k => times(rows_of_a, times(&place.rotation, axes_of_b[k])));
-        let origin = times(rows_of_a, place.translation);
-        let inverse = transposed(columns);
+    fn new(of_a: &[V; 3], of_b: &[V; 3], place: &Place<V>) -> Self {
+        let in_a = place.rows(of_b);
+        let rows = per_axis!(i => combined(per_axis!(k => of_a[k].spread(i)), &in_a));
+        let origin = combined(place.translation, of_a);
         let [margin_a, margin_b] = place.margin;
         Self {
-            of_b: View { columns, origin, margin: margin_a },
-            of_a: View { columns: inverse, origin: -times(&inverse, origin), margin: margin_b },
+            of_b: View { columns: transposed(rows), origin, margin: margin_a },
+            of_a: View { columns: rows, origin: -times(&rows, origin), margin: margin_b },
         }
     }
 }
@@ -362,16 +384,15 @@ impl Views {
 
     #[inline(always)]
     pub fn between(a: &Node, b: &Node, relation: &Relation) -> Self {
-        Self::new(&transposed(a.rotation), &b.rotation, &relation.place)
+        Self::new(&a.rows, &b.rows, &relation.place)
     }
 
     /// The same for two places at once, which takes few more operations than one.
     #[inline(always)]
     pub fn between_at_both<L: Lanes>(lanes: L, a: &Node, b: &Node, places: &Place<[f32; 8]>) -> [Self; 2] {
         let place = places.load(lanes);
-        let rows_of_a = transposed(a.rotation);
-        let rows_of_a = per_axis!(k => F8::twice(lanes, rows_of_a[k]));
-        let both = Views::new(&rows_of_a, &per_axis!(k => F8::twice(lanes, b.rotation[k])), &place);
+        let of_a = per_axis!(k => F8::twice(lanes, a.rows[k]));
+        let both = Views::new(&of_a, &per_axis!(k => F8::twice(lanes, b.rows[k])), &place);
         let ([a, c], [b, d]) = (both.of_a.halves(), both.of_b.halves());
         [Self { of_a: a, of_b: b }, Self { of_a: c, of_b: d }]
     }
@@ -379,22 +400,21 @@ impl Views {
     /// A direction in A's unit coordinates, seen from the orientation of `a` and from that of the other node.
     #[inline(always)]
     pub fn direction(&self, a: &Node, direction: f32x4) -> (f32x4, f32x4) {
-        let in_a = times(&transposed(a.rotation), direction);
+        let in_a = times(&a.rows, direction);
         (in_a, times(&self.of_a.columns, in_a))
     }
 
     /// Triangles of A's mesh, seen from the orientation of `b`.
     #[inline(always)]
     pub fn triangles_of_a(&self, b: &Node, place: &Place) -> View {
-        let axes = per_axis!(k => times(&place.rotation, b.rotation[k]));
-        View { columns: transposed(axes), ..self.of_a }
+        View { columns: place.rows(&b.rows), ..self.of_a }
     }
 
     /// Triangles of B's mesh, in B's units, seen from the orientation of `a`.
     #[inline(always)]
     pub fn triangles_of_b(&self, a: &Node, place: &Place, scale: f32) -> View {
         let scale = f32x4::splat(scale);
-        let to_a = transposed(a.rotation);
-        View { columns: per_axis!(k => times(&to_a, place.rotation[k]) * scale), ..self.of_b }
+        let columns = per_axis!(j => combined(per_axis!(i => place.rotation[i][j]), &a.rows) * scale);
+        View { columns, ..self.of_b }
     }
 }

@@ -119,7 +119,7 @@ impl Extent {
 pub(super) fn span<L: Lanes>(lanes: L, triangles: &Eight<L>, node: &Node) -> Span<L> {
     let [a, b, c] = triangles.corners();
     let ends = per_axis!(k => {
-        let axis = per_axis!(j => F8::splat(lanes, node.rotation[k].as_array()[j]));
+        let axis = per_axis!(j => F8::splat(lanes, node.rows[j].as_array()[k]));
         let (x, y, z) = (dot(axis, a), dot(axis, b), dot(axis, c));
         (x.min(y).min(z), x.max(y).max(z))
     });

@@ -128,8 +128,8 @@ impl<'n, L: Lanes> Siblings<'n, L> {
     #[inline(always)]
     fn of(lanes: L, node: &Node, children: &'n [Node]) -> Self {
         let last = children.len() - 1;
-        let columns = per_axis!(j => {
-            let [x, y, z, _] = F8::columns(lanes, per_lane!(i => children[i.min(last)].rotation[j].as_array()));
+        let rows = per_axis!(k => {
+            let [x, y, z, _] = F8::columns(lanes, per_lane!(i => children[i.min(last)].rows[k].as_array()));
             [x, y, z]
         });
         let (zero, one) = (F8::splat(lanes, 0.0), F8::splat(lanes, 1.0));
@@ -137,8 +137,8 @@ impl<'n, L: Lanes> Siblings<'n, L> {
         let other = per_lane!(i => f32::from(u8::from(children[i.min(last)].orientation != node.orientation)));
         let turned = zero.less(F8::load(lanes, &other));
         let rotation = per_axis!(i => {
-            let axis = per_axis!(k => F8::splat(lanes, node.rotation[i].as_array()[k]));
-            per_axis!(j => turned.select(dot(axis, columns[j]), identity[i][j]))
+            let axis = per_axis!(k => F8::splat(lanes, node.rows[k].as_array()[i]));
+            per_axis!(j => turned.select(dot(axis, per_axis!(k => rows[k][j])), identity[i][j]))
         });
         let absolute = per_axis!(i => per_axis!(j => rotation[i][j].abs()));
         Self { children, rotation, absolute }

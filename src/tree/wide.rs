@@ -24,8 +24,8 @@ pub(crate) struct Node {
     /// The node's own box.
     pub own_center: f32x4,
     pub own_half: f32x4,
-    /// The orientation: columns are the axes of the boxes, unit coordinates of the mesh.
-    pub rotation: [f32x4; 3],
+    /// The orientation, row by row: columns are the axes of the boxes, unit coordinates of the mesh.
+    pub rows: [f32x4; 3],
     /// Square root of the surface area of the own box.
     pub size: f32,
     /// Id of the orientation: equal ids mean equal orientations, 0 means the axes of the mesh.
@@ -69,7 +69,13 @@ impl Node {
     }
 
     pub fn rotation(&self) -> Mat3 {
-        Mat3::from_cols_array_2d(&self.rotation.map(xyz))
+        Mat3::from_cols_array_2d(&self.rows.map(xyz)).transpose()
+    }
+
+    /// An axis of the boxes.
+    #[inline(always)]
+    pub fn axis(&self, k: usize) -> [f32; 3] {
+        self.rows.map(|row| row.as_array()[k])
     }
 
     /// Half extents of the own box.
@@ -96,8 +102,8 @@ impl Node {
     /// The columns of the rotation.
     #[inline(always)]
     pub(super) fn axes(&self) -> Mat3A {
-        let [x, y, z] = self.rotation;
-        Mat3A::from_cols(xyz(x).into(), xyz(y).into(), xyz(z).into())
+        let [x, y, z] = self.rows;
+        Mat3A::from_cols(xyz(x).into(), xyz(y).into(), xyz(z).into()).transpose()
     }
 
     pub(super) fn orientation(&self) -> Orientation {
@@ -105,8 +111,8 @@ impl Node {
     }
 
     pub(super) fn set_orientation(&mut self, orientation: &Orientation) {
-        let Mat3A { x_axis, y_axis, z_axis } = orientation.rotation;
-        self.rotation = [x_axis, y_axis, z_axis].map(|axis| f32x4::new(axis.extend(0.0).to_array()));
+        let Mat3A { x_axis, y_axis, z_axis } = orientation.rotation.transpose();
+        self.rows = [x_axis, y_axis, z_axis].map(|axis| f32x4::new(axis.extend(0.0).to_array()));
         self.orientation = orientation.id;
     }
 }

@@ -11,7 +11,7 @@
 //! Each value has an error bound of its own lane, from the largest components `P`, `F`, `Q` of `p`, `f`, `q`; they are
 //! derived in `docs/numerics.md`. Coplanar and degenerate pairs always end in doubt.
 
-use crate::math::lanes::{Column, D8, F8, Lanes, V8, cross, dot, per_axis, per_part};
+use crate::math::lanes::{Column, D8, F8, Lanes, V8, all, cross, dot, per_axis, per_part};
 use crate::math::tolerance::ROUNDING;
 
 /// A triangle: first corner, two edges, and the rounding rest of the first corner, in rows of four.
@@ -23,18 +23,12 @@ pub(crate) struct Placement {
     /// Rotation times scale, row by row.
     pub linear: [[f64; 3]; 3],
     pub translation: [f64; 3],
+    /// The same as `linear`, for edges.
+    pub rotation: [[f32; 3]; 3],
     /// Bound on the error of a corner so placed, beyond its rounding to `f32`, A's units.
     pub slop: f32,
     /// The same for an edge of B, over [`ROUNDING`].
     pub edge_slop: f32,
-}
-
-impl Placement {
-    /// Rotation times scale, for edges.
-    #[inline(always)]
-    pub fn rotation(&self) -> [[f32; 3]; 3] {
-        per_axis!(k => per_axis!(j => self.linear[k][j] as f32))
-    }
 }
 
 /// One bit a lane.
@@ -73,21 +67,23 @@ impl Crossings {
     }
 }
 
-/// Tests `a[i]` against `b[i]` for the eight lanes; tells the crossings of hits, if they are wanted.
+/// Tests `a[i]` against `b[i]` for the lanes `i` that are `wanted`, a bit each, or for more; tells the crossings of hits, if they
+/// are wanted.
 #[inline(always)]
 // The last part could take them whole, as the lint says; the first cannot.
 #[allow(clippy::needless_option_as_deref)]
 pub(crate) fn test<L: Lanes>(
     lanes: L,
-    a: [&Rows; 8],
-    b: [&Rows; 8],
+    wanted: u32,
+    [a, b]: [[&Rows; 8]; 2],
     placement: &Placement,
     mut crossings: Option<&mut Crossings>,
 ) -> Verdicts {
     let mut verdicts = Verdicts::NONE;
-    let rotation = placement.rotation();
     per_part!(lanes: L, part => {
-        verdicts.add(test_part(part, [a, b], placement, &rotation, crossings.as_deref_mut()));
+        if L::IS_WHOLE || wanted & all(part) != 0 {
+            verdicts.add(test_part(part, [a, b], placement, crossings.as_deref_mut()));
+        }
     });
     verdicts
 }
@@ -97,24 +93,24 @@ fn test_part<L: Lanes>(
     lanes: L,
     [a, b]: [[&Rows; 8]; 2],
     placement: &Placement,
-    rotation: &[[f32; 3]; 3],
     crossings: Option<&mut Crossings>,
 ) -> Verdicts {
     let a = Transposed::new(lanes, a);
+    let a = L::settled(&a);
     let b = Transposed::new(lanes, b);
-    let q = first_corner(lanes, &a, &b, placement);
-    let (p1, p2) = (a.edge1, a.edge2);
-    let (f1, f2) = (rotate(lanes, rotation, b.edge1), rotate(lanes, rotation, b.edge2));
+    let b = L::settled(&b);
+    let q = first_corner(lanes, a, b, placement);
+    let (f1, f2) = (rotate(lanes, &placement.rotation, b.edge1), rotate(lanes, &placement.rotation, b.edge2));
 
     // Absolute errors, of corners and edges, count as if the component were as much larger as it takes to explain them by one
     // rounding.
     let sizes = [
-        largest(p1).max(largest(p2)) + F8::splat(lanes, EDGE_SLOP),
+        largest(a.edge1).max(largest(a.edge2)) + F8::splat(lanes, EDGE_SLOP),
         largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_slop),
         largest(q) + F8::splat(lanes, placement.slop * (1.0 / ROUNDING)),
     ];
     let bounds = Bounds::new(sizes, ROUNDING, F8::splat(lanes, UNDERFLOW));
-    certain([p1, p2], [f1, f2], q, &bounds, crossings)
+    certain([a.edge1, a.edge2], [f1, f2], q, L::settled(&bounds), crossings)
 }
 
 /// What is certain of eight pairs, with edges `p` of A and `f` of B, first corner `q` of B, relative to that of A.
@@ -128,7 +124,6 @@ pub(super) fn certain<N: Column>(
 ) -> Verdicts {
     let normal_a = cross(p1, p2);
     let normal_b = cross(f1, f2);
-    let (x1, x2) = (cross(q, f1), cross(q, f2));
 
     let (g1, g2) = (dot(normal_a, f1), dot(normal_a, f2));
     let (w1, w2) = (dot(normal_b, p1), dot(normal_b, p2));
@@ -136,6 +131,7 @@ pub(super) fn certain<N: Column>(
     let (of_b, of_a) = ([a0, a0 + g1, a0 + g2], [b0, b0 + w1, b0 + w2]);
 
     // Products of edge lines: rows are the edges of A, columns those of B, both in turn 01, 12, 20.
+    let (x1, x2) = (cross(q, f1), cross(q, f2));
     let (u11, u12, u21, u22) = (dot(p1, x1), dot(p1, x2), dot(p2, x1), dot(p2, x2));
     let (v1, v2) = (u12 - u11 + w1, u22 - u21 + w2);
     let middle = (v2 - v1 + (g2 - g1)).times(MIDDLE);
@@ -152,7 +148,8 @@ pub(super) fn certain<N: Column>(
             *bits |= hit.mask();
         }
     }
-    let one_side = Range::of(of_b).same(bounds.plane_a).or(Range::of(of_a).same(bounds.plane_b));
+    // Two edges have all three corners.
+    let one_side = x.same.and(y.same).or(u.same.and(v.same));
     let (hit, miss) = (hit.mask(), miss.or(one_side).mask());
     Verdicts { hit, doubt: !(hit | miss) & 0xff }
 }
@@ -248,16 +245,22 @@ impl<N: Column> Range<N> {
         Self { low: x.min(y).min(z), high: x.max(y).max(z) }
     }
 
+    /// How far all are on one side of 0; less than 0 where they are on both, by the shorter way to one of them.
+    #[inline(always)]
+    fn aside(self) -> N {
+        self.low.max(-self.high)
+    }
+
     /// All certainly positive, or all certainly negative, for values off by less than `bound`.
     #[inline(always)]
     pub fn same(self, bound: N) -> N {
-        bound.less(self.low).or(self.high.less(-bound))
+        bound.less(self.aside())
     }
 
     /// One certainly positive, another certainly negative.
     #[inline(always)]
     pub fn mixed(self, bound: N) -> N {
-        bound.less(self.high).and(self.low.less(-bound))
+        self.aside().less(-bound)
     }
 }
 
@@ -265,12 +268,14 @@ impl<N: Column> Range<N> {
 struct Edge<N> {
     hit: N,
     miss: N,
+    /// Both ends are on one side of its plane.
+    same: N,
 }
 
 /// An edge whose ends have the given distances from the plane and whose line passes the three edges at the given sides.
 #[inline(always)]
 fn edge<N: Column>([start, end]: [N; 2], plane: N, sides: [N; 3], line: N) -> Edge<N> {
     let ends = Range { low: start.min(end), high: start.max(end) };
-    let sides = Range::of(sides);
-    Edge { hit: ends.mixed(plane).and(sides.same(line)), miss: ends.same(plane).or(sides.mixed(line)) }
+    let (sides, same) = (Range::of(sides), ends.same(plane));
+    Edge { hit: ends.mixed(plane).and(sides.same(line)), miss: same.or(sides.mixed(line)), same }
 }

@@ -15,6 +15,17 @@ type F<const N: usize> = [f32x4; N];
 type D<const N: usize> = [[f64x2; 2]; N];
 type Q = [f64x2; 2];
 
+/// The bits that are set in each byte: SSE2 has no instruction for that.
+const COUNTS: [u8; 256] = {
+    let mut counts = [0; 256];
+    let mut byte = 1;
+    while byte < 256 {
+        counts[byte] = counts[byte / 2] + byte as u8 % 2;
+        byte += 1;
+    }
+    counts
+};
+
 #[inline(always)]
 fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> [T; N] {
     core::array::from_fn(|i| f(a[i], b[i]))
@@ -64,6 +75,14 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     #[inline(always)]
     fn parts(self) -> (Self::Low, Self::High) {
         (Quads {}, Quads {})
+    }
+    #[inline(always)]
+    fn settled<T>(x: &T) -> &T {
+        core::hint::black_box(x)
+    }
+    #[inline(always)]
+    fn count(self, bits: u32) -> u32 {
+        COUNTS[bits as usize % 256].into()
     }
     #[inline(always)]
     fn splat(self, x: f32) -> F<N> {

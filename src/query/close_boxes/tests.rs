@@ -3,7 +3,7 @@ use crate::math::Pose;
 use crate::math::random::Random;
 use crate::mesh::Mesh;
 use crate::tree::Tree;
-use glam::DQuat;
+use glam::{DMat3, DQuat};
 
 fn vector(random: &mut Random) -> DVec3 {
     DVec3::from_array(core::array::from_fn(|_| random.between(-1.0, 1.0)))
@@ -79,7 +79,8 @@ fn boxes_with_a_common_point_are_never_parted() {
             let views = Views::between(a, b, relation);
             assert!(gap(a, b, &views, relation) <= 0.0, "case {case}");
             let off = *normal + 1e-6 * vector(&mut random);
-            for direction in [*normal, off, wide(a.rotation[0]), wide(a.rotation[1]), wide(a.rotation[2])] {
+            let DMat3 { x_axis, y_axis, z_axis } = a.rotation().as_dmat3();
+            for direction in [*normal, off, x_axis, y_axis, z_axis] {
                 assert!(gap_of([a, b], relation, direction, ROUNDING) <= 0.0, "case {case}");
                 for (count, part) in without.iter_mut().zip([0.0, 1.0 / 16.0, 1.0 / 8.0]) {
                     *count += usize::from(gap_of([a, b], relation, direction, part * ROUNDING) > 0.0);

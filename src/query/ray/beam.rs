@@ -7,7 +7,6 @@
 use crate::math::Ray;
 use crate::math::lanes::{Column, F8, Lanes, per_axis};
 use crate::math::tolerance::ROUNDING;
-use crate::query::views::transposed;
 use crate::tree::{Node, Unit, WIDTH, power_of_two};
 use crate::triangle::ray::Aim;
 use crate::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
@@ -121,9 +120,8 @@ impl Beam {
     /// Seen along the axes of a node's boxes: the origin, and one over the direction.
     #[inline(always)]
     fn seen(&self, node: &Node) -> [f32x4; 2] {
-        let rows = transposed(node.rotation);
         let seen = |v: [f32; 3]| {
-            let [x, y, z] = per_axis!(k => rows[k] * f32x4::splat(v[k]));
+            let [x, y, z] = per_axis!(k => node.rows[k] * f32x4::splat(v[k]));
             x + y + z
         };
         let direction = seen(self.shaft.direction);

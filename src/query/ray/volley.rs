@@ -5,7 +5,7 @@ use super::beam::{Beam, CUBE_MARGIN, LARGEST_SLOP, LEAST_COMPONENT, MARGIN, NEAR
 use crate::math::Ray;
 use crate::math::lanes::{Column, D8, F8, Lanes, V8, per_axis, per_lane};
 use crate::query::expand::transposed;
-use crate::tree::{Node, Tree, Unit, WIDTH, power_of_two, xyz};
+use crate::tree::{Node, Tree, Unit, WIDTH, power_of_two};
 use crate::triangle::ray::EXPONENTS;
 use crate::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
 
@@ -139,9 +139,9 @@ impl<L: Lanes> Volley<L> {
     fn enter(&self, root: &Node) -> ([[f32; WIDTH]; WIDTH], [u8; WIDTH]) {
         let splat = |x: f32| F8::splat(self.lanes, x);
         let seen = |v: &V8<L>, axis: [f32; 3]| v[0] * splat(axis[0]) + v[1] * splat(axis[1]) + v[2] * splat(axis[2]);
-        let origin = per_axis!(k => seen(&self.origin, xyz(root.rotation[k])));
+        let origin = per_axis!(k => seen(&self.origin, root.axis(k)));
         let inverse = per_axis!(k => {
-            let direction = seen(&self.direction, xyz(root.rotation[k]));
+            let direction = seen(&self.direction, root.axis(k));
             (splat(1.0) / direction.abs().max(splat(LEAST_COMPONENT))).or(direction.and(splat(-0.0)))
         });
         let mut missed = [u8::MAX; WIDTH];

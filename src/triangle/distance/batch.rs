@@ -78,12 +78,12 @@ impl<L: Lanes> Pair<L> {
         let (a, b) = (Transposed::new(lanes, a), Transposed::new(lanes, b));
         let q = first_corner(lanes, &a, &b, placement);
         let p = [a.edge1, a.edge2];
-        let rotation = placement.rotation();
-        let f = [rotate(lanes, &rotation, b.edge1), rotate(lanes, &rotation, b.edge2)];
+        let rotation = &placement.rotation;
+        let f = [rotate(lanes, rotation, b.edge1), rotate(lanes, rotation, b.edge2)];
         let (reach_p, reach_f, reach_b) = (reach(p), reach(f), reach([b.edge1, b.edge2]));
         let absolute = F8::splat(lanes, placement.slop + ROUNDING * (placement.edge_slop + EDGE_SLOP));
         let error = per_axis!(k => {
-            let turned = dot(per_axis!(j => F8::splat(lanes, (placement.linear[k][j] as f32).abs())), reach_b);
+            let turned = dot(per_axis!(j => F8::splat(lanes, rotation[k][j].abs())), reach_b);
             (reach_p[k] + q[k].abs()) * F8::splat(lanes, 2.51 * ROUNDING)
                 + (reach_f[k] + turned) * F8::splat(lanes, 3.52 * ROUNDING)
                 + absolute
