@@ -307,12 +307,14 @@ impl<'t> Query<'t> {
         if are_apart || self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
-        let roots = Pair::new(0, 0);
-        let paths = (1u32 << workspace.witnesses.len()) - 1;
-        if !strategy.queues() {
-            workspace.front.push(roots);
-        } else if !workspace.front.follow(roots, paths as u16) {
-            workspace.front.queue(roots, 0.0, 0, true);
+        if strategy.queues() {
+            let (roots, paths) = (Pair::new(0, 0), (1u32 << workspace.witnesses.len()) - 1);
+            if !workspace.front.follow(roots, paths as u16) {
+                workspace.front.queue(roots, 0.0, 0, true);
+            }
+        } else {
+            // Made where it is stored: copied in one piece, it would have to wait until the pieces are in the cache.
+            workspace.front.push(Pair::new(0, 0));
         }
         // Where triangles met last, others near them are likely to meet now: they are visited first.
         if let Some(&[x, y]) = workspace.waiting.as_slice().first() {
