@@ -84,7 +84,7 @@ use crate::model::confidence::DEFAULT_PRIOR;
 use crate::tree::Tree;
 use certificate::Place;
 use intersection::{Intersection, Overlapping};
-use lone::Lone;
+use lone::{Lone, Placing};
 use memory::{Before, WITNESSES};
 use queue::Pair;
 use strategy::WarmStart;
@@ -355,7 +355,8 @@ impl<'t> Query<'t> {
             } else {
                 &Relation::BLIND
             };
-            let question = Intersection { options, opener: &Lone::new(trees, &self.b_in_a) };
+            let lone = workspace.instructions.run(Placing { trees, b_in_a: &self.b_in_a });
+            let question = Intersection { options, opener: &lone };
             Traversal::new(question, trees, &self.b_in_a, relation, workspace, deadline).advance()
         } else {
             let relation = Relation::new(self.a, self.b, &self.b_in_a);
