@@ -143,10 +143,17 @@ pub(crate) trait Lanes: Copy {
     fn and_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
     fn abs_q(self, a: Self::Q) -> Self::Q;
     fn mask_q(self, a: Self::Q) -> u32;
+    fn max_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
+    fn min_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
+    fn inverse_root_q(self, a: Self::Q) -> Self::Q;
+    fn narrow_q(self, a: Self::Q) -> f32x4;
     fn turn_q(self, a: Self::Q) -> Self::Q;
     fn spread_q(self, a: Self::Q, k: usize) -> Self::Q;
     fn select_q(self, mask: Self::Q, a: Self::Q, b: Self::Q) -> Self::Q;
 }
+
+/// The bits of `x^(-1/2)` are about this less half those of `x`; so chosen that the result is never too large.
+const INVERSE_ROOT: u64 = 0x5fe6_1800_0000_0000;
 
 /// The lanes that an instruction set has, a bit each.
 #[inline(always)]
@@ -295,6 +302,24 @@ impl<L: Lanes> D4<L> {
     pub fn store(self) -> [f64; 4] {
         self.1.store_q(self.0)
     }
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        Self(self.1.max_q(self.0, other.0), self.1)
+    }
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        Self(self.1.min_q(self.0, other.0), self.1)
+    }
+    /// What the inverse of the root is at least, and no more than 7 % less, of positive normal numbers: in a few cycles, where a
+    /// root and a quotient take forty.
+    #[inline(always)]
+    pub fn inverse_root(self) -> Self {
+        Self(self.1.inverse_root_q(self.0), self.1)
+    }
+    #[inline(always)]
+    pub fn narrow(self) -> f32x4 {
+        self.1.narrow_q(self.0)
+    }
     /// All ones where `self < other`; never where one of them is no number.
     #[inline(always)]
     pub fn less(self, other: Self) -> Self {
@@ -409,12 +434,12 @@ pub(crate) fn sub<N: Column>(a: [N; 3], b: [N; 3]) -> [N; 3] {
 }
 
 #[inline(always)]
-pub(crate) fn dot<N: Column>(a: [N; 3], b: [N; 3]) -> N {
+pub(crate) fn dot<N: Copy + Add<Output = N> + Mul<Output = N>>(a: [N; 3], b: [N; 3]) -> N {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-pub(crate) fn cross<N: Column>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+pub(crate) fn cross<N: Copy + Sub<Output = N> + Mul<Output = N>>(a: [N; 3], b: [N; 3]) -> [N; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

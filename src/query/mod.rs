@@ -84,7 +84,7 @@ use crate::model::confidence::DEFAULT_PRIOR;
 use crate::tree::Tree;
 use certificate::Place;
 use intersection::{Intersection, Overlapping};
-use lone::Lone;
+use lone::{Lone, Placing};
 use memory::{Before, WITNESSES};
 use queue::Pair;
 use strategy::WarmStart;
@@ -307,12 +307,14 @@ impl<'t> Query<'t> {
         if are_apart || self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
-        let roots = Pair::new(0, 0);
-        let paths = (1u32 << workspace.witnesses.len()) - 1;
-        if !strategy.queues() {
-            workspace.front.push(roots);
-        } else if !workspace.front.follow(roots, paths as u16) {
-            workspace.front.queue(roots, 0.0, 0, true);
+        if strategy.queues() {
+            let (roots, paths) = (Pair::new(0, 0), (1u32 << workspace.witnesses.len()) - 1);
+            if !workspace.front.follow(roots, paths as u16) {
+                workspace.front.queue(roots, 0.0, 0, true);
+            }
+        } else {
+            // Made where it is stored: copied in one piece, it would have to wait until the pieces are in the cache.
+            workspace.front.push(Pair::new(0, 0));
         }
         // Where triangles met last, others near them are likely to meet now: they are visited first.
         if let Some(&[x, y]) = workspace.waiting.as_slice().first() {
@@ -353,7 +355,8 @@ impl<'t> Query<'t> {
             } else {
                 &Relation::BLIND
             };
-            let question = Intersection { options, opener: &Lone::new(trees, &self.b_in_a) };
+            let lone = workspace.instructions.run(Placing { trees, b_in_a: &self.b_in_a });
+            let question = Intersection { options, opener: &lone };
             Traversal::new(question, trees, &self.b_in_a, relation, workspace, deadline).advance()
         } else {
             let relation = Relation::new(self.a, self.b, &self.b_in_a);

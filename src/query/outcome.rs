@@ -4,6 +4,7 @@ use crate::model::cost::{Counts, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_P
 use crate::names::{UnknownName, named};
 use core::fmt;
 use core::str::FromStr;
+use core::sync::atomic::{Ordering, compiler_fence};
 use core::time::Duration;
 
 /// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
@@ -128,8 +129,10 @@ impl Stats {
 
     #[inline(always)]
     pub(super) fn clear(&mut self) {
-        (self.bv_tests, self.primitive_tests, self.exact_tests, self.work) = (0, 0, 0, 0);
         self.bv_tests_per_level = [0; LEVELS];
+        // All together would be a call of `memset`, whose wide stores take 20 ns in some processes.
+        compiler_fence(Ordering::SeqCst);
+        (self.bv_tests, self.primitive_tests, self.exact_tests, self.work) = (0, 0, 0, 0);
         (self.queue_peak, self.elapsed) = (0, None);
     }
 

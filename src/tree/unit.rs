@@ -70,7 +70,7 @@ impl Unit {
     }
 
     /// What the distance from the origin is multiplied with.
-    pub(super) fn scale(&self) -> f64 {
+    pub(crate) fn scale(&self) -> f64 {
         power_of_two(-self.exponent)
     }
 }

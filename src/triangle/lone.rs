@@ -48,17 +48,27 @@ impl Placed {
 /// is, where the bounds of [`Placed`] grow with it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Prism {
-    /// By component: the normal and the directions outward across the sides, of length 1, then what is of no matter here.
-    pub vectors: [[f32; 8]; 3],
+    /// By component: the directions outward across the sides and the normal, of length 1 or a little less.
+    pub directions: [[f32; 4]; 3],
     /// The middle of the triangle along its normal.
     pub middle: f32,
-    /// How far it may reach from there, and outward across its sides.
+    /// How far it may reach outward across its sides, and from the middle along its normal.
     pub reach: [f32; 4],
     /// How much less it certainly reaches.
     pub slack: f32,
+    /// Whether some of the other mesh may be beyond a side.
+    pub has_sides: bool,
+    /// Whether the triangle is no sliver: then what passes through the room passes through it.
+    pub is_whole: bool,
 }
 
+/// The place of the normal among the directions.
+pub(crate) const NORMAL: usize = 3;
+
 impl Prism {
+    pub const NONE: Self =
+        Self { directions: [[0.0; 4]; 3], middle: 0.0, reach: [0.0; 4], slack: 0.0, has_sides: false, is_whole: false };
+
     /// Triangles that certainly pass through the triangle because they are in its room and on both sides of its plane, and those
     /// that are certainly beyond its plane or one of its sides.
     #[inline(always)]
@@ -67,18 +77,20 @@ impl Prism {
         per_part!(lanes: L, part => {
             let Transposed { first, edge1, edge2, .. } = Transposed::new(part, others);
             let corners = [first, per_axis!(k => first[k] + edge1[k]), per_axis!(k => first[k] + edge2[k])];
-            let reach = F8::splat(part, self.reach[0]);
-            let along = self.along(part, 0, &corners);
+            let reach = F8::splat(part, self.reach[NORMAL]);
+            let along = self.along(part, NORMAL, &corners);
             let middle = F8::splat(part, self.middle);
             let along = Range { low: along.low - middle, high: along.high - middle };
             let (mut hit, mut miss) = (along.mixed(reach), along.same(reach));
-            let [x, y, z] = per_axis!(i => {
-                let across = self.along(part, i + 1, &corners);
-                let reach = F8::splat(part, self.reach[i + 1]);
-                (across.high.less(reach - F8::splat(part, self.slack)), reach.less(across.low))
-            });
-            hit = hit.and(x.0).and(y.0).and(z.0);
-            miss = miss.or(x.1).or(y.1).or(z.1);
+            if self.has_sides {
+                let [x, y, z] = per_axis!(i => {
+                    let across = self.along(part, i, &corners);
+                    let reach = F8::splat(part, self.reach[i]);
+                    (across.high.less(reach - F8::splat(part, self.slack)), reach.less(across.low))
+                });
+                hit = hit.and(x.0).and(y.0).and(z.0);
+                miss = miss.or(x.1).or(y.1).or(z.1);
+            }
             verdicts.add(Verdicts { hit: hit.mask(), doubt: !(hit.mask() | miss.mask()) & 0xff });
         });
         verdicts
@@ -86,7 +98,7 @@ impl Prism {
 
     #[inline(always)]
     fn along<L: Lanes>(&self, lanes: L, i: usize, corners: &[[F8<L>; 3]; 3]) -> Range<F8<L>> {
-        let direction = per_axis!(k => F8::splat(lanes, self.vectors[k][i]));
+        let direction = per_axis!(k => F8::splat(lanes, self.directions[k][i]));
         Range::of(per_axis!(j => dot(direction, corners[j])))
     }
 }

@@ -1,6 +1,6 @@
 //! Eight lanes of AVX2.
 
-use super::{Kernel, Lanes};
+use super::{INVERSE_ROOT, Kernel, Lanes};
 use core::arch::x86_64::{__m128, __m256, __m256d, __m256i};
 use pulp::{NullaryFnOnce, cast};
 use wide::f32x4;
@@ -50,7 +50,8 @@ impl Lanes for Avx2 {
     lanewise!(add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps, max _mm256_max_ps, min _mm256_min_ps,
         and _mm256_and_ps, or _mm256_or_ps; add_d _mm256_add_pd, sub_d _mm256_sub_pd, mul_d _mm256_mul_pd, div_d _mm256_div_pd,
         max_d _mm256_max_pd, min_d _mm256_min_pd, and_d _mm256_and_pd, or_d _mm256_or_pd;
-        add_q _mm256_add_pd, sub_q _mm256_sub_pd, mul_q _mm256_mul_pd, and_q _mm256_and_pd);
+        add_q _mm256_add_pd, sub_q _mm256_sub_pd, mul_q _mm256_mul_pd, and_q _mm256_and_pd,
+        max_q _mm256_max_pd, min_q _mm256_min_pd);
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
@@ -173,6 +174,15 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn store_q(self, x: __m256d) -> [f64; 4] {
         cast(x)
+    }
+    #[inline(always)]
+    fn inverse_root_q(self, a: __m256d) -> __m256d {
+        let half = self.avx2._mm256_srli_epi64::<1>(cast(a));
+        cast(self.avx2._mm256_sub_epi64(self.avx._mm256_set1_epi64x(INVERSE_ROOT as i64), half))
+    }
+    #[inline(always)]
+    fn narrow_q(self, a: __m256d) -> f32x4 {
+        cast(self.avx._mm256_cvtpd_ps(a))
     }
     #[inline(always)]
     fn less_q(self, a: __m256d, b: __m256d) -> __m256d {

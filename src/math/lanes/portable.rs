@@ -1,6 +1,6 @@
 //! Eight lanes as pairs of 4-lane vectors, and four of them.
 
-use super::{Kernel, Lanes};
+use super::{INVERSE_ROOT, Kernel, Lanes};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 use wide::{f32x4, f64x2};
 
@@ -61,7 +61,8 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     lanewise!(add Add::add, sub Sub::sub, mul Mul::mul, div Div::div, max f32x4::fast_max, min f32x4::fast_min,
         and BitAnd::bitand, or BitOr::bitor, less |a, b| a.simd_lt(b); add_d Add::add, sub_d Sub::sub, mul_d Mul::mul,
         div_d Div::div, max_d f64x2::fast_max, min_d f64x2::fast_min, and_d BitAnd::bitand, or_d BitOr::bitor,
-        less_d |a, b| a.simd_lt(b); add_q Add::add, sub_q Sub::sub, mul_q Mul::mul, and_q BitAnd::bitand, less_q |a, b| a.simd_lt(b));
+        less_d |a, b| a.simd_lt(b); add_q Add::add, sub_q Sub::sub, mul_q Mul::mul, max_q f64x2::fast_max,
+        min_q f64x2::fast_min, and_q BitAnd::bitand, less_q |a, b| a.simd_lt(b));
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
@@ -177,6 +178,14 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     fn store_q(self, x: Q) -> [f64; 4] {
         let [[a, b], [c, d]] = x.map(f64x2::to_array);
         [a, b, c, d]
+    }
+    #[inline(always)]
+    fn inverse_root_q(self, a: Q) -> Q {
+        self.load_q(&self.store_q(a).map(|x| f64::from_bits(INVERSE_ROOT - (x.to_bits() >> 1))))
+    }
+    #[inline(always)]
+    fn narrow_q(self, a: Q) -> f32x4 {
+        f32x4::new(self.store_q(a).map(|x| x as f32))
     }
     #[inline(always)]
     fn abs_q(self, a: Q) -> Q {
