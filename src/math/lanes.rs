@@ -8,11 +8,13 @@
 mod across;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+mod four;
 mod portable;
 
 pub(crate) use across::{greatest, least, sums};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use avx2::Avx2;
+pub(crate) use four::D4;
 pub(crate) use portable::Portable;
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
@@ -280,81 +282,6 @@ impl<L: Lanes> D8<L> {
     }
 }
 
-/// Four `f64` of the instruction set `L`: what is done one at a time.
-#[derive(Clone, Copy)]
-pub(crate) struct D4<L: Lanes>(L::Q, L);
-
-#[allow(clippy::inline_always)]
-impl<L: Lanes> D4<L> {
-    #[inline(always)]
-    pub fn splat(lanes: L, x: f64) -> Self {
-        Self(lanes.load_q(&[x; 4]), lanes)
-    }
-    #[inline(always)]
-    pub fn load(lanes: L, x: &[f64; 4]) -> Self {
-        Self(lanes.load_q(x), lanes)
-    }
-    #[inline(always)]
-    pub fn lanes(self) -> L {
-        self.1
-    }
-    #[inline(always)]
-    pub fn store(self) -> [f64; 4] {
-        self.1.store_q(self.0)
-    }
-    #[inline(always)]
-    pub fn max(self, other: Self) -> Self {
-        Self(self.1.max_q(self.0, other.0), self.1)
-    }
-    #[inline(always)]
-    pub fn min(self, other: Self) -> Self {
-        Self(self.1.min_q(self.0, other.0), self.1)
-    }
-    /// What the inverse of the root is at least, and no more than 7 % less, of positive normal numbers: in a few cycles, where a
-    /// root and a quotient take forty.
-    #[inline(always)]
-    pub fn inverse_root(self) -> Self {
-        Self(self.1.inverse_root_q(self.0), self.1)
-    }
-    #[inline(always)]
-    pub fn narrow(self) -> f32x4 {
-        self.1.narrow_q(self.0)
-    }
-    /// All ones where `self < other`; never where one of them is no number.
-    #[inline(always)]
-    pub fn less(self, other: Self) -> Self {
-        Self(self.1.less_q(self.0, other.0), self.1)
-    }
-    #[inline(always)]
-    pub fn and(self, other: Self) -> Self {
-        Self(self.1.and_q(self.0, other.0), self.1)
-    }
-    #[inline(always)]
-    pub fn abs(self) -> Self {
-        Self(self.1.abs_q(self.0), self.1)
-    }
-    /// The sign of each lane, or whether it is all ones: one bit a lane, lane 0 lowest.
-    #[inline(always)]
-    pub fn mask(self) -> u32 {
-        self.1.mask_q(self.0)
-    }
-    /// Lanes 1, 2, 0 and 3.
-    #[inline(always)]
-    pub fn turned(self) -> Self {
-        Self(self.1.turn_q(self.0), self.1)
-    }
-    /// Lane `k`, in all of them.
-    #[inline(always)]
-    pub fn spread(self, k: usize) -> Self {
-        Self(self.1.spread_q(self.0, k), self.1)
-    }
-    /// `a` where this mask is all ones, `b` where it is all zeros.
-    #[inline(always)]
-    pub fn select(self, a: Self, b: Self) -> Self {
-        Self(self.1.select_q(self.0, a.0, b.0), self.1)
-    }
-}
-
 macro_rules! operators {
     ($type:ident: $($trait:ident $verb:ident $call:ident),*) => { $(
         impl<L: Lanes> $trait for $type<L> {
@@ -366,9 +293,9 @@ macro_rules! operators {
         }
     )* };
 }
+pub(crate) use operators;
 operators!(F8: Add add add, Sub sub sub, Mul mul mul, Div div div);
 operators!(D8: Add add add_d, Sub sub sub_d, Mul mul mul_d, Div div div_d);
-operators!(D4: Add add add_q, Sub sub sub_q, Mul mul mul_q);
 
 /// Eight numbers or masks of one precision: what kernels use that are the same in both.
 #[allow(clippy::inline_always)]

@@ -140,7 +140,7 @@ impl Query<'_> {
         let run = &workspace.run;
         run.holds(&self.key())?;
         let summary = FrontSummary {
-            bv_tests: run.bv_tests() as f64,
+            bv_tests: run.stats.bv_tests_of_levels() as f64,
             triangle_tests: run.stats.primitive_tests as f64,
             found: run.found as f64,
             followed: workspace.march.followed as f64,

@@ -136,6 +136,14 @@ impl Stats {
         (self.queue_peak, self.elapsed) = (0, None);
     }
 
+    /// `bv_tests` while a query runs, which only counts by level.
+    pub(super) fn bv_tests_of_levels(&self) -> u64 {
+        // Four sums, of which none waits for the others.
+        let (fours, _) = self.bv_tests_per_level.as_chunks::<4>();
+        let [a, b, c, d] = fours.iter().fold([0; 4], |sums, four| core::array::from_fn(|i| sums[i] + four[i]));
+        (a + b) + (c + d)
+    }
+
     /// The counts that time depends on; node pairs that were opened stand for box updates, and so does all other work, as of
     /// tests on edge axes and of steps along curves.
     pub fn counts(&self) -> Counts {

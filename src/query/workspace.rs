@@ -113,14 +113,6 @@ impl Run {
         }
     }
 
-    /// BV tests of all levels.
-    pub fn bv_tests(&self) -> u64 {
-        // Four sums, of which none waits for the others.
-        let (fours, _) = self.stats.bv_tests_per_level.as_chunks::<4>();
-        let [a, b, c, d] = fours.iter().fold([0; 4], |sums, four| core::array::from_fn(|i| sums[i] + four[i]));
-        (a + b) + (c + d)
-    }
-
     /// What is known when the query ends for this reason.
     pub fn verdict(&self, stop: StopReason) -> Verdict {
         match (self.witness, stop) {
@@ -315,7 +307,7 @@ impl Workspace {
     }
 
     pub(crate) fn bv_tests(&self) -> u64 {
-        self.run.bv_tests()
+        self.run.stats.bv_tests_of_levels()
     }
 
     pub(crate) fn found(&self) -> u64 {
@@ -351,7 +343,7 @@ impl Workspace {
     /// What the last query has done.
     #[inline]
     pub(super) fn stats(&self) -> Stats {
-        Stats { bv_tests: self.run.bv_tests(), queue_peak: self.front.peak(), ..self.run.stats }
+        Stats { bv_tests: self.run.stats.bv_tests_of_levels(), queue_peak: self.front.peak(), ..self.run.stats }
     }
 
     /// Whether nothing is left open.

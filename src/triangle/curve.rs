@@ -14,7 +14,7 @@
 //! tell what follows.
 
 use super::exact::{LARGEST, PADDING};
-use crate::math::lanes::{D4, Lanes, per_axis, unrolled};
+use crate::math::lanes::{D4, Lanes, cross, dot, per_axis, unrolled};
 use core::hint::select_unpredictable;
 use glam::DVec3;
 
@@ -40,16 +40,6 @@ impl Side {
 #[inline(always)]
 fn load<L: Lanes>(lanes: L, rows: &[Row; 3]) -> [D4<L>; 3] {
     per_axis!(k => D4::load(lanes, &rows[k].0))
-}
-
-#[inline(always)]
-fn cross<L: Lanes>(a: [D4<L>; 3], b: [D4<L>; 3]) -> [D4<L>; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-#[inline(always)]
-fn dot<L: Lanes>(a: [D4<L>; 3], b: [D4<L>; 3]) -> D4<L> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// An edge of the triangle on one side that certainly crosses the triangle on the other.
