@@ -116,6 +116,8 @@ pub(crate) trait Lanes: Copy {
     fn halves(self, x: Self::F) -> [f32x4; 2];
     /// Entry `k` of each half, in all of that half.
     fn spread(self, x: Self::F, k: usize) -> Self::F;
+    /// Entries 1, 2, 0 and 3 of each half.
+    fn turn(self, x: Self::F) -> Self::F;
     /// Rows to columns, each half for itself.
     fn transpose(self, rows: [Self::F; 4]) -> [Self::F; 4];
 
@@ -225,6 +227,11 @@ impl<L: Lanes> F8<L> {
     #[inline(always)]
     pub fn spread(self, k: usize) -> Self {
         Self(self.1.spread(self.0, k), self.1)
+    }
+    /// Entries 1, 2, 0 and 3 of each half.
+    #[inline(always)]
+    pub fn turned(self) -> Self {
+        Self(self.1.turn(self.0), self.1)
     }
     /// Rows to columns, each half for itself.
     #[inline(always)]

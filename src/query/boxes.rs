@@ -51,14 +51,8 @@ impl<L: Lanes> Boxes<L> {
     /// The boxes around these along the axes of the other side.
     #[inline(always)]
     pub(super) fn seen(&self, lanes: L, view: &View) -> Self {
-        self.seen_within(lanes, view, view.margin.as_array()[0])
-    }
-
-    /// The same with another margin.
-    #[inline(always)]
-    pub(super) fn seen_within(&self, lanes: L, view: &View, margin: f32) -> Self {
         let m = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
-        let margin = F8::splat(lanes, margin);
+        let margin = F8::splat(lanes, view.margin.as_array()[0]);
         Self {
             center: per_axis!(k => dot(m[k], self.center) + F8::splat(lanes, view.origin.as_array()[k])),
             half: per_axis!(k => dot(per_axis!(j => m[k][j].abs()), self.half) + margin),
@@ -157,6 +151,9 @@ pub(super) type Keys = [[f32; WIDTH]; WIDTH];
 pub(super) trait BoxTest {
     /// Whether overlap alone is asked: then edge axes part, and keys are depths.
     const IS_OVERLAP: bool;
+
+    /// Whether kernels read the views that they are given.
+    const READS_VIEWS: bool = true;
 
     /// Whether two clusters are opened as other nodes are.
     const OPENS_CLUSTERS_ALIKE: bool = Self::IS_OVERLAP;

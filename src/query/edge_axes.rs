@@ -4,7 +4,7 @@
 //! need not be a unit vector. The proof of the margins is in `docs/numerics.md`, "Edge axes".
 
 use super::views::{Relation, View, yzx, zxy};
-use crate::math::lanes::per_axis;
+use crate::math::lanes::{Column, F8, Lanes, per_axis};
 use crate::tree::{Node, xyz};
 use wide::f32x4;
 
@@ -33,20 +33,37 @@ fn apart(a: (f32x4, f32x4), b: (f32x4, f32x4), of_b: &View, skew: f32) -> bool {
     (x | y | z).any()
 }
 
-/// Whether an edge axis parts, on the same side, the own box of a node of A from a box that lies as two views say, and is off
-/// by no more than `margin` in between. The length of an axis is 1 at most.
+/// Whether an edge axis parts, on the same side at two places, the own box of a node of A from a box of B, and by more than
+/// `margin`; `apart` is from the middle of the former to that of the latter. The length of an axis is 1 at most.
 #[inline(always)]
-pub(super) fn part_at_both(a: &Node, b: (f32x4, f32x4), of_b: [&View; 2], skew: f32, margin: f32) -> bool {
-    let [first, last] = of_b;
-    let (d, e) = (across(first, first.point(b.0) - a.own_center), across(last, last.point(b.0) - a.own_center));
-    let r = reach(a.own_half + first.margin, b.1, first, skew);
-    let s = reach(a.own_half + last.margin, b.1, last, skew);
-    let margin = f32x4::splat(margin);
+pub(super) fn part_at_both<L: Lanes>(
+    lanes: L,
+    [a, b]: [f32x4; 2],
+    apart: F8<L>,
+    of_b: &View<F8<L>>,
+    skew: f32,
+    margin: f32,
+) -> bool {
+    // As in [`across`] and [`reach`], both places at once.
+    let ([v1, v2], [h1, h2]) = (turned(apart), turned(F8::twice(lanes, a) + of_b.margin));
+    let half = F8::twice(lanes, b) + of_b.margin;
+    let half = per_axis!(j => half.spread(j));
+    let sizes = per_axis!(j => of_b.columns[j].abs() + F8::splat(lanes, skew));
     let [x, y, z] = per_axis!(j => {
-        let (above, below) = ((d[j] - r[j]).fast_min(e[j] - s[j]), (d[j] + r[j]).fast_max(e[j] + s[j]));
-        margin.simd_lt(above) | below.simd_lt(f32x4::ZERO - margin)
+        let (p, q) = ((j + 1) % 3, (j + 2) % 3);
+        let [c1, c2] = turned(of_b.columns[j]);
+        let distance = v1 * c2 - v2 * c1;
+        let reach = h1 * c2.abs() + h2 * c1.abs() + (half[p] * sizes[q] + half[q] * sizes[p]);
+        let ([a, b], [c, d]) = ((distance - reach).halves(), (distance + reach).halves());
+        a.fast_min(b).fast_max(-c.fast_max(d))
     });
-    (x | y | z).any()
+    f32x4::splat(margin).simd_lt(x.fast_max(y).fast_max(z)).any()
+}
+
+/// Entries 1, 2 and 0, and 2, 0 and 1, of each half.
+#[inline(always)]
+fn turned<L: Lanes>(v: F8<L>) -> [F8<L>; 2] {
+    [v.turned(), v.turned().turned()]
 }
 
 /// When the own box of a node of A and a box of B may overlap on the edge axes, if the latter moves with this velocity (as A's

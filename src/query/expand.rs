@@ -67,7 +67,7 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
         return sink.count(level, 1);
     }
     // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
-    let views = core::hint::black_box(&views);
+    let views = if T::READS_VIEWS { core::hint::black_box(&views) } else { &views };
     let valid = [u32::from(alive[0]) & a.valid(), u32::from(alive[1]) & b.valid()];
     let first = [a.first_child, b.first_child];
     let of_a = Facing { nodes: [a, b], views: [&views.of_a, &views.of_b], scales: [1.0, scale], is_a: true };

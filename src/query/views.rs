@@ -1,7 +1,7 @@
 //! Where B lies in A: once for a query, and once more for the orientations of every two nodes.
 
 use crate::math::Pose;
-use crate::math::lanes::{Column, F8, Lanes, per_axis};
+use crate::math::lanes::{Column, F8, Lanes, dot, per_axis};
 use crate::math::largest;
 use crate::math::pose::rotation_deviation;
 use crate::math::tolerance::ROUNDING;
@@ -61,12 +61,12 @@ type Columns<V> = [V; 3];
 
 /// Where B lies in A: each number in all lanes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place<V = f32x4> {
+pub(super) struct Place {
     /// Row by row.
-    rotation: [[V; 3]; 3],
-    translation: [V; 3],
+    rotation: [[f32x4; 3]; 3],
+    translation: [f32x4; 3],
     /// What a test of two boxes must allow for in the orientation of A's node, and in that of B's.
-    margin: [V; 2],
+    margin: [f32x4; 2],
 }
 
 impl Place {
@@ -87,38 +87,42 @@ impl Place {
         })
     }
 
-    /// This and another, a half each.
-    pub fn and(&self, other: &Self) -> Place<[f32; 8]> {
-        let join = |x: f32x4, y: f32x4| {
-            let ([a, b, c, d], [e, f, g, h]) = (x.to_array(), y.to_array());
-            [a, b, c, d, e, f, g, h]
+    /// The larger margins of this and another, in the orientation of A's node and in that of B's.
+    fn margins(&self, other: &Self) -> [f32; 2] {
+        let [in_a, in_b] = [0, 1].map(|k| self.margin[k].fast_max(other.margin[k]).as_array()[0]);
+        [in_a, in_b]
+    }
+
+    /// This and another.
+    pub fn and(&self, other: &Self) -> Places {
+        let both = |x: f32x4, y: f32x4| {
+            let (x, y) = (x.as_array()[0], y.as_array()[0]);
+            [x, x, x, x, y, y, y, y]
         };
-        Place {
-            rotation: per_axis!(i => per_axis!(j => join(self.rotation[i][j], other.rotation[i][j]))),
-            translation: per_axis!(k => join(self.translation[k], other.translation[k])),
-            margin: [join(self.margin[0], other.margin[0]), join(self.margin[1], other.margin[1])],
+        Places {
+            rotation: per_axis!(j => per_axis!(i => both(self.rotation[i][j], other.rotation[i][j]))),
+            translation: per_axis!(k => both(self.translation[k], other.translation[k])),
+            margin: self.margins(other),
         }
     }
 }
 
-impl<V: Entries> Place<V> {
+impl Place {
     /// The axes of a node of B in A, row by row.
     #[inline(always)]
-    fn rows(&self, of_b: &[V; 3]) -> [V; 3] {
+    fn rows(&self, of_b: &[f32x4; 3]) -> [f32x4; 3] {
         per_axis!(i => combined(self.rotation[i], of_b))
     }
 }
 
-impl Place<[f32; 8]> {
-    #[inline(always)]
-    fn load<L: Lanes>(&self, lanes: L) -> Place<F8<L>> {
-        let Self { rotation, translation, margin: [in_a, in_b] } = self;
-        Place {
-            rotation: per_axis!(i => per_axis!(j => F8::load(lanes, &rotation[i][j]))),
-            translation: per_axis!(k => F8::load(lanes, &translation[k])),
-            margin: [F8::load(lanes, in_a), F8::load(lanes, in_b)],
-        }
-    }
+/// Where B lies in A at two times: each number four times for the first and four times for the second.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Places {
+    /// Column by column.
+    rotation: [[[f32; 8]; 3]; 3],
+    translation: [[f32; 8]; 3],
+    /// The larger margins of both.
+    pub margin: [f32; 2],
 }
 
 /// B's place in A, in the unit coordinates of both, with bounds on all rounding. Boxes of both are compared in A's units.
@@ -262,29 +266,54 @@ pub(super) struct View<V = f32x4> {
     pub margin: V,
 }
 
-impl View {
-    const NONE: Self = Self { columns: [f32x4::ZERO; 3], origin: f32x4::ZERO, margin: f32x4::ZERO };
-
-    /// Both views, a half each.
+impl<L: Lanes> View<F8<L>> {
+    /// What is of B, seen from A at two places at once, a half each: few more operations than at one.
     #[inline(always)]
-    pub fn and<L: Lanes>(&self, lanes: L, other: &Self) -> View<F8<L>> {
-        View {
-            columns: per_axis!(k => F8::join(lanes, self.columns[k], other.columns[k])),
-            origin: F8::join(lanes, self.origin, other.origin),
-            margin: F8::join(lanes, self.margin, other.margin),
+    pub fn at_both(lanes: L, a: &Node, b: &Node, places: &Places) -> Self {
+        let rows = per_axis!(i => F8::twice(lanes, a.rows[i]));
+        // Factors from memory: to spread entries of registers takes as long as a product.
+        let turned = per_axis!(j => dot(rows, per_axis!(i => F8::load(lanes, &places.rotation[j][i]))));
+        Self {
+            columns: per_axis!(k => dot(turned, per_axis!(j => F8::splat(lanes, b.rows[j].as_array()[k])))),
+            origin: dot(rows, per_axis!(i => F8::load(lanes, &places.translation[i]))),
+            margin: F8::splat(lanes, places.margin[0]),
         }
+    }
+
+    /// What is of A, seen from B.
+    #[inline(always)]
+    pub fn inverse(&self, lanes: L, margin: f32) -> Self {
+        let columns = transposed(self.columns);
+        Self { columns, origin: -times(&columns, self.origin), margin: F8::splat(lanes, margin) }
+    }
+
+    /// At the first of two places.
+    #[inline(always)]
+    fn first(&self) -> View {
+        let columns = per_axis!(k => self.columns[k].halves()[0]);
+        View { columns, origin: self.origin.halves()[0], margin: self.margin.halves()[0] }
+    }
+
+    #[inline(always)]
+    fn store(&self) -> View<[f32; 8]> {
+        let columns = per_axis!(k => self.columns[k].store());
+        View { columns, origin: self.origin.store(), margin: self.margin.store() }
     }
 }
 
-impl<L: Lanes> View<F8<L>> {
+impl View<[f32; 8]> {
+    const NONE: Self = Self { columns: [[0.0; 8]; 3], origin: [0.0; 8], margin: [0.0; 8] };
+
     #[inline(always)]
-    fn halves(self) -> [View; 2] {
-        let [x, y, z] = per_axis!(k => self.columns[k].halves());
-        let (origin, margin) = (self.origin.halves(), self.margin.halves());
-        [
-            View { columns: [x[0], y[0], z[0]], origin: origin[0], margin: margin[0] },
-            View { columns: [x[1], y[1], z[1]], origin: origin[1], margin: margin[1] },
-        ]
+    pub fn load<L: Lanes>(&self, lanes: L) -> View<F8<L>> {
+        let columns = per_axis!(k => F8::load(lanes, &self.columns[k]));
+        View { columns, origin: F8::load(lanes, &self.origin), margin: F8::load(lanes, &self.margin) }
+    }
+
+    /// At the second of two places.
+    fn second(&self) -> View {
+        let half = |[.., x, y, z, w]: [f32; 8]| f32x4::new([x, y, z, w]);
+        View { columns: self.columns.map(half), origin: half(self.origin), margin: half(self.margin) }
     }
 }
 
@@ -309,7 +338,7 @@ impl<V: Entries> View<V> {
 
     /// The same without the margin.
     #[inline(always)]
-    fn size(&self, h: V) -> V {
+    pub fn size(&self, h: V) -> V {
         times(&per_axis!(k => self.columns[k].abs()), h)
     }
 }
@@ -363,38 +392,39 @@ pub(super) struct Views<V = f32x4> {
     pub of_b: View<V>,
 }
 
-impl<V: Entries> Views<V> {
-    /// By the orientations of both nodes, row by row.
+impl<L: Lanes> Views<F8<L>> {
+    /// At the first of two places.
     #[inline(always)]
-    fn new(of_a: &[V; 3], of_b: &[V; 3], place: &Place<V>) -> Self {
-        let in_a = place.rows(of_b);
-        let rows = per_axis!(i => combined(per_axis!(k => of_a[k].spread(i)), &in_a));
-        let origin = combined(place.translation, of_a);
-        let [margin_a, margin_b] = place.margin;
-        Self {
-            of_b: View { columns: transposed(rows), origin, margin: margin_a },
-            of_a: View { columns: rows, origin: -times(&rows, origin), margin: margin_b },
-        }
+    pub fn first(&self) -> Views {
+        Views { of_a: self.of_a.first(), of_b: self.of_b.first() }
+    }
+
+    #[inline(always)]
+    pub fn store(&self) -> Views<[f32; 8]> {
+        Views { of_a: self.of_a.store(), of_b: self.of_b.store() }
+    }
+}
+
+impl Views<[f32; 8]> {
+    /// Before any are known.
+    pub const NONE: Self = Self { of_a: View::NONE, of_b: View::NONE };
+
+    /// At the second of two places.
+    pub fn second(&self) -> Views {
+        Views { of_a: self.of_a.second(), of_b: self.of_b.second() }
     }
 }
 
 impl Views {
-    /// Before any are known.
-    pub const NONE: Self = Self { of_a: View::NONE, of_b: View::NONE };
-
     #[inline(always)]
     pub fn between(a: &Node, b: &Node, relation: &Relation) -> Self {
-        Self::new(&a.rows, &b.rows, &relation.place)
-    }
-
-    /// The same for two places at once, which takes few more operations than one.
-    #[inline(always)]
-    pub fn between_at_both<L: Lanes>(lanes: L, a: &Node, b: &Node, places: &Place<[f32; 8]>) -> [Self; 2] {
-        let place = places.load(lanes);
-        let of_a = per_axis!(k => F8::twice(lanes, a.rows[k]));
-        let both = Views::new(&of_a, &per_axis!(k => F8::twice(lanes, b.rows[k])), &place);
-        let ([a, c], [b, d]) = (both.of_a.halves(), both.of_b.halves());
-        [Self { of_a: a, of_b: b }, Self { of_a: c, of_b: d }]
+        let (place, in_a) = (&relation.place, relation.place.rows(&b.rows));
+        let rows = per_axis!(i => combined(per_axis!(k => a.rows[k].spread(i)), &in_a));
+        let origin = combined(place.translation, &a.rows);
+        Self {
+            of_b: View { columns: transposed(rows), origin, margin: place.margin[0] },
+            of_a: View { columns: rows, origin: -times(&rows, origin), margin: place.margin[1] },
+        }
     }
 
     /// A direction in A's unit coordinates, seen from the orientation of `a` and from that of the other node.

@@ -120,6 +120,10 @@ impl Lanes for Avx2 {
         }
     }
     #[inline(always)]
+    fn turn(self, x: __m256) -> __m256 {
+        self.avx._mm256_permute_ps::<0b11_00_10_01>(x)
+    }
+    #[inline(always)]
     fn transpose(self, [x, y, z, w]: [__m256; 4]) -> [__m256; 4] {
         let avx = self.avx;
         let (a, b) = (avx._mm256_unpacklo_ps(x, y), avx._mm256_unpackhi_ps(x, y));

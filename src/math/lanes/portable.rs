@@ -128,6 +128,13 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
         x.map(|half| f32x4::splat(half.as_array()[k % 4]))
     }
     #[inline(always)]
+    fn turn(self, x: F<N>) -> F<N> {
+        x.map(|half| {
+            let [x, y, z, w] = half.to_array();
+            f32x4::new([y, z, x, w])
+        })
+    }
+    #[inline(always)]
     fn transpose(self, rows: [F<N>; 4]) -> [F<N>; 4] {
         let halves: [_; N] = core::array::from_fn(|half| f32x4::transpose(rows.map(|row| row[half])));
         core::array::from_fn(|i| halves.map(|columns| columns[i]))

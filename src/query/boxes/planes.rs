@@ -2,6 +2,7 @@
 
 use super::{Boxes, Slabs, Stored, Triangles};
 use crate::math::lanes::{Column, F8, Lanes, cross, dot, per_axis};
+use crate::math::{larger, smaller};
 use crate::query::views::{self, View};
 use crate::tree::xyz;
 use crate::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW, largest};
@@ -62,6 +63,22 @@ impl Planes {
         per_axis!(k => (size[k] + blur).put(&mut self.reach[k]));
         blur.put(&mut self.blur);
         slack.put(&mut self.slack);
+    }
+
+    /// Makes the boxes those around these and others, `bulge` wider, and the planes of both thicker by as much on each side.
+    #[inline(always)]
+    pub fn enclose<L: Lanes>(&mut self, lanes: L, other: &mut Self, bulge: f32) {
+        let bulge = F8::splat(lanes, bulge);
+        per_axis!(k => {
+            let (low, high) = (&mut self.boxes.low[k], &mut self.boxes.high[k]);
+            (F8::load(lanes, low).min(F8::load(lanes, &other.boxes.low[k])) - bulge).put(low);
+            (F8::load(lanes, high).max(F8::load(lanes, &other.boxes.high[k])) + bulge).put(high);
+        });
+        for planes in [self, other] {
+            let [x, y, z] = per_axis!(k => F8::load(lanes, &planes.reach[k]));
+            let length = x + y + z + F8::splat(lanes, UNDERFLOW);
+            (F8::load(lanes, &planes.slack) + bulge * length).put(&mut planes.slack);
+        }
     }
 
     #[inline(always)]
@@ -132,6 +149,15 @@ impl Plane {
             + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs()) * F8::splat(lanes, self.blur)
             + F8::splat(lanes, self.slack);
         [distance, reach]
+    }
+
+    /// The same as [`Planes::enclose`].
+    #[inline(always)]
+    pub fn enclose(&mut self, other: &mut Self, bulge: f32) {
+        self.low = per_axis!(k => smaller(self.low[k], other.low[k]) - bulge);
+        self.high = per_axis!(k => larger(self.high[k], other.high[k]) + bulge);
+        self.slack += bulge * self.length();
+        other.slack += bulge * other.length();
     }
 
     /// The length of `n`, or more.

@@ -145,11 +145,14 @@ impl<'m> Course<'m> {
         // `max` and `min` of `f64` pass over what is no number, as where sizes overflow.
         let far = (speed / (size + f64::MIN_POSITIVE)).min(1.0);
         let turn = spin / TURN;
-        let pieces = libm::round(turn * libm::sqrt(turn)).max(far * spin / TURN_OF_FAR);
-        let pieces = pieces.max(speed / (WAY * size + f64::MIN_POSITIVE));
+        let pieces = (far * spin / TURN_OF_FAR).max(speed / (WAY * size + f64::MIN_POSITIVE));
         // In each of them A turns by a radian at most.
         let pieces = pieces.max(wobble / spin);
         let bends = jerk / (BEND * size + f64::MIN_POSITIVE);
+        if turn <= 1.0 && pieces <= 1.0 && bends <= 1.0 {
+            return 1;
+        }
+        let pieces = pieces.max(libm::round(turn * libm::sqrt(turn)));
         let pieces = if bends > 1.0 { pieces.max(libm::cbrt(bends)) } else { pieces };
         (libm::ceil(pieces.min(MOST_PIECES)) as u32).max(1)
     }

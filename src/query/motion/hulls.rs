@@ -8,18 +8,18 @@
 
 use super::course::{Course, Piece};
 use super::windows::{BEGIN, SLOP, sum};
-use crate::math::lanes::{Column, F8, Lanes, per_axis};
-use crate::math::{bits, larger, smaller};
+use crate::math::lanes::{Column, F8, Lanes, V8, dot, per_axis};
+use crate::math::{bits, larger};
 use crate::query::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Triangles, ends};
 use crate::query::edge_axes;
-use crate::query::views::{Place, Relation, View, Views};
+use crate::query::views::{Place, Places, Relation, View, Views};
 use crate::tree::{Node, Tree, WIDTH, xyz};
 use wide::f32x4;
 
 /// A span of time from the begin of a piece, in which B goes around one axis.
 pub(super) struct Span {
     /// Where B lies at its begin and its end.
-    places: Place<[f32; 8]>,
+    places: Places,
     end: Place,
     scale: f32,
     skew: f32,
@@ -69,12 +69,14 @@ pub(super) struct Hulls<'s> {
     /// The key of the pair at hand; its children's are no less.
     pub least: f32,
     span: &'s Span,
-    /// Of the nodes at hand, at the end of the span.
-    end: Views,
+    /// Of the nodes at hand, at the begin of the span and at its end.
+    views: &'s mut Views<[f32; 8]>,
     /// By how much ways bend between them, and what places are off.
     bulge: f32,
     /// The same and the margins of the overlap test, in the orientations of A's node and of B's.
     margins: [f32; 2],
+    /// Whether the own boxes of the nodes at hand do not meet.
+    are_apart: bool,
 }
 
 /// Nothing meets before the begin.
@@ -82,99 +84,110 @@ const START: f32 = BEGIN - SLOP;
 
 impl<'s> Hulls<'s> {
     #[inline(always)]
-    pub fn new(cut: f32, least: f32, span: &'s Span) -> Self {
-        Self { cut, least, span, end: Views::NONE, bulge: 0.0, margins: [0.0; 2] }
+    pub fn new(cut: f32, least: f32, span: &'s Span, views: &'s mut Views<[f32; 8]>) -> Self {
+        Self { cut, least, span, views, bulge: 0.0, margins: [0.0; 2], are_apart: false }
     }
 
-    /// The views of the opened node and of the other, at the end.
+    /// How the children of the opened node and those of the other go.
     #[inline(always)]
-    fn views(&self, is_a: bool) -> [&View; 2] {
-        let Views { of_a, of_b } = &self.end;
+    fn passing(&self, is_a: bool) -> [Passing<'_>; 2] {
+        // In memory, as in [`crate::query::expand`].
+        let (Views { of_a, of_b }, [in_a, in_b]) = (core::hint::black_box(&*self.views), self.margins);
+        let (of_a, of_b) = (Passing { view: of_a, margin: in_b }, Passing { view: of_b, margin: in_a });
         if is_a { [of_a, of_b] } else { [of_b, of_a] }
     }
+}
 
-    /// The margins in the orientations of the opened node and of the other.
+/// How boxes of a node go, as the other node sees them.
+struct Passing<'v> {
+    view: &'v View<[f32; 8]>,
+    margin: f32,
+}
+
+impl Passing<'_> {
+    /// The hulls of the ways of boxes. Axis by axis, which takes the fewest registers.
     #[inline(always)]
-    fn margins(&self, is_a: bool) -> [f32; 2] {
-        let [in_a, in_b] = self.margins;
-        if is_a { [in_a, in_b] } else { [in_b, in_a] }
+    fn hulls<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>) -> Slabs<L> {
+        let [x, y, z] = per_axis!(k => {
+            let (begin, end) = (self.along(lanes, boxes, k), self.along(lanes, boxes, 4 + k));
+            [begin[0].min(end[0]), begin[1].max(end[1])]
+        });
+        Slabs { low: [x[0], y[0], z[0]], high: [x[1], y[1], z[1]] }
     }
-}
 
-/// The hulls of the ways of boxes, from a view at the begin to one at the end.
-#[inline(always)]
-fn hulls<L: Lanes>(lanes: L, boxes: &Boxes<L>, views: [&View; 2], margin: f32) -> Slabs<L> {
-    let [begin, end] = views;
-    let (begin, end) = (boxes.seen_within(lanes, begin, margin).slabs(), boxes.seen_within(lanes, end, margin).slabs());
-    Slabs { low: per_axis!(k => begin.low[k].min(end.low[k])), high: per_axis!(k => begin.high[k].max(end.high[k])) }
-}
+    /// The ends of boxes along axis `k` at the begin, or at the end along the axis of entry `4 + k`.
+    #[inline(always)]
+    fn along<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, k: usize) -> [F8<L>; 2] {
+        let row = per_axis!(j => F8::splat(lanes, self.view.columns[j][k]));
+        let center = dot(row, boxes.center) + F8::splat(lanes, self.view.origin[k]);
+        let half = dot(sizes(&row), boxes.half) + F8::splat(lanes, self.margin);
+        [center - half, center + half]
+    }
 
-/// The hull of two boxes by their ends.
-#[inline(always)]
-fn hull(begin: ([f32; 3], [f32; 3]), end: ([f32; 3], [f32; 3]), bulge: f32) -> ([f32; 3], [f32; 3]) {
-    let low = per_axis!(k => smaller(begin.0[k], end.0[k]) - bulge);
-    (low, per_axis!(k => larger(begin.1[k], end.1[k]) + bulge))
+    /// The hull of the way of one box, by its ends.
+    #[inline(always)]
+    fn hull<L: Lanes>(&self, lanes: L, (center, half): (f32x4, f32x4)) -> ([f32; 3], [f32; 3]) {
+        let view = self.view.load(lanes);
+        let center = view.point(F8::twice(lanes, center));
+        let half = view.size(F8::twice(lanes, half)) + F8::splat(lanes, self.margin);
+        let ([a, b], [c, d]) = ((center - half).halves(), (center + half).halves());
+        (xyz(a.fast_min(b)), xyz(c.fast_max(d)))
+    }
 }
 
 impl BoxTest for Hulls<'_> {
     const IS_OVERLAP: bool = false;
+    const READS_VIEWS: bool = false;
     const OPENS_CLUSTERS_ALIKE: bool = true;
 
+    /// With the test of own boxes: of those that are apart no views are asked for.
     #[inline(always)]
     fn views<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, _relation: &Relation) -> Views {
-        let [begin, end] = Views::between_at_both(lanes, a, b, &self.span.places);
-        self.end = end;
-        begin
+        let Span { places, scale, skew, length, turn, bulge, .. } = self.span;
+        let [in_a, in_b] = places.margin;
+        let of_b = View::at_both(lanes, a, b, places);
+        let of_a = of_b.inverse(lanes, in_b);
+        let [way_of_b, way_of_a] = Way::of_both(lanes, [a, b], [&of_b, &of_a], *scale);
+        let halves = [a.own_half, b.own_half * f32x4::splat(*scale)];
+        let (sizes, way) = ([sum(halves[0]), sum(halves[1])], longer(way_of_a.way(), way_of_b.way()));
+        let (size, apart, views) = (sizes[0] + sizes[1], way_of_b.places, Views { of_a, of_b });
+        self.bulge = 0.127 * turn * (way + turn * larger(sizes[0], sizes[1])) + bulge;
+        // One branch for both: neither can be guessed.
+        self.are_apart = f32x4::splat(self.bulge).simd_lt(way_of_a.gap().fast_max(way_of_b.gap())).any()
+            || edge_axes::are_slim(a, b) && {
+                let bends = (0.376 + 0.127 * turn) * way + 0.127 * turn * (sum(apart.halves()[0]) + size);
+                edge_axes::part_at_both(lanes, halves, apart, &views.of_b, *skew, turn * bends + bulge)
+            };
+        if !self.are_apart {
+            self.margins = [in_a + self.bulge, in_b + self.bulge];
+            let time_of_gap = 0.999 * length / (way + turn * size + 2.0 * (in_a + in_b));
+            let [x, y, z] = xyz(way_of_a.gap_at_begin().fast_max(way_of_b.gap_at_begin()));
+            self.least = larger(self.least, (larger(larger(x, y), z) - self.bulge) * time_of_gap + START);
+            *self.views = views.store();
+        }
+        views.first()
     }
 
     #[inline(always)]
-    fn own<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
-        let Span { skew, length, turn, bulge, .. } = *self.span;
-        let scale = f32x4::splat(scale);
-        let a_box = (a.own_center, a.own_half);
-        let b_box = (b.own_center * scale, b.own_half * scale);
-        let of_b = Way::new(lanes, b_box, a_box, [&views.of_b, &self.end.of_b]);
-        let of_a = Way::new(lanes, a_box, b_box, [&views.of_a, &self.end.of_a]);
-        let way = larger(of_a.length(), of_b.length());
-        let sizes = [sum(a_box.1), sum(b_box.1)];
-        self.bulge = 0.127 * turn * (way + turn * larger(sizes[0], sizes[1])) + bulge;
-        // One branch for both: neither can be guessed.
-        if (of_a.apart(self.bulge) | of_b.apart(self.bulge)).any() {
-            return false;
-        }
-        let size = sizes[0] + sizes[1];
-        if edge_axes::are_slim(a, b) {
-            let bends = (0.376 + 0.127 * turn) * way + 0.127 * turn * (sum(of_b.from_other) + size);
-            let views = [&views.of_b, &self.end.of_b];
-            if edge_axes::part_at_both(a, b_box, views, skew, turn * bends + bulge) {
-                return false;
-            }
-        }
-        let [in_a, in_b] =
-            [views.of_b.margin.fast_max(self.end.of_b.margin), views.of_a.margin.fast_max(self.end.of_a.margin)]
-                .map(|margin| margin.as_array()[0]);
-        self.margins = [in_a + self.bulge, in_b + self.bulge];
-        let time_of_gap = 0.999 * length / (way + turn * size + 2.0 * (in_a + in_b));
-        let [x, y, z] = xyz(of_a.gap.fast_max(of_b.gap));
-        self.least = self.least.max((x.max(y).max(z) - self.bulge) * time_of_gap + START);
-        self.least < self.cut
+    fn own<L: Lanes>(&mut self, _lanes: L, _a: &Node, _b: &Node, _views: &Views, _scale: f32) -> bool {
+        !self.are_apart && self.least < self.cut
     }
 
     #[inline(always)]
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64 {
-        let Facing { nodes: [x, y], views: [of_x, of_y], scales, is_a } = facing;
-        let ([end_of_x, end_of_y], [in_x, in_y]) = (self.views(is_a), self.margins(is_a));
-        let [alive_x, alive_y] = alive;
+        let ([x, y], scales, [alive_x, alive_y]) = (facing.nodes, facing.scales, alive);
+        let [of_x, of_y] = self.passing(facing.is_a);
         let y_rows = Boxes::children(lanes, y, scales[1]);
-        let y_hull = hulls(lanes, &y_rows, [of_y, end_of_y], in_x);
+        let y_hull = of_y.hulls(lanes, &y_rows);
         let scale = f32x4::splat(scales[0]);
         let (low, high) = ends(x.own_center * scale, x.own_half * scale);
         let alive_y = alive_y & !y_hull.gap(lanes, low, high).mask();
-        if alive_y == 0 {
+        // Else a branch that cannot be guessed costs more than it saves.
+        if !L::IS_WHOLE && alive_y == 0 {
             return 0;
         }
         let x_rows = Boxes::children(lanes, x, scales[0]);
-        let x_hull = hulls(lanes, &x_rows, [of_x, end_of_x], in_y);
+        let x_hull = of_x.hulls(lanes, &x_rows);
         let (center, half) = facing.other();
         let (low, high) = ends(center, half);
         let alive_x = alive_x & !x_hull.gap(lanes, low, high).mask();
@@ -191,20 +204,15 @@ impl BoxTest for Hulls<'_> {
 
     #[inline(always)]
     fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32 {
-        let Facing { nodes: [opened, _], views: [of_opened, of_other], scales, is_a } = facing;
-        let ([end_of_opened, end_of_other], [in_opened, in_other]) = (self.views(is_a), self.margins(is_a));
-        let children = Boxes::children(lanes, opened, scales[0]);
+        let (opened, [of_opened, of_other]) = (facing.nodes[0], self.passing(facing.is_a));
+        let children = Boxes::children(lanes, opened, facing.scales[0]);
         let (center, half) = facing.other();
-        let [begin, end] = [of_other, end_of_other].map(|view| {
-            let half = View { margin: f32x4::splat(in_opened), ..*view }.half(half);
-            ends(view.point(center), half)
-        });
-        let (low, high) = hull(begin, end, 0.0);
+        let (low, high) = of_other.hull(lanes, (center, half));
         let in_opened = children.slabs().gap(lanes, low, high);
         let (low, high) = ends(center, half);
-        let hull = hulls(lanes, &children, [of_opened, end_of_opened], in_other);
+        let hulls = of_opened.hulls(lanes, &children);
         keys[0][0] = self.least;
-        !in_opened.min(hull.gap(lanes, low, high)).mask() & opened.valid()
+        !in_opened.min(hulls.gap(lanes, low, high)).mask() & opened.valid()
     }
 
     /// By the triangles' boxes along the axes of the other node, and by their planes; no later than the pair at hand.
@@ -219,16 +227,22 @@ impl BoxTest for Hulls<'_> {
     ) -> u64 {
         let begin = triangles();
         let (node, place) = (facing.nodes[1], &self.span.end);
+        let end = self.views.second();
         let view = if facing.is_a {
-            self.end.triangles_of_a(node, place)
+            end.triangles_of_a(node, place)
         } else {
-            self.end.triangles_of_b(node, place, self.span.scale)
+            end.triangles_of_b(node, place, self.span.scale)
         };
         let end = Triangles { view, ..begin };
         let boxes = Boxes::children(lanes, node, facing.scales[1]);
         let slabs = boxes.slabs();
-        let planes =
-            if alive.is_power_of_two() { None } else { Some((Planes::new(lanes, &begin), Planes::new(lanes, &end))) };
+        let planes = if alive.is_power_of_two() {
+            None
+        } else {
+            let (mut begin, mut end) = (Planes::new(lanes, &begin), Planes::new(lanes, &end));
+            begin.enclose(lanes, &mut end, self.bulge);
+            Some((begin, end))
+        };
         keys[0][0] = self.least;
         let mut pairs = 0;
         for i in bits(alive).map(|i| i % WIDTH) {
@@ -236,66 +250,94 @@ impl BoxTest for Hulls<'_> {
                 Some((begin, end)) => (begin.at(i), end.at(i)),
                 None => {
                     let row = begin.rows[i];
-                    (Plane::new(row, &begin.view, begin.skew), Plane::new(row, &end.view, end.skew))
+                    let mut first = Plane::new(row, &begin.view, begin.skew);
+                    let mut last = Plane::new(row, &end.view, end.skew);
+                    first.enclose(&mut last, self.bulge);
+                    (first, last)
                 }
             };
-            let (low, high) = hull((first.low, first.high), (last.low, last.high), self.bulge);
-            let apart = slabs.gap(lanes, low, high).mask();
+            let apart = slabs.gap(lanes, first.low, first.high).mask();
             if !apart & node.valid() == 0 {
                 continue;
             }
-            let bulge = F8::splat(lanes, self.bulge * larger(first.length(), last.length()));
+            // How far the boxes reach below the plane and above it.
             let ([d, r], [e, s]) = (first.across(lanes, &boxes), last.across(lanes, &boxes));
-            let above = bulge.less((d - r).min(e - s));
-            let apart = apart | above.or(((d + r).max(e + s) + bulge).less(F8::splat(lanes, 0.0))).mask();
+            let apart = apart | (r - d).max(s - e).min((r + d).max(s + e)).mask();
             pairs |= u64::from(!apart & node.valid()) << (WIDTH * i);
         }
         pairs
     }
 }
 
-/// How the own box of a node goes, as the other node sees it.
-struct Way {
-    /// From the middle of the other node's box to its own at the begin, and from there to where it is at the end.
-    from_other: f32x4,
-    way: f32x4,
-    /// How far the boxes are apart at the begin.
-    gap: f32x4,
-    /// Where the hull of its ways ends, less the ends of the other box.
-    above: f32x4,
-    below: f32x4,
+/// How the own box of a node goes, as the other node sees it: from one middle to the other, and the half extents of both
+/// together, at the begin and at the end.
+struct Way<L: Lanes> {
+    places: F8<L>,
+    halves: F8<L>,
 }
 
-impl Way {
+impl<L: Lanes> Way<L> {
+    /// The way of B's box, and that of A's.
     #[inline(always)]
-    fn new<L: Lanes>(lanes: L, own: (f32x4, f32x4), other: (f32x4, f32x4), [begin, end]: [&View; 2]) -> Self {
-        let views = begin.and(lanes, end);
-        let places = views.point(F8::twice(lanes, own.0)) - F8::twice(lanes, other.0);
-        let halves = views.half(F8::twice(lanes, own.1)) + F8::twice(lanes, other.1);
-        let [from_other, last] = places.halves();
-        let ([x, y], [u, v]) = ((places - halves).halves(), (places + halves).halves());
-        Self {
-            from_other,
-            way: last - from_other,
-            gap: from_other.abs() - halves.halves()[0],
-            above: x.fast_min(y),
-            below: u.fast_max(v),
-        }
+    fn of_both(lanes: L, [a, b]: [&Node; 2], [of_b, of_a]: [&View<F8<L>>; 2], scale: f32) -> [Self; 2] {
+        let scale = F8::splat(lanes, scale);
+        let (a_center, a_half) = (F8::twice(lanes, a.own_center), F8::twice(lanes, a.own_half));
+        let (b_center, b_half) = (F8::twice(lanes, b.own_center) * scale, F8::twice(lanes, b.own_half) * scale);
+        let apart = of_b.origin - a_center;
+        let scaled = per_axis!(k => of_b.columns[k] * scale);
+        // Else the compiler spreads entries in registers.
+        let [a, b] = core::hint::black_box([a, b]);
+        [
+            Self {
+                places: dot(scaled, each(lanes, &b.own_center)) + apart,
+                halves: dot(sizes(&scaled), each(lanes, &b.own_half)) + (a_half + of_b.margin),
+            },
+            Self {
+                places: of_a.vector(apart) + b_center,
+                halves: dot(sizes(&of_a.columns), each(lanes, &a.own_half)) + (b_half + of_a.margin),
+            },
+        ]
     }
 
-    /// How far it goes, or up to a tenth more: for `x >= y >= z`, `|v| <= x + (y + z) (sqrt2 - 1)`.
     #[inline(always)]
-    fn length(&self) -> f32 {
-        let [x, y, z] = xyz(self.way.abs());
-        0.586 * larger(x, larger(y, z)) + 0.4143 * (x + y + z)
+    fn way(&self) -> f32x4 {
+        let [begin, end] = self.places.halves();
+        end - begin
     }
 
-    /// The axes on which both boxes stay apart.
+    /// How far both boxes stay apart, axis by axis.
     #[inline(always)]
-    fn apart(&self, bulge: f32) -> f32x4 {
-        let bulge = f32x4::splat(bulge);
-        bulge.simd_lt(self.above) | self.below.simd_lt(f32x4::ZERO - bulge)
+    fn gap(&self) -> f32x4 {
+        let ([x, y], [u, v]) = ((self.places - self.halves).halves(), (self.places + self.halves).halves());
+        x.fast_min(y).fast_max(-u.fast_max(v))
     }
+
+    /// How far they are apart at the begin.
+    #[inline(always)]
+    fn gap_at_begin(&self) -> f32x4 {
+        self.places.halves()[0].abs() - self.halves.halves()[0]
+    }
+}
+
+/// The entries of a vector, each eight times: spread from memory, since out of a register that takes as long as a product.
+#[inline(always)]
+fn each<L: Lanes>(lanes: L, v: &f32x4) -> V8<L> {
+    per_axis!(k => F8::splat(lanes, v.as_array()[k]))
+}
+
+#[inline(always)]
+fn sizes<L: Lanes>(columns: &V8<L>) -> V8<L> {
+    per_axis!(k => columns[k].abs())
+}
+
+/// The length of the longer of two ways, or up to a tenth more: for `x >= y >= z`, `|v| <= x + (y + z) (sqrt2 - 1)`.
+#[inline(always)]
+fn longer(u: f32x4, v: f32x4) -> f32 {
+    let ([a, b, c, _], [d, e, f, _]) = (u.abs().to_array(), v.abs().to_array());
+    let (x, y, z) = (f32x4::new([a, d, b, e]), f32x4::new([b, e, b, e]), f32x4::new([c, f, c, f]));
+    let lengths = x.fast_max(y).fast_max(z) * f32x4::splat(0.586) + (x + y + z) * f32x4::splat(0.4143);
+    let [u, v, ..] = lengths.to_array();
+    larger(u, v)
 }
 
 #[cfg(all(test, feature = "std"))]

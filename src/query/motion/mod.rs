@@ -27,8 +27,9 @@ use crate::query::traversal::Traversal;
 use crate::query::views::Relation;
 use crate::query::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::tree::Tree;
+use core::cell::OnceCell;
 use course::Course;
-use sweep::Sweep;
+use sweep::{Sweep, span};
 
 /// The question until when a motion is free, and when the surfaces meet: continuous collision detection. Cheap to make; one
 /// for each motion.
@@ -68,12 +69,14 @@ impl<'t> MotionQuery<'t> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` says where B is in A from time 0 to 1. The tolerance is a length: a
     /// millionth of the units of both meshes together ([`Tree::unit_length`], about half of a mesh's longest extent).
     #[must_use]
+    #[inline]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Motion) -> Self {
         Self { a, b, options: MotionOptions { of_a: None, of_b: b_in_a, length: None, time: 0.0, margin: 0.0 } }
     }
 
     /// Asks about two bodies that both move, in the world or any other common frame.
     #[must_use]
+    #[inline]
     pub fn of_both(trees: [&'t Tree; 2], motions: [Motion; 2]) -> Self {
         let ([a, b], [of_a, of_b]) = (trees, motions);
         let mut query = Self::new(a, b, of_b);
@@ -84,6 +87,7 @@ impl<'t> MotionQuery<'t> {
     /// Done when no point of B goes farther than this, seen from A, between the two times. NaN counts as 0: as close as `f64`
     /// can tell.
     #[must_use]
+    #[inline]
     pub fn tolerance(mut self, length: f64) -> Self {
         self.options.length = Some(length.max(0.0));
         self
@@ -91,6 +95,7 @@ impl<'t> MotionQuery<'t> {
 
     /// Done also when the two times differ by no more than this. NaN counts as 0.
     #[must_use]
+    #[inline]
     pub fn time_tolerance(mut self, time: f64) -> Self {
         self.options.time = if time > 0.0 { time.min(1.0) } else { 0.0 };
         self
@@ -99,6 +104,7 @@ impl<'t> MotionQuery<'t> {
     /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the length unit of the meshes:
     /// a point becomes a ball, a segment a capsule.
     #[must_use]
+    #[inline]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
         let [a, b] = margins.map(thickness);
         self.options.margin = a + b;
@@ -292,7 +298,11 @@ impl<'t> MotionQuery<'t> {
             return stop.unwrap_or(StopReason::Finished);
         }
         let relation = Relation::new(self.a, self.b, &piece.pose);
-        let question = Sweep::new(trees, course, &piece, &relation, self.options.margin, &workspace.motion);
+        // What is large stays where it is made.
+        let (margin, middle) = (self.options.margin, OnceCell::new());
+        let mut span = span(trees, course, &piece, &relation, margin, &workspace.motion);
+        let place = (trees, course, &piece);
+        let question = Sweep::new(place, &relation, margin, &workspace.motion, &mut span, &middle);
         let stop = Traversal::new(question, trees, &piece.pose, &relation, workspace, deadline).advance();
         workspace.motion.bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
         stop

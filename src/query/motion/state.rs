@@ -4,6 +4,7 @@ use super::course::Piece;
 use crate::query::options::MotionOptions;
 use crate::query::queue::{BUCKETS, Front};
 use crate::query::search::Search;
+use crate::query::views::Views;
 
 /// A triangle pair (tree order) that is followed through time.
 #[derive(Clone, Copy, Debug)]
@@ -65,6 +66,8 @@ pub(crate) struct MotionState {
     done: f64,
     contact: Option<Contact>,
     pub followed: Option<Followed>,
+    /// How the two nodes at hand see one another, where the box test needs it in memory.
+    pub(super) views: Views<[f32; 8]>,
 }
 
 impl MotionState {
@@ -77,12 +80,13 @@ impl MotionState {
         done: f64::INFINITY,
         contact: None,
         followed: None,
+        views: Views::NONE,
     };
 
     /// Begins with a time before which there is no contact.
     pub fn begin(&mut self, options: &MotionOptions, tolerance: f64, free_until: f64) {
         // Not as a whole: it is large, and most of it need not be written.
-        let Self { options: asked, piece, tolerance: half, free_until: free, done, contact, followed } = self;
+        let Self { options: asked, piece, tolerance: half, free_until: free, done, contact, followed, .. } = self;
         (*asked, *piece, *half, *free) = (Some(*options), 0, tolerance, free_until);
         (*done, *contact, *followed) = (f64::INFINITY, None, None);
     }

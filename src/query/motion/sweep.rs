@@ -20,12 +20,12 @@ use crate::model::cost::{
 use crate::query::boxes::Keys;
 use crate::query::expand::{Sink, expand};
 use crate::query::outcome::{LEVELS, StopReason};
-use crate::query::queue::{Origin, Pair};
-use crate::query::search::{Bounded, least_key as least_of_column};
+use crate::query::queue::{Front, Origin, Pair};
+use crate::query::search::{Bounded, Search, least_key as least_of_column};
 use crate::query::traversal::{Question, Traversal};
 use crate::query::triangle_pairs::rows;
 use crate::query::views::Relation;
-use crate::query::workspace::Workspace;
+use crate::query::workspace::{Run, Workspace};
 use crate::tree::{Tree, WIDTH};
 use crate::triangle::distance::closest;
 use crate::triangle::swept::{Glide, Swept, windows};
@@ -35,7 +35,7 @@ use core::cell::OnceCell;
 use glam::DVec3;
 
 /// Where B lies in the middle of a piece, and how it goes through it.
-struct Middle {
+pub(super) struct Middle {
     relation: Relation,
     glide: Glide,
 }
@@ -48,8 +48,8 @@ pub(super) struct Sweep<'q> {
     /// Where B lies at the time at which the piece is looked at.
     relation: &'q Relation,
     /// What of the piece matters, if B turns on the spot.
-    span: Option<Span>,
-    middle: OnceCell<Middle>,
+    span: &'q mut Option<Span>,
+    middle: &'q OnceCell<Middle>,
     /// By how much the surfaces are thickened together.
     margin: f64,
     /// How long after the time at which triangles may meet a contact is looked for.
@@ -59,31 +59,24 @@ pub(super) struct Sweep<'q> {
 }
 
 impl<'q> Sweep<'q> {
+    /// With what [`span`] tells, and a place for what may be asked.
     pub fn new(
-        trees: [&'q Tree; 2],
-        course: &'q Course<'q>,
-        piece: &'q Piece,
+        (trees, course, piece): ([&'q Tree; 2], &'q Course<'q>, &'q Piece),
         relation: &'q Relation,
         margin: f64,
         state: &MotionState,
+        span: &'q mut Option<Span>,
+        middle: &'q OnceCell<Middle>,
     ) -> Self {
-        let (cut, span) = what_matters(trees, course, piece, relation, margin, state);
-        Self {
-            trees,
-            course,
-            piece,
-            relation,
-            span,
-            middle: OnceCell::new(),
-            margin,
-            tolerance: state.tolerance(),
-            cut,
-        }
+        let (cut, tolerance) = (cut(piece, state), state.tolerance());
+        Self { trees, course, piece, relation, span, middle, margin, tolerance, cut }
     }
 
     /// After a contact was found.
     fn update(&mut self, state: &MotionState) {
-        (self.cut, self.span) = what_matters(self.trees, self.course, self.piece, self.relation, self.margin, state);
+        let Self { trees, course, piece, relation, margin, .. } = *self;
+        self.cut = cut(piece, state);
+        *self.span = span(trees, course, piece, relation, margin, state);
     }
 
     fn middle(&self) -> &Middle {
@@ -97,20 +90,23 @@ impl<'q> Sweep<'q> {
     }
 }
 
-/// From which time of the piece on nothing matters, as `f32` sees it; and the span until then, if B turns on the spot.
-#[inline(always)]
-fn what_matters(
+/// From which time of the piece on nothing matters, as `f32` sees it.
+fn cut(piece: &Piece, state: &MotionState) -> f32 {
+    let cut = piece.local(state.cut().min(piece.end));
+    cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING
+}
+
+/// What of the piece matters, if B turns on the spot.
+pub(super) fn span(
     trees: [&Tree; 2],
     course: &Course,
     piece: &Piece,
     relation: &Relation,
     margin: f64,
     state: &MotionState,
-) -> (f32, Option<Span>) {
-    let cut = piece.local(state.cut().min(piece.end));
+) -> Option<Span> {
     let until = state.cut().clamp(piece.begin, piece.end);
-    let span = if piece.is_on_the_spot { Span::new(course, trees, piece, relation, until, margin) } else { None };
-    (cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING, span)
+    if piece.is_on_the_spot { Span::new(course, trees, piece, relation, until, margin) } else { None }
 }
 
 impl Question for Traversal<'_, '_, Sweep<'_>> {
@@ -139,14 +135,15 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
             }
         }
         let trees = [self.a, self.b];
-        if let Some(span) = &question.span {
-            let mut children = Children::<true> { workspace, keys };
-            let mut hulls = Hulls::new(question.cut, least, span);
+        let Workspace { front, search, motion, run, .. } = &mut **workspace;
+        if let Some(span) = &*question.span {
+            let mut children = Children::<true> { front, search, run, keys };
+            let mut hulls = Hulls::new(question.cut, least, span, &mut motion.views);
             expand(lanes, pair, trees, self.relation, &mut hulls, &mut children);
             least = hulls.least;
         } else {
             let Middle { relation, glide } = question.middle();
-            let mut children = Children::<false> { workspace, keys };
+            let mut children = Children::<false> { front, search, run, keys };
             let mut windows = Windows::new(question.cut, least, glide, relation);
             expand(lanes, pair, trees, relation, &mut windows, &mut children);
             least = windows.least;
@@ -367,14 +364,16 @@ fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> bool {
 
 /// Where the children of an opened pair go. If they are alike, all have the first key of the table.
 struct Children<'w, const ALIKE: bool> {
-    workspace: &'w mut Workspace,
+    front: &'w mut Front,
+    search: &'w mut Search,
+    run: &'w mut Run,
     keys: &'w mut Keys,
 }
 
 impl<const ALIKE: bool> Sink for Children<'_, ALIKE> {
     #[inline(always)]
     fn count(&mut self, level: usize, bv_tests: u32) {
-        let stats = &mut self.workspace.run.stats;
+        let stats = &mut self.run.stats;
         stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
         stats.work += WORK_PER_SWEPT_EXPANSION + WORK_PER_SWEPT_TEST * u64::from(bv_tests);
     }
@@ -387,7 +386,7 @@ impl<const ALIKE: bool> Sink for Children<'_, ALIKE> {
     #[inline(always)]
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
         if ALIKE && self.keys[0][0] <= BEGIN {
-            return self.workspace.front.push_all(hits, child);
+            return self.front.push_all(hits, child);
         }
         for bit in bits(hits) {
             self.place(child(bit as u32), if ALIKE { self.keys[0][0] } else { self.keys.as_flattened()[bit % 64] });
@@ -403,9 +402,9 @@ impl<const ALIKE: bool> Sink for Children<'_, ALIKE> {
     #[inline(always)]
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
         if ALIKE {
-            self.workspace.search.wait(hits, first, |_| self.keys[0][0]);
+            self.search.wait(hits, first, |_| self.keys[0][0]);
         } else {
-            self.workspace.search.wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
+            self.search.wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
         }
     }
 }
@@ -414,9 +413,9 @@ impl<const ALIKE: bool> Children<'_, ALIKE> {
     #[inline(always)]
     fn place(&mut self, pair: Pair, key: f32) {
         if key > BEGIN {
-            self.workspace.front.queue(pair, key, bucket(key), true);
+            self.front.queue(pair, key, bucket(key), true);
         } else {
-            self.workspace.front.push(pair);
+            self.front.push(pair);
         }
     }
 }

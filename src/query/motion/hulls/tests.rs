@@ -63,7 +63,8 @@ impl Kernel for &Meeting<'_> {
         let (mut pair, mut key) = (Pair::new(0, 0), f32::NEG_INFINITY);
         loop {
             let mut found = Found { keys: [[0.0; WIDTH]; WIDTH], pairs: Vec::new(), triangles: Vec::new() };
-            let mut hulls = Hulls::new(0.6, key, self.span);
+            let mut views = Views::NONE;
+            let mut hulls = Hulls::new(0.6, key, self.span, &mut views);
             expand(lanes, pair, self.trees, self.relation, &mut hulls, &mut found);
             if let Some((_, key)) = found.triangles.iter().find(|found| found.0 == self.triangles) {
                 return *key <= self.time;
