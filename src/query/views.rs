@@ -105,9 +105,7 @@ impl Place {
             margin: self.margins(other),
         }
     }
-}
 
-impl Place {
     /// The axes of a node of B in A, row by row.
     #[inline(always)]
     fn rows(&self, of_b: &[f32x4; 3]) -> [f32x4; 3] {
