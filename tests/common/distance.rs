@@ -26,10 +26,13 @@ pub struct Question {
     pub relative: f64,
     pub margins: [f64; 2],
     pub closer_than: Option<f64>,
+    /// Whether it may be left open if surfaces meet that are within the absolute tolerance.
+    pub contact_open: bool,
 }
 
 impl Question {
-    pub const EXACT: Self = Self { absolute: Some(0.0), relative: 0.0, margins: [0.0; 2], closer_than: None };
+    pub const EXACT: Self =
+        Self { absolute: Some(0.0), relative: 0.0, margins: [0.0; 2], closer_than: None, contact_open: false };
 
     pub fn closer_than(limit: f64) -> Self {
         Self { closer_than: Some(limit), ..Self::default() }
@@ -37,6 +40,7 @@ impl Question {
 
     pub fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> DistanceQuery<'t> {
         let query = DistanceQuery::new(a, b, pose).relative_tolerance(self.relative).margins(self.margins);
+        let query = query.leave_contact_open(self.contact_open);
         let query = self.absolute.map_or(query, |length| query.absolute_tolerance(length));
         self.closer_than.map_or(query, |limit| query.closer_than(limit))
     }
@@ -170,9 +174,10 @@ impl Truth {
             assert!(said.closer.is_some() || close_call, "undecided: {asked:?} {said:?}, is {distance:e}");
             return;
         }
-        assert!(!self.meet() || said.high == 0.0, "they meet: {asked:?} {said:?}");
-        assert!(distance > margin - rounding || said.high == 0.0, "they overlap: {asked:?} {said:?}, {distance:e}");
         let absolute = asked.absolute.unwrap_or(self.tolerance);
+        let is_told = said.high == 0.0 || asked.contact_open && said.high <= absolute;
+        assert!(!self.meet() || is_told, "they meet: {asked:?} {said:?}");
+        assert!(distance > margin - rounding || is_told, "they overlap: {asked:?} {said:?}, {distance:e}");
         let tolerance = absolute.max(said.low * asked.relative) + rounding;
         assert!(said.high - said.low <= tolerance, "{asked:?} {said:?}, is {distance:e} of {:e}", self.size);
     }
@@ -188,6 +193,8 @@ impl Truth {
             Question { absolute: Some(1e-2 * self.size), ..exact },
             Question { relative: 1e-2, ..exact },
             Question { relative: 0.5, absolute: Some(1e-3 * self.size), ..exact },
+            Question { absolute: Some(1e-2 * self.size), contact_open: true, ..exact },
+            Question { contact_open: true, ..Question::default() },
             Question { margins: [part, rest], ..exact },
             Question { margins: [0.0, close], ..Question::default() },
             Question { margins: [0.6 * close, 0.6 * close], ..exact },
