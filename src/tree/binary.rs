@@ -57,14 +57,17 @@ pub(super) struct Item {
     max: Vec4,
 }
 
+/// Added to ids, which are below 2^30. By themselves they are denormal numbers, for which arithmetic takes many times as long.
+const NORMAL: u32 = 1 << 30;
+
 impl Item {
     pub fn new(id: usize, [a, b, c]: [Vec3A; 3]) -> Self {
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
-        Self { min: min.extend(f32::from_bits(id as u32)), max: max.extend(0.0) }
+        Self { min: min.extend(f32::from_bits(id as u32 + NORMAL)), max: max.extend(0.0) }
     }
 
     fn id(&self) -> u32 {
-        self.min.w.to_bits()
+        self.min.w.to_bits() - NORMAL
     }
 
     /// Twice the centre of the box.
