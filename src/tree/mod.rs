@@ -13,6 +13,7 @@ mod alpha;
 mod assign;
 mod axes;
 mod binary;
+mod bins;
 mod collapse;
 mod eight;
 mod file;
