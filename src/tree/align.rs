@@ -2,6 +2,7 @@
 //! does not depend on how a part lies in its file.
 
 use super::axes::{Candidates, Cluster, identity};
+use super::fork::Pieces;
 use super::moments::{Moments, Surfaces};
 use super::options::Effort;
 use super::orientation::{MESH_ORIENTATION, Orientation};
@@ -21,7 +22,7 @@ pub(super) fn align(unit: &Unit, mesh: &Mesh) -> Orientation {
     }
     let step = mesh.len().div_ceil(SAMPLES);
     let ids: Vec<u32> = (0..mesh.len() as u32).step_by(step).collect();
-    Instructions::detect().run(Align { samples: &unit.triangles(mesh, &ids) })
+    Instructions::detect().run(Align { samples: &unit.triangles(mesh, &ids, Pieces::ONE) })
 }
 
 struct Align<'t> {

@@ -53,13 +53,7 @@ impl BinaryTree {
 
 /// Builds over the triangles' boxes along the axes of `orientation`.
 pub(super) fn build(mesh: &Mesh, unit: &Unit, orientation: &Orientation, effort: Effort, pieces: Pieces) -> BinaryTree {
-    let to_axes = orientation.rotation.transpose();
-    let of_point = unit.of_points();
-    let bounds = |id: usize| {
-        let [a, b, c] = mesh.triangle(id).map(|x| to_axes * of_point(x).as_vec3a());
-        Bounds::new(id as u32, a.min(b).min(c).to_array(), a.max(b).max(c).to_array())
-    };
-    let mut items: Vec<Bounds> = (0..mesh.len()).map(|id| bounds(id)).collect();
+    let mut items = unit.bounds(mesh, orientation.rotation, pieces);
     let mut nodes = Vec::with_capacity(items.len() / 2 + 1);
     if !items.is_empty() {
         let depth_left = most_depth(items.len());

@@ -26,6 +26,7 @@
 //! follow from how many children each has, and no number can lead in a circle.
 
 use super::binary::most_depth;
+use super::fork::Pieces;
 use super::orientation::{MESH_ORIENTATION, Orientation};
 use super::validate::{TreeFault, dense, each_once};
 use super::wide::{Node, WIDTH};
@@ -285,7 +286,7 @@ impl Tree {
             return Err(TreeFileError::Cost(header.cost));
         }
         let unit = Unit::of(&mesh);
-        let triangles = unit.triangles(&mesh, &ids);
+        let triangles = unit.triangles(&mesh, &ids, Pieces::ONE);
         Ok(Self { built_cost: header.cost, ..Self::of_nodes(mesh, unit, nodes, triangles, ids, header.has_neighbors) })
     }
 }

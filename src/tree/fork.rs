@@ -18,9 +18,17 @@ impl Pieces {
     /// For `triangles` and at most `threads` threads. More pieces than threads, because pieces are not alike.
     pub fn new(threads: usize, triangles: usize) -> Self {
         if threads < 2 || !cfg!(feature = "parallel") {
-            return Self { threads: 1, count: 1 };
+            return Self::ONE;
         }
         Self { threads, count: threads.saturating_mul(4).min(triangles / LEAST_TRIANGLES).max(1) }
+    }
+
+    /// A computation as a whole.
+    pub const ONE: Self = Self { threads: 1, count: 1 };
+
+    /// Into what sizes to cut a slice of the given length, at least 1.
+    pub fn size(self, length: usize) -> usize {
+        length.div_ceil(self.count).max(1)
     }
 
     pub fn count(self) -> usize {

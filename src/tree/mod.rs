@@ -119,7 +119,7 @@ impl Tree {
         let unit = Unit::of(&mesh);
         let whole = if options.orientations { align::align(&unit, &mesh) } else { Orientation::IDENTITY };
         let binary = binary::build(&mesh, &unit, &whole, options.effort, pieces);
-        let triangles = unit.triangles(&mesh, &binary.order);
+        let triangles = unit.triangles(&mesh, &binary.order, pieces);
         let mut plan = collapse::Plan::of(&binary, &whole);
         if options.orientations && options.effort != Effort::Fast {
             assign::choose_orientations(&mut plan, &triangles, options.effort, pieces);

@@ -1,25 +1,45 @@
 //! From the vertices of a mesh to unit coordinates, two triangles at a time.
 
+use super::bins::Bounds;
+use super::fork::Pieces;
 use super::unit::{Triangle, Unit};
-use crate::math::lanes::{D8, F8, Instructions, Kernel, Lanes, per_axis, unrolled};
+use crate::math::lanes::{Column, D8, F8, Instructions, Kernel, Lanes, V8, per_axis, unrolled};
 use crate::mesh::{Mesh, Vertices};
 use alloc::boxed::Box;
+use alloc::vec::Vec;
+use glam::Mat3A;
+use wide::f32x4;
 
 impl Unit {
     /// The triangles of `mesh` with the numbers `ids`.
-    pub fn triangles(self, mesh: &Mesh, ids: &[u32]) -> Box<[Triangle]> {
+    pub(super) fn triangles(self, mesh: &Mesh, ids: &[u32], pieces: Pieces) -> Box<[Triangle]> {
         let mut triangles = alloc::vec![Triangle([[0.0; 4]; 3]); ids.len()].into_boxed_slice();
-        self.place(mesh, ids, &mut triangles);
+        let size = pieces.size(ids.len());
+        let jobs = ids.chunks(size).zip(triangles.chunks_mut(size)).collect();
+        pieces.each(jobs, |(ids, triangles)| self.place(mesh, ids, triangles));
         triangles
     }
 
     /// Computes `triangles`, which are those of `mesh` with the numbers `ids`.
-    pub fn place(self, mesh: &Mesh, ids: &[u32], triangles: &mut [Triangle]) {
+    pub(super) fn place(self, mesh: &Mesh, ids: &[u32], triangles: &mut [Triangle]) {
         let (unit, corners, instructions) = (self, mesh.triangles(), Instructions::detect());
         match mesh.vertices() {
             Vertices::F32(vertices) => instructions.run(Place { unit, vertices, corners, ids, triangles }),
             Vertices::F64(vertices) => instructions.run(Place { unit, vertices, corners, ids, triangles }),
         }
+    }
+
+    /// The boxes of all triangles of `mesh`; the columns of `axes` are their axes.
+    pub(super) fn bounds(self, mesh: &Mesh, axes: Mat3A, pieces: Pieces) -> Vec<Bounds> {
+        let mut bounds = alloc::vec![Bounds::EMPTY; mesh.len()];
+        let (unit, to_axes, instructions) = (self, axes.transpose(), Instructions::detect());
+        let size = pieces.size(mesh.len());
+        let jobs = mesh.triangles().chunks(size).zip(bounds.chunks_mut(size)).zip((0..).step_by(size)).collect();
+        pieces.each(jobs, |((corners, bounds), first)| match mesh.vertices() {
+            Vertices::F32(vertices) => instructions.run(Enclose { unit, vertices, corners, to_axes, first, bounds }),
+            Vertices::F64(vertices) => instructions.run(Enclose { unit, vertices, corners, to_axes, first, bounds }),
+        });
+        bounds
     }
 }
 
@@ -39,29 +59,58 @@ impl<V: Vertex> Kernel for Place<'_, V> {
         let Self { unit, vertices, corners, ids, triangles } = self;
         let (twos, rest) = triangles.as_chunks_mut();
         let (ids, ids_rest) = ids.as_chunks();
-        for (two, &ids) in twos.iter_mut().zip(ids) {
-            *two = place_two(lanes, &unit, vertices, corners, ids);
+        for (two, &[id, other]) in twos.iter_mut().zip(ids) {
+            let corners = [&corners[id as usize], &corners[other as usize]];
+            *two = place_two(points(lanes, &unit, vertices, corners));
         }
         if let ([triangle], &[id]) = (rest, ids_rest) {
-            [*triangle, _] = place_two(lanes, &unit, vertices, corners, [id; 2]);
+            [*triangle, _] = place_two(points(lanes, &unit, vertices, [&corners[id as usize]; 2]));
         }
     }
 }
 
-/// The triangles with the numbers `ids`. A vertex is three lanes of four.
+struct Enclose<'m, V> {
+    unit: Unit,
+    vertices: &'m [V],
+    corners: &'m [[u32; 3]],
+    to_axes: Mat3A,
+    /// Number of the first triangle.
+    first: u32,
+    bounds: &'m mut [Bounds],
+}
+
+impl<V: Vertex> Kernel for Enclose<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let Self { unit, vertices, corners, to_axes: Mat3A { x_axis, y_axis, z_axis }, first, bounds } = self;
+        let axes = [x_axis, y_axis, z_axis];
+        let to_axes = per_axis!(k => F8::twice(lanes, f32x4::new(axes[k].extend(0.0).to_array())));
+        let (twos, rest) = bounds.as_chunks_mut();
+        let (corners, corners_rest) = corners.as_chunks();
+        let mut id = first;
+        for (two, [one, other]) in twos.iter_mut().zip(corners) {
+            *two = enclose_two(points(lanes, &unit, vertices, [one, other]), to_axes, id);
+            id += 2;
+        }
+        if let ([bounds], [corners]) = (rest, corners_rest) {
+            [*bounds, _] = enclose_two(points(lanes, &unit, vertices, [corners; 2]), to_axes, id);
+        }
+    }
+}
+
+/// The corners of two triangles, unit coordinates: a point is three lanes of four.
 #[inline(always)]
-fn place_two<L: Lanes, V: Vertex>(
-    lanes: L,
-    unit: &Unit,
-    vertices: &[V],
-    corners: &[[u32; 3]],
-    [id, other]: [u32; 2],
-) -> [Triangle; 2] {
+fn points<L: Lanes, V: Vertex>(lanes: L, unit: &Unit, vertices: &[V], [one, other]: [&[u32; 3]; 2]) -> [D8<L>; 3] {
     let [x, y, z] = unit.origin.to_array();
     let origin = D8::load(lanes, &[x, y, z, 0.0, x, y, z, 0.0]);
     let scale = D8::splat(lanes, unit.scale());
-    let (one, other) = (&corners[id as usize], &corners[other as usize]);
-    let [a, b, c] = per_axis!(j => (V::two(lanes, vertices, [one[j] as usize, other[j] as usize]) - origin) * scale);
+    per_axis!(j => (V::two(lanes, vertices, [one[j] as usize, other[j] as usize]) - origin) * scale)
+}
+
+#[inline(always)]
+fn place_two<L: Lanes>([a, b, c]: [D8<L>; 3]) -> [Triangle; 2] {
     let p = a.narrow();
     let (e, f) = ((b - a).narrow().store(), (c - a).narrow().store());
     let (p, rest) = (p.store(), (a - p.widen()).narrow().store());
@@ -70,6 +119,18 @@ fn place_two<L: Lanes, V: Vertex>(
         [e[i + 1], e[i + 2], f[i], f[i + 1]],
         [f[i + 2], rest[i], rest[i + 1], rest[i + 2]],
     ]))
+}
+
+/// The boxes of the triangles with these corners, which are numbers `id` and `id + 1`.
+#[inline(always)]
+fn enclose_two<L: Lanes>(points: [D8<L>; 3], to_axes: V8<L>, id: u32) -> [Bounds; 2] {
+    let [a, b, c] = per_axis!(j => {
+        let point = points[j].narrow();
+        to_axes[0] * point.spread(0) + to_axes[1] * point.spread(1) + to_axes[2] * point.spread(2)
+    });
+    let (min, max) = (a.min(b).min(c).store(), a.max(b).max(c).store());
+    unrolled!(i in [0, 4] =>
+        Bounds::new(id + i as u32 / 4, [min[i], min[i + 1], min[i + 2]], [max[i], max[i + 1], max[i + 2]]))
 }
 
 /// A vertex as the mesh stores it.

@@ -62,13 +62,6 @@ impl Unit {
         (x - self.origin) * self.scale()
     }
 
-    /// The map of points into unit coordinates.
-    #[inline(always)]
-    pub(super) fn of_points(self) -> impl Fn(DVec3) -> DVec3 + Copy {
-        let scale = self.scale();
-        move |x| (x - self.origin) * scale
-    }
-
     /// What the distance from the origin is multiplied with.
     pub(crate) fn scale(&self) -> f64 {
         power_of_two(-self.exponent)
