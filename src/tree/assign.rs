@@ -14,10 +14,15 @@ use core::ops::Range;
 use core::slice;
 
 /// Gives each node of `plan` the best orientation for it, chosen from more candidates with more effort.
-pub(super) fn choose_orientations(plan: &mut Plan, triangles: &[Triangle], effort: Effort, pieces: Pieces) {
+pub(super) fn choose_orientations(
+    plan: &mut Plan,
+    triangles: &[Triangle],
+    effort: Effort,
+    parts: &[Part],
+    pieces: Pieces,
+) {
     let instructions = Instructions::detect();
-    let parts = if pieces.count() > 1 { plan.parts(triangles.len() / pieces.count()) } else { Vec::new() };
-    let above = above(&parts, plan.inner.len());
+    let above = above(parts, plan.inner.len());
     let mut families = alloc::vec![Moments::default(); plan.inner.len()];
 
     let gather = |numbers: &[Range<usize>], families: &mut [Moments], first: usize| {

@@ -63,7 +63,14 @@ pub(super) fn build(mesh: &Mesh, unit: &Unit, orientation: &Orientation, effort:
 }
 
 /// Splits `items`, which begin at `first` in tree order, and appends their nodes.
-fn split(effort: Effort, items: &mut [Bounds], first: u32, depth_left: u32, nodes: &mut Vec<BinaryNode>, pieces: Pieces) {
+fn split(
+    effort: Effort,
+    items: &mut [Bounds],
+    first: u32,
+    depth_left: u32,
+    nodes: &mut Vec<BinaryNode>,
+    pieces: Pieces,
+) {
     // A tree may lean for a while, but not so long that a balanced rest would no longer fit the depth.
     let balanced = usize::BITS - items.len().saturating_sub(1).leading_zeros();
     let may_part = items.len() > CLUSTER && depth_left > balanced;

@@ -1,6 +1,7 @@
 //! From the binary tree to the wide one: which binary nodes become wide nodes, and in which order.
 
 use super::binary::BinaryTree;
+use super::fork::Pieces;
 use super::orientation::Orientation;
 use super::wide::{Node, WIDTH};
 use alloc::vec::Vec;
@@ -59,10 +60,11 @@ impl Plan {
         self.inner[number] = Inner { node: index as u32, below: below as u32, count: count as u32 };
     }
 
-    /// The largest subtrees of no more than `triangles` triangles, without their roots.
-    pub fn parts(&self, triangles: usize) -> Vec<Part> {
+    /// The largest subtrees that are no more than one of `pieces`, without their roots; none if there is one piece only.
+    pub fn parts(&self, pieces: Pieces) -> Vec<Part> {
         let mut parts = Vec::new();
-        let mut number = 0;
+        let triangles = self.nodes.first().map_or(0, |root| pieces.size(root.triangles as usize));
+        let mut number = if pieces.count() > 1 { 0 } else { self.inner.len() };
         while let Some(inner) = self.inner.get(number) {
             let node = &self.nodes[inner.node as usize];
             let end = number + if node.triangles as usize <= triangles { inner.count as usize } else { 1 };

@@ -28,6 +28,8 @@
 use super::binary::most_depth;
 use super::fork::Pieces;
 use super::orientation::{MESH_ORIENTATION, Orientation};
+use super::profile::Profiles;
+use super::update::update;
 use super::validate::{TreeFault, dense, each_once};
 use super::wide::{Node, WIDTH};
 use super::{Tree, Unit};
@@ -281,13 +283,16 @@ impl Tree {
         let mesh = Mesh::read(vertices, header.is_f64, triangles)?;
         let ids: Box<[u32]> = order.as_chunks().0.iter().map(|&id| u32::from_le_bytes(id)).collect();
         each_once(&ids, mesh.len())?;
-        let nodes = nodes(shapes, mesh.len(), orientations)?;
+        let mut nodes = nodes(shapes, mesh.len(), orientations)?;
         if !(header.cost >= 0.0 && header.cost.is_finite()) {
             return Err(TreeFileError::Cost(header.cost));
         }
         let unit = Unit::of(&mesh);
         let triangles = unit.triangles(&mesh, &ids, Pieces::ONE);
-        Ok(Self { built_cost: header.cost, ..Self::of_nodes(mesh, unit, nodes, triangles, ids, header.has_neighbors) })
+        let mut profiles = Profiles::room(&mut nodes);
+        update(&mut nodes, &triangles, &mut profiles, &[], Pieces::ONE);
+        let tree = Self::of_nodes(mesh, unit, nodes, profiles, triangles, ids, header.has_neighbors);
+        Ok(Self { built_cost: header.cost, ..tree })
     }
 }
 

@@ -121,23 +121,26 @@ impl Tree {
         let binary = binary::build(&mesh, &unit, &whole, options.effort, pieces);
         let triangles = unit.triangles(&mesh, &binary.order, pieces);
         let mut plan = collapse::Plan::of(&binary, &whole);
+        let parts = plan.parts(pieces);
         if options.orientations && options.effort != Effort::Fast {
-            assign::choose_orientations(&mut plan, &triangles, options.effort, pieces);
+            assign::choose_orientations(&mut plan, &triangles, options.effort, &parts, pieces);
         }
-        Self::of_nodes(mesh, unit, plan.nodes.into(), triangles, binary.order.into(), options.neighbors)
+        let mut nodes = plan.nodes.into_boxed_slice();
+        let mut profiles = Profiles::room(&mut nodes);
+        update::update(&mut nodes, &triangles, &mut profiles, &parts, pieces);
+        Self::of_nodes(mesh, unit, nodes, profiles, triangles, binary.order.into(), options.neighbors)
     }
 
-    /// The tree of nodes whose places and orientations are known; boxes and profiles are computed here.
+    /// The tree of finished nodes.
     fn of_nodes(
         mesh: Mesh,
         unit: Unit,
-        mut nodes: Box<[Node]>,
+        nodes: Box<[Node]>,
+        profiles: Profiles,
         triangles: Box<[Triangle]>,
         ids: Box<[u32]>,
         keep_neighbors: bool,
     ) -> Self {
-        let mut profiles = Profiles::room(&mut nodes);
-        update::update(&mut nodes, &triangles, &mut profiles);
         let neighbors = if keep_neighbors { adjacency::neighbors(&mesh, &ids, &nodes) } else { Box::default() };
         let (built_cost, identity) = (profiles.cost, next_identity());
         let tree =

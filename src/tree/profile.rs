@@ -7,6 +7,7 @@ use super::eight::present;
 use super::wide::{Node, xyz};
 use crate::math::lanes::{Column, F8, Lanes, V8, dot, per_axis, per_lane, sums};
 use alloc::boxed::Box;
+use core::ops::Range;
 use glam::{Vec3, Vec3A};
 
 /// The boxes of one level of a subtree, counted down from its root; axes of the root, unit coordinates (multiply by
@@ -78,14 +79,28 @@ impl Profiles {
         Self { levels: alloc::vec![LevelProfile::NONE; levels].into(), cost: 0.0 }
     }
 
+    /// Where the levels of `nodes` are, which lie side by side.
+    pub fn range(nodes: &[Node]) -> Range<usize> {
+        let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else { return 0..0 };
+        last.profile as usize..first.profile as usize + usize::from(first.height)
+    }
+}
+
+/// The levels of some subtrees, from number `first` on.
+pub(super) struct Levels<'l> {
+    pub levels: &'l mut [LevelProfile],
+    pub first: usize,
+}
+
+impl Levels<'_> {
     /// Measures a cluster, the boxes of whose triangles are `center` and `half`. Returns their summed surface area.
     #[inline(always)]
-    pub fn measure_cluster<L: Lanes>(&mut self, lanes: L, node: &mut Node, center: &V8<L>, half: &V8<L>) -> f64 {
+    pub fn measure_cluster<L: Lanes>(&mut self, lanes: L, node: &mut Node, center: &V8<L>, half: &V8<L>) -> f32 {
         let (level, area) = LevelProfile::of_children(lanes, node, center, half, xyz(node.own_center));
-        self.levels[node.profile as usize] = level;
+        self.levels[node.profile as usize - self.first] = level;
         node.leaf = level.half_extent.into();
         node.self_cost = level.nodes * level.nodes;
-        f64::from(area)
+        area
     }
 
     /// Measures an inner node with the given own box, whose `children` have been measured. Returns the summed surface area
@@ -98,9 +113,9 @@ impl Profiles {
         own_center: [f32; 3],
         own_half: [f32; 3],
         children: &[Node],
-    ) -> f64 {
+    ) -> f32 {
         // Levels of what is below come first.
-        let (below, levels) = self.levels.split_at_mut(node.profile as usize);
+        let (below, levels) = self.levels.split_at_mut(node.profile as usize - self.first);
         let levels = &mut levels[..usize::from(node.height)];
         let center = per_axis!(k => F8::load(lanes, &node.center[k]));
         let half = per_axis!(k => F8::load(lanes, &node.half[k]));
@@ -108,11 +123,11 @@ impl Profiles {
         levels[0] = first;
         let siblings = Siblings::of(lanes, node, children);
         for (depth, level) in levels[1..].iter_mut().enumerate() {
-            *level = siblings.level(lanes, depth, below, own_center);
+            *level = siblings.level(lanes, depth, below, self.first, own_center);
         }
         node.leaf = siblings.leaf(lanes);
         node.self_cost = self_cost(own_half, levels);
-        f64::from(area)
+        area
     }
 }
 
@@ -144,11 +159,11 @@ impl<'n, L: Lanes> Siblings<'n, L> {
         Self { children, rotation, absolute }
     }
 
-    /// One level of all children together, `depth` below theirs; `all` holds their levels, `about` is a point near them.
+    /// One level of all children together, `depth` below theirs; `all` holds their levels, from number `first` on, `about` is a point near them.
     #[inline(always)]
-    fn level(&self, lanes: L, depth: usize, all: &[LevelProfile], about: [f32; 3]) -> LevelProfile {
+    fn level(&self, lanes: L, depth: usize, all: &[LevelProfile], first: usize, about: [f32; 3]) -> LevelProfile {
         let of_child = per_lane!(i => match self.children.get(i) {
-            Some(child) if depth < usize::from(child.height) => &all[child.profile as usize + depth],
+            Some(child) if depth < usize::from(child.height) => &all[child.profile as usize + depth - first],
             _ => &LevelProfile::NONE,
         });
         let rows = per_lane!(i => {

@@ -1,5 +1,6 @@
 //! New vertices for the same triangles: nodes and orientations stay; boxes and profiles are computed anew.
 
+use super::fork::Pieces;
 use super::update::update;
 use super::{Tree, Unit, next_identity};
 use crate::mesh::MeshError;
@@ -53,7 +54,7 @@ impl Tree {
     fn follow_mesh(&mut self) {
         self.unit = Unit::of(&self.mesh);
         self.unit.place(&self.mesh, &self.ids, &mut self.triangles);
-        update(&mut self.nodes, &self.triangles, &mut self.profiles);
+        update(&mut self.nodes, &self.triangles, &mut self.profiles, &[], Pieces::ONE);
         // A stopped query of the old boxes may not go on among the new ones.
         self.identity = next_identity();
         debug_assert_eq!(self.validate(), Ok(()));

@@ -1,23 +1,61 @@
 //! Boxes and profiles of all nodes, bottom-up in one pass: the end of a build and the whole of a refit.
 
+use super::collapse::Part;
 use super::eight::{Eight, present};
 use super::fit::{Extent, span};
-use super::profile::Profiles;
+use super::fork::{Pieces, split};
+use super::profile::{Levels, Profiles};
 use super::unit::Triangle;
 use super::wide::Node;
 use crate::math::lanes::{F8, Instructions, Kernel, Lanes, per_axis};
+use alloc::vec::Vec;
+use core::ops::Range;
 use wide::f32x4;
 
-/// Computes everything in `nodes` and `profiles` that depends on where the triangles are; places and orientations stay.
-/// `O(n)` in the mean, and allocates nothing.
-pub(super) fn update(nodes: &mut [Node], triangles: &[Triangle], profiles: &mut Profiles) {
-    Instructions::detect().run(Update { nodes, triangles, profiles });
+/// Computes everything in `nodes` and `profiles` that depends on where the triangles are; places and orientations stay. Threads
+/// may do `parts` each for itself. `O(n)` in the mean, and allocates nothing where there are none.
+pub(super) fn update(
+    nodes: &mut [Node],
+    triangles: &[Triangle],
+    profiles: &mut Profiles,
+    parts: &[Part],
+    pieces: Pieces,
+) {
+    let instructions = Instructions::detect();
+    // Levels lie the other way round.
+    let ranges: Vec<_> = parts.iter().rev().map(|part| Profiles::range(&nodes[part.nodes.clone()])).collect();
+    let levels = split(&mut profiles.levels, ranges.iter().cloned());
+    let levels = ranges.iter().zip(levels).map(|(range, levels)| Levels { first: range.start, levels });
+    let of_parts = parts.iter().zip(split(nodes, parts.iter().map(|part| part.nodes.clone())));
+    pieces.each(of_parts.rev().zip(levels).collect(), |((part, nodes), levels)| {
+        let (first, numbers) = (part.nodes.start, part.nodes.clone());
+        instructions.run(Update { nodes, first, numbers, triangles, levels });
+    });
+    let mut end = nodes.len();
+    let mut above = |numbers| {
+        let levels = Levels { first: 0, levels: &mut profiles.levels };
+        instructions.run(Update { nodes, first: 0, numbers, triangles, levels });
+    };
+    for part in parts.iter().rev() {
+        above(part.nodes.end..end);
+        end = part.nodes.start;
+    }
+    above(0..end);
+    let Some(root) = nodes.first_mut() else { return };
+    let area = root.size;
+    set_own(root, &Extent::kept_in(root));
+    let whole = root.size * root.size;
+    profiles.cost = if whole > 0.0 { area / whole } else { 0.0 };
 }
 
 struct Update<'t> {
+    /// From number `first` on.
     nodes: &'t mut [Node],
+    first: usize,
+    /// Of the nodes to do.
+    numbers: Range<usize>,
     triangles: &'t [Triangle],
-    profiles: &'t mut Profiles,
+    levels: Levels<'t>,
 }
 
 impl Kernel for Update<'_> {
@@ -25,46 +63,37 @@ impl Kernel for Update<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(mut self, lanes: L) {
-        let mut area = 0.0;
-        for index in (0..self.nodes.len()).rev() {
-            if !self.nodes[index].is_cluster {
-                area += self.inner(lanes, index);
-            } else if index == 0 {
+        for number in self.numbers.clone().rev() {
+            if !self.nodes[number - self.first].is_cluster {
+                self.inner(lanes, number);
+            } else if number == 0 {
                 // All other clusters are done with their parents.
                 let triangles = Eight::of_few(lanes, self.triangles);
-                area += cluster(lanes, &mut self.nodes[0], &triangles, self.profiles).1;
+                let (own, area) = cluster(lanes, &mut self.nodes[0], &triangles, &mut self.levels);
+                keep(&mut self.nodes[0], &own, area);
             }
         }
-        let Some(root) = self.nodes.first_mut() else { return };
-        if !root.is_cluster {
-            set_own(root, &Extent::kept_in(root));
-        }
-        let whole = f64::from(root.size) * f64::from(root.size);
-        self.profiles.cost = if whole > 0.0 { (area / whole) as f32 } else { 0.0 };
     }
 }
 
 impl Update<'_> {
-    /// An inner node, whose inner children are done, and the clusters among its children. Returns the summed surface area
-    /// of the boxes below them.
-    ///
-    /// Until its parent is done an inner node keeps the ends of its box in the place of its centre and half extent: a parent
-    /// with the same axes needs them to the bit.
+    /// An inner node, whose inner children are done, and the clusters among its children.
     #[inline(always)]
-    fn inner<L: Lanes>(&mut self, lanes: L, index: usize) -> f64 {
-        let Some((node, later)) = self.nodes[index..].split_first_mut() else { return 0.0 };
-        let (first, mut own, mut area) = (index + 1, Extent::EMPTY, 0.0);
+    fn inner<L: Lanes>(&mut self, lanes: L, number: usize) {
+        let Some((node, later)) = self.nodes[number - self.first..].split_first_mut() else { return };
+        let (first, mut own, mut area) = (number + 1, Extent::EMPTY, 0.0);
         for lane in 0..usize::from(node.children) {
             let number = node.first_child as usize + lane;
             let child = &mut later[number - first];
             let same = child.orientation == node.orientation;
             let extent = if child.is_cluster {
                 let eight = Eight::of_few(lanes, &self.triangles[child.triangle_range()]);
-                let (extent, below) = cluster(lanes, child, &eight, self.profiles);
+                let (extent, below) = cluster(lanes, child, &eight, &mut self.levels);
                 area += below;
                 if same { extent } else { span(lanes, &eight, node).extent() }
             } else {
                 let ends = Extent::kept_in(child);
+                area += child.size;
                 set_own(child, &ends);
                 if same {
                     ends
@@ -79,15 +108,23 @@ impl Update<'_> {
             }
             own = own.union(extent);
         }
-        own.keep_in(node);
         let children = &later[node.first_child as usize - first..][..usize::from(node.children)];
-        area + self.profiles.measure(lanes, node, own.center().to_array(), own.half().to_array(), children)
+        area += self.levels.measure(lanes, node, own.center().to_array(), own.half().to_array(), children);
+        keep(node, &own, area);
     }
+}
+
+/// Until its parent is done an inner node keeps the ends of its box in the place of its centre and half extent: a parent with
+/// the same axes needs them to the bit; and in the place of its size the summed surface area of the boxes below it.
+#[inline(always)]
+fn keep(node: &mut Node, own: &Extent, area: f32) {
+    own.keep_in(node);
+    node.size = area;
 }
 
 /// Fits a cluster to its triangles. Returns its own box and the summed surface area of theirs.
 #[inline(always)]
-fn cluster<L: Lanes>(lanes: L, node: &mut Node, triangles: &Eight<L>, profiles: &mut Profiles) -> (Extent, f64) {
+fn cluster<L: Lanes>(lanes: L, node: &mut Node, triangles: &Eight<L>, levels: &mut Levels) -> (Extent, f32) {
     let span = span(lanes, triangles, node);
     let part = present(lanes, node.children.into()) * F8::splat(lanes, 0.5);
     let center = per_axis!(k => (span.min[k] + span.max[k]) * part);
@@ -96,7 +133,7 @@ fn cluster<L: Lanes>(lanes: L, node: &mut Node, triangles: &Eight<L>, profiles: 
     node.half = per_axis!(k => half[k].store());
     let own = span.extent();
     set_own(node, &own);
-    let area = profiles.measure_cluster(lanes, node, &center, &half);
+    let area = levels.measure_cluster(lanes, node, &center, &half);
     (own, area)
 }
 
