@@ -102,9 +102,10 @@ fn part<L: Lanes, const N: usize>(lanes: L, items: &mut [Bounds], centers: Cente
     }
     let mut costs = [[f32::INFINITY; N]; 3];
     let mut lowest = [F8::splat(lanes, f32::INFINITY); 3];
+    let mut sides = [[[0.0; 4]; N]; 2];
     for k in 0..3 {
         if binning.axes[k] {
-            lowest[k] = border_costs(lanes, &bins[k], &counts[k], &mut costs[k]);
+            lowest[k] = border_costs(lanes, &bins[k], &counts[k], &mut sides, &mut costs[k]);
         }
     }
     let lowest = least(lowest);
@@ -164,15 +165,16 @@ fn extent<L: Lanes>(bounds: F8<L>) -> f32x4 {
     max + minus_min
 }
 
-/// What it costs to part between bins `i - 1` and `i`, for each `i`, and in lanes the least of it.
+/// What it costs to part between bins `i - 1` and `i`, for each `i`, and in lanes the least of it. `left` and `right` are for what
+/// is on the sides, and of nothing to begin with.
 #[inline(always)]
 fn border_costs<L: Lanes, const N: usize>(
     lanes: L,
     bins: &[Bounds; N],
     counts: &[f32; N],
+    [left, right]: &mut [[[f32; 4]; N]; 2],
     costs: &mut [f32; N],
 ) -> F8<L> {
-    let (mut left, mut right) = ([[0.0; 4]; N], [[0.0; 4]; N]);
     let (mut bounds, mut count) = (F8::load(lanes, &Bounds::EMPTY.0), 0.0);
     for i in 1..N {
         (bounds, count) = (bounds.max(F8::load(lanes, &bins[i - 1].0)), count + counts[i - 1]);

@@ -4,6 +4,7 @@ use super::binary::BinaryTree;
 use super::fork::Pieces;
 use super::orientation::Orientation;
 use super::wide::{Node, WIDTH};
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::ops::Range;
@@ -11,9 +12,19 @@ use core::ops::Range;
 /// The wide nodes, boxes still to come. The root is node 0, siblings lie side by side, and what is below each of
 /// them follows in turn: so the nodes below a node lie in one piece, and none comes before its parent.
 pub(super) struct Plan {
-    pub nodes: Vec<Node>,
+    pub nodes: Box<[Node]>,
     /// The inner nodes, each before those below it, which lie in one piece too.
     pub inner: Vec<Inner>,
+}
+
+/// What is known of a node when it is numbered: little, so that nodes are written once, where they stay.
+#[derive(Clone, Copy)]
+struct Seed {
+    /// In the binary tree.
+    root: u32,
+    first_child: u32,
+    children: u8,
+    depth: u8,
 }
 
 /// An inner node.
@@ -34,30 +45,13 @@ pub(super) struct Part {
 impl Plan {
     /// Collapses `binary`; all nodes get the same orientation. `O(n)`.
     pub fn of(binary: &BinaryTree, orientation: &Orientation) -> Self {
-        let mut plan = Self { nodes: Vec::with_capacity(binary.nodes.len() * 3 / 4 + 1), inner: Vec::new() };
+        let mut seeds = Vec::with_capacity(binary.nodes.len() * 3 / 4 + 1);
+        let mut inner = Vec::new();
         if !binary.nodes.is_empty() {
-            plan.nodes.push(node(binary, 0, 0, orientation));
-            plan.open(binary, 0, 0, orientation);
+            seeds.push(Seed::of(binary, 0, 0));
+            open(binary, 0, &mut seeds, &mut inner);
         }
-        plan
-    }
-
-    /// Adds all below node `index`, which is `root` in the binary tree.
-    fn open(&mut self, binary: &BinaryTree, root: usize, index: usize, orientation: &Orientation) {
-        if self.nodes[index].is_cluster {
-            return;
-        }
-        let (first, depth) = (self.nodes.len(), self.nodes[index].depth);
-        let children = widest(binary, root);
-        self.nodes.extend(children.iter().map(|&child| node(binary, child, depth + 1, orientation)));
-        (self.nodes[index].first_child, self.nodes[index].children) = (first as u32, children.len() as u8);
-        let number = self.inner.len();
-        self.inner.push(Inner { node: index as u32, below: 0, count: 0 });
-        for (i, &child) in children.iter().enumerate() {
-            self.open(binary, child, first + i, orientation);
-        }
-        let (below, count) = (self.nodes.len() - first, self.inner.len() - number);
-        self.inner[number] = Inner { node: index as u32, below: below as u32, count: count as u32 };
+        Self { nodes: seeds.iter().map(|seed| seed.node(binary, orientation)).collect(), inner }
     }
 
     /// The largest subtrees that are no more than one of `pieces`, without their roots; none if there is one piece only.
@@ -78,20 +72,45 @@ impl Plan {
     }
 }
 
-/// The node that becomes of a node of the binary tree; where the children of an inner one are is still to come.
-fn node(binary: &BinaryTree, index: usize, depth: u8, orientation: &Orientation) -> Node {
-    let subtree = &binary.nodes[index];
-    let mut node = Node {
-        first_child: subtree.first,
-        first_triangle: subtree.first,
-        triangles: subtree.count,
-        children: subtree.count as u8,
-        is_cluster: subtree.is_cluster(),
-        depth,
-        ..Node::default()
-    };
-    node.set_orientation(orientation);
-    node
+impl Seed {
+    fn of(binary: &BinaryTree, root: usize, depth: u8) -> Self {
+        let subtree = &binary.nodes[root];
+        let children = if subtree.is_cluster() { subtree.count as u8 } else { 0 };
+        Self { root: root as u32, first_child: subtree.first, children, depth }
+    }
+
+    fn node(&self, binary: &BinaryTree, orientation: &Orientation) -> Node {
+        let subtree = &binary.nodes[self.root as usize];
+        let mut node = Node {
+            first_child: self.first_child,
+            first_triangle: subtree.first,
+            triangles: subtree.count,
+            children: self.children,
+            is_cluster: subtree.is_cluster(),
+            depth: self.depth,
+            ..Node::default()
+        };
+        node.set_orientation(orientation);
+        node
+    }
+}
+
+/// Adds all below node `index`.
+fn open(binary: &BinaryTree, index: usize, seeds: &mut Vec<Seed>, inner: &mut Vec<Inner>) {
+    let (first, Seed { root, depth, .. }) = (seeds.len(), seeds[index]);
+    if binary.nodes[root as usize].is_cluster() {
+        return;
+    }
+    let children = widest(binary, root as usize);
+    seeds.extend(children.iter().map(|&child| Seed::of(binary, child, depth + 1)));
+    (seeds[index].first_child, seeds[index].children) = (first as u32, children.len() as u8);
+    let number = inner.len();
+    inner.push(Inner { node: index as u32, below: 0, count: 0 });
+    for child in first..first + children.len() {
+        open(binary, child, seeds, inner);
+    }
+    let (below, count) = (seeds.len() - first, inner.len() - number);
+    inner[number] = Inner { node: index as u32, below: below as u32, count: count as u32 };
 }
 
 /// Up to eight descendants of `root`: the one with the largest box is opened until there are eight, or only clusters.

@@ -125,7 +125,7 @@ impl Tree {
         if options.orientations && options.effort != Effort::Fast {
             assign::choose_orientations(&mut plan, &triangles, options.effort, &parts, pieces);
         }
-        let mut nodes = plan.nodes.into_boxed_slice();
+        let mut nodes = plan.nodes;
         let mut profiles = Profiles::room(&mut nodes);
         update::update(&mut nodes, &triangles, &mut profiles, &parts, pieces);
         Self::of_nodes(mesh, unit, nodes, profiles, triangles, binary.order.into(), options.neighbors)
