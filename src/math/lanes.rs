@@ -97,6 +97,7 @@ pub(crate) trait Lanes: Copy {
 
     fn splat(self, x: f32) -> Self::F;
     fn load(self, x: &[f32; 8]) -> Self::F;
+    fn read(self, x: &[f32x4; 2]) -> Self::F;
     fn put(self, x: Self::F, to: &mut [f32; 8]);
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
@@ -190,6 +191,11 @@ impl<L: Lanes> F8<L> {
     #[inline(always)]
     pub fn load(lanes: L, x: &[f32; 8]) -> Self {
         Self(lanes.load(x), lanes)
+    }
+    /// From aligned halves: SSE has no other operands in memory.
+    #[inline(always)]
+    pub fn read(lanes: L, x: &[f32x4; 2]) -> Self {
+        Self(lanes.read(x), lanes)
     }
     #[inline(always)]
     pub fn put(self, to: &mut [f32; 8]) {

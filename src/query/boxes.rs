@@ -29,8 +29,8 @@ impl<L: Lanes> Boxes<L> {
     pub(super) fn children(lanes: L, node: &Node, scale: f32) -> Self {
         let scale = F8::splat(lanes, scale);
         Self {
-            center: per_axis!(k => F8::load(lanes, &node.center[k]) * scale),
-            half: per_axis!(k => F8::load(lanes, &node.half[k]) * scale),
+            center: per_axis!(k => F8::read(lanes, &node.center[k]) * scale),
+            half: per_axis!(k => F8::read(lanes, &node.half[k]) * scale),
         }
     }
 
@@ -51,12 +51,17 @@ impl<L: Lanes> Boxes<L> {
     /// The boxes around these along the axes of the other side.
     #[inline(always)]
     pub(super) fn seen(&self, lanes: L, view: &View) -> Self {
-        let m = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
+        let seen = per_axis!(k => self.seen_along(lanes, view, k));
+        Self { center: per_axis!(k => seen[k].0), half: per_axis!(k => seen[k].1) }
+    }
+
+    /// Their centres and half extents along an axis of the other side.
+    #[inline(always)]
+    fn seen_along(&self, lanes: L, view: &View, k: usize) -> (F8<L>, F8<L>) {
+        let row = per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k]));
         let margin = F8::splat(lanes, view.margin.as_array()[0]);
-        Self {
-            center: per_axis!(k => dot(m[k], self.center) + F8::splat(lanes, view.origin.as_array()[k])),
-            half: per_axis!(k => dot(per_axis!(j => m[k][j].abs()), self.half) + margin),
-        }
+        let center = dot(row, self.center) + F8::splat(lanes, view.origin.as_array()[k]);
+        (center, dot(per_axis!(j => row[j].abs()), self.half) + margin)
     }
 }
 
@@ -258,23 +263,24 @@ impl BoxTest for Overlap {
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, [mut alive_a, alive_b]: [u32; 2], keys: &mut Keys) -> u64 {
         let Facing { nodes: [a, b], views: [of_a, of_b], scales, .. } = facing;
         let (center, half) = facing.other();
-        let (apart, of_a) = Reach::children(lanes, (a, of_a, scales[0]), (center, half));
-        alive_a &= !apart;
+        let mut reach_a = Reach::<L>::NONE;
+        alive_a &= !Reach::children::<true>(lanes, (a, of_a, scales[0]), (center, half), &mut reach_a);
         // Else a branch that cannot be guessed costs more than it saves.
         if !L::IS_WHOLE && alive_a == 0 {
             return 0;
         }
-        let (apart, of_b) = Reach::children(lanes, (b, of_b, scales[1]), (a.own_center, a.own_half));
-        let alive_b = alive_b & !apart;
+        let mut reach_b = Reach::<L>::NONE;
+        let own_a = (a.own_center, a.own_half);
+        let alive_b = alive_b & !Reach::children::<false>(lanes, (b, of_b, scales[1]), own_a, &mut reach_b);
         let mut pairs = 0;
         per_part!(lanes: L, part => {
             let alive_b = alive_b & all(part);
             let mut alive_a = if L::IS_WHOLE || alive_b != 0 { alive_a } else { 0 };
-            let [own, seen] = [Reach::load(part, &of_b[0]), Reach::load(part, &of_b[1])];
+            let [own, seen] = [Reach::load(part, &reach_b[0]), Reach::load(part, &reach_b[1])];
             while alive_a != 0 {
                 let i = alive_a.trailing_zeros() as usize;
                 alive_a &= alive_a - 1;
-                let depth = seen.overlap_at(part, &of_a[0], i).min(own.overlap_at(part, &of_a[1], i));
+                let depth = seen.overlap_at(part, &reach_a[0], i).min(own.overlap_at(part, &reach_a[1], i));
                 depth.put(&mut keys[i]);
                 pairs |= u64::from(!depth.mask() & alive_b) << (WIDTH * i);
             }

@@ -101,8 +101,8 @@ impl Extent {
     #[inline(always)]
     fn reached_out_of<L: Lanes>(&self, lanes: L, inner: &Node, node: &Node) -> u32 {
         let turn = node.axes().transpose() * inner.axes();
-        let center = per_axis!(k => F8::load(lanes, &inner.center[k]));
-        let half = per_axis!(k => F8::load(lanes, &inner.half[k]));
+        let center = per_axis!(k => F8::read(lanes, &inner.center[k]));
+        let half = per_axis!(k => F8::read(lanes, &inner.half[k]));
         let [x, y, z] = per_axis!(k => {
             let row = per_axis!(j => F8::splat(lanes, turn.col(j)[k]));
             let center = dot(row, center);

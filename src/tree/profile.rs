@@ -117,8 +117,8 @@ impl Levels<'_> {
         // Levels of what is below come first.
         let (below, levels) = self.levels.split_at_mut(node.profile as usize - self.first);
         let levels = &mut levels[..usize::from(node.height)];
-        let center = per_axis!(k => F8::load(lanes, &node.center[k]));
-        let half = per_axis!(k => F8::load(lanes, &node.half[k]));
+        let center = per_axis!(k => F8::read(lanes, &node.center[k]));
+        let half = per_axis!(k => F8::read(lanes, &node.half[k]));
         let (first, area) = LevelProfile::of_children(lanes, node, &center, &half, own_center);
         levels[0] = first;
         let siblings = Siblings::of(lanes, node, children);

@@ -103,8 +103,8 @@ impl Update<'_> {
             };
             let (center, half) = (extent.center(), extent.half());
             for k in 0..3 {
-                node.center[k][lane] = center[k];
-                node.half[k][lane] = half[k];
+                node.center[k][lane / 4].as_mut_array()[lane % 4] = center[k];
+                node.half[k][lane / 4].as_mut_array()[lane % 4] = half[k];
             }
             own = own.union(extent);
         }
@@ -129,8 +129,8 @@ fn cluster<L: Lanes>(lanes: L, node: &mut Node, triangles: &Eight<L>, levels: &m
     let part = present(lanes, node.children.into()) * F8::splat(lanes, 0.5);
     let center = per_axis!(k => (span.min[k] + span.max[k]) * part);
     let half = per_axis!(k => (span.max[k] - span.min[k]) * part);
-    node.center = per_axis!(k => center[k].store());
-    node.half = per_axis!(k => half[k].store());
+    node.center = per_axis!(k => center[k].halves());
+    node.half = per_axis!(k => half[k].halves());
     let own = span.extent();
     set_own(node, &own);
     let area = levels.measure_cluster(lanes, node, &center, &half);

@@ -1,12 +1,13 @@
 //! The invariants of a tree, checked one by one; for tests and debug builds.
 
 use super::binary::{CLUSTER, most_depth};
-use super::wide::WIDTH;
+use super::wide::{WIDTH, lane};
 use super::{Node, Tree};
 use crate::math::tolerance::BOX_ROUNDING;
 use core::fmt;
 use core::ops::Range;
 use glam::{DVec3, Vec3};
+use wide::f32x4;
 
 /// What is wrong with a tree, and with which node or triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,7 +117,7 @@ fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
     }
     let to_axes = node.rotation().transpose().as_dmat3();
     for i in 0..usize::from(node.children) {
-        let lane = |boxes: &[[f32; 8]; 3]| Vec3::from_array([0, 1, 2].map(|k| boxes[k][i])).as_dvec3();
+        let of_child = |all: &[[f32x4; 2]; 3]| Vec3::from_array([0, 1, 2].map(|k| lane(&all[k], i))).as_dvec3();
         for triangle in child_range(tree, node, i) {
             for x in tree.mesh.triangle(tree.ids[triangle] as usize) {
                 let x = to_axes * ((x - tree.unit.origin) / tree.unit.length());
@@ -125,7 +126,7 @@ fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
                 };
                 let center = Vec3::from(super::xyz(node.own_center)).as_dvec3();
                 let own = inside(center, node.extent().as_dvec3());
-                if !own || !inside(lane(&node.center), lane(&node.half)) {
+                if !own || !inside(of_child(&node.center), of_child(&node.half)) {
                     return Err(TreeFault::Outside(index));
                 }
             }

@@ -18,9 +18,9 @@ pub(crate) const MAX_HEIGHT: usize = 71;
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// The children's boxes, axis by axis.
-    pub center: [[f32; WIDTH]; 3],
-    pub half: [[f32; WIDTH]; 3],
+    /// The children's boxes, axis by axis, in halves ([`crate::math::lanes::F8::read`]).
+    pub center: [[f32x4; 2]; 3],
+    pub half: [[f32x4; 2]; 3],
     /// The node's own box.
     pub own_center: f32x4,
     pub own_half: f32x4,
@@ -53,6 +53,12 @@ pub(crate) struct Node {
 }
 
 const _: () = assert!(size_of::<Node>() == 320);
+
+/// One of eight lanes.
+#[inline(always)]
+pub(crate) fn lane(v: &[f32x4; 2], i: usize) -> f32 {
+    v[i / 4].as_array()[i % 4]
+}
 
 /// The first three lanes.
 #[inline(always)]

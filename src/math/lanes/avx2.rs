@@ -78,6 +78,10 @@ impl Lanes for Avx2 {
         cast(*x)
     }
     #[inline(always)]
+    fn read(self, x: &[f32x4; 2]) -> __m256 {
+        cast(*x)
+    }
+    #[inline(always)]
     fn put(self, x: __m256, to: &mut [f32; 8]) {
         *to = cast(x);
     }

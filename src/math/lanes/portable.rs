@@ -94,6 +94,10 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
         core::array::from_fn(|i| f32x4::new(core::array::from_fn(|k| x[AT + 4 * i + k])))
     }
     #[inline(always)]
+    fn read(self, x: &[f32x4; 2]) -> F<N> {
+        core::array::from_fn(|i| x[AT / 4 + i])
+    }
+    #[inline(always)]
     fn put(self, x: F<N>, to: &mut [f32; 8]) {
         for (i, x) in x.into_iter().enumerate() {
             to[AT + 4 * i..][..4].copy_from_slice(x.as_array());

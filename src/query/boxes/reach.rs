@@ -2,7 +2,7 @@
 
 use super::{Boxes, View};
 use crate::math::lanes::{Column, F8, Lanes, V8, per_axis};
-use crate::tree::{Node, xyz};
+use crate::tree::Node;
 use wide::f32x4;
 
 /// Eight boxes by how far they reach along three axes, and how far against them. Boxes overlap by the least sum of what they
@@ -16,36 +16,39 @@ pub(super) struct Reach<L: Lanes> {
 pub(super) type Reaches = [[[f32; 8]; 3]; 2];
 
 impl<L: Lanes> Reach<L> {
-    /// The children of a node along its own axes and as the other side sees them, and which are apart there from the given box.
-    #[inline(always)]
-    pub fn children(lanes: L, node: (&Node, &View, f32), other: (f32x4, f32x4)) -> (u32, [Reaches; 2]) {
-        let ((node, view, scale), (center, half)) = (node, other);
-        let boxes = Boxes::children(lanes, node, scale);
-        let seen = Reach::of(&boxes.seen(lanes, view));
-        let apart = seen.overlap(lanes, xyz(half + center), xyz(half - center)).mask();
-        (apart, [Reach::of(&boxes).store(), seen.store()])
-    }
+    /// Nothing stored yet: of boxes along their own axes, and as the other side sees them.
+    pub const NONE: [Reaches; 2] = [[[[0.0; 8]; 3]; 2]; 2];
 
+    /// Stores the children of a node along its own axes and as the other side sees them, and tells which are apart there from
+    /// the given box. `REREAD` is for a scale of 1: to read them anew for each axis takes less than to keep them.
     #[inline(always)]
-    fn of(boxes: &Boxes<L>) -> Self {
-        Self {
-            along: per_axis!(k => boxes.center[k] + boxes.half[k]),
-            against: per_axis!(k => boxes.half[k] - boxes.center[k]),
-        }
-    }
-
-    /// How deep each lane overlaps a box that reaches so far; negative where they are apart.
-    #[inline(always)]
-    fn overlap(&self, lanes: L, along: [f32; 3], against: [f32; 3]) -> F8<L> {
+    pub fn children<const REREAD: bool>(
+        lanes: L,
+        (node, view, scale): (&Node, &View, f32),
+        (center, half): (f32x4, f32x4),
+        [own, seen]: &mut [Reaches; 2],
+    ) -> u32 {
+        let (along, against) = (half + center, half - center);
+        let mut boxes = Boxes::children(lanes, node, scale);
+        per_axis!(k => Reach::put(boxes.center[k], boxes.half[k], own, k));
         let [x, y, z] = per_axis!(k => {
-            (F8::splat(lanes, against[k]) + self.along[k]).min(F8::splat(lanes, along[k]) + self.against[k])
+            if REREAD {
+                boxes = Boxes::children(lanes, L::settled(node), scale);
+            }
+            let (center, half) = boxes.seen_along(lanes, view, k);
+            let [far, near] = Reach::put(center, half, seen, k);
+            (F8::splat(lanes, against.as_array()[k]) + far).min(F8::splat(lanes, along.as_array()[k]) + near)
         });
-        x.min(y).min(z)
+        x.min(y).min(z).mask()
     }
 
+    /// Stores how far boxes reach along axis `k`, and against it.
     #[inline(always)]
-    fn store(&self) -> Reaches {
-        [per_axis!(k => self.along[k].store()), per_axis!(k => self.against[k].store())]
+    fn put(center: F8<L>, half: F8<L>, [along, against]: &mut Reaches, k: usize) -> [F8<L>; 2] {
+        let reach = [center + half, half - center];
+        reach[0].put(&mut along[k]);
+        reach[1].put(&mut against[k]);
+        reach
     }
 
     #[inline(always)]
@@ -56,9 +59,13 @@ impl<L: Lanes> Reach<L> {
         }
     }
 
-    /// [`Self::overlap`] with box `i` of those that were stored.
+    /// How deep each lane overlaps box `i` of those that were stored; negative where they are apart.
     #[inline(always)]
     pub fn overlap_at(&self, lanes: L, [along, against]: &Reaches, i: usize) -> F8<L> {
-        self.overlap(lanes, per_axis!(k => along[k][i]), per_axis!(k => against[k][i]))
+        let [x, y, z] = per_axis!(k => {
+            let (along, against) = (F8::splat(lanes, along[k][i]), F8::splat(lanes, against[k][i]));
+            (against + self.along[k]).min(along + self.against[k])
+        });
+        x.min(y).min(z)
     }
 }

@@ -137,8 +137,8 @@ impl Beam {
         let margin = F8::splat(lanes, self.margin);
         let spans = per_axis!(k => {
             let inverse = F8::splat(lanes, inverse.as_array()[k]);
-            let middle = (F8::load(lanes, &node.center[k]) - F8::splat(lanes, origin.as_array()[k])) * inverse;
-            let half = (F8::load(lanes, &node.half[k]) + margin) * inverse.abs();
+            let middle = (F8::read(lanes, &node.center[k]) - F8::splat(lanes, origin.as_array()[k])) * inverse;
+            let half = (F8::read(lanes, &node.half[k]) + margin) * inverse.abs();
             [middle - half, middle + half]
         });
         let enter = spans[0][0].max(spans[1][0]).max(spans[2][0]).max(F8::splat(lanes, entry.max(self.from)));

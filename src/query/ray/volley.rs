@@ -5,7 +5,7 @@ use super::beam::{Beam, CUBE_MARGIN, LARGEST_SLOP, LEAST_COMPONENT, MARGIN, NEAR
 use crate::math::Ray;
 use crate::math::lanes::{Column, D8, F8, Lanes, V8, per_axis, per_lane};
 use crate::query::expand::transposed;
-use crate::tree::{Node, Tree, Unit, WIDTH, power_of_two};
+use crate::tree::{Node, Tree, Unit, WIDTH, lane, power_of_two};
 use crate::triangle::ray::EXPONENTS;
 use crate::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
 
@@ -147,8 +147,8 @@ impl<L: Lanes> Volley<L> {
         let mut missed = [u8::MAX; WIDTH];
         let enter = per_lane!(i => {
             let spans = per_axis!(k => {
-                let middle = (splat(root.center[k][i]) - origin[k]) * inverse[k];
-                let half = (splat(root.half[k][i]) + self.margin) * inverse[k].abs();
+                let middle = (splat(lane(&root.center[k], i)) - origin[k]) * inverse[k];
+                let half = (splat(lane(&root.half[k], i)) + self.margin) * inverse[k].abs();
                 [middle - half, middle + half]
             });
             let enter = spans[0][0].max(spans[1][0]).max(spans[2][0]).max(self.from);

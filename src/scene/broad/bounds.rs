@@ -98,8 +98,8 @@ const TURN_ROUNDING: f64 = 1e-12;
 /// Least and largest coordinates of the boxes below a node along three directions, given along its axes.
 #[inline(always)]
 fn reach(node: &Node, directions: [DVec3; 3]) -> (DVec3, DVec3) {
-    let center = per_axis!(k => F8::load(Portable {}, &node.center[k]));
-    let half = per_axis!(k => F8::load(Portable {}, &node.half[k]));
+    let center = per_axis!(k => F8::read(Portable {}, &node.center[k]));
+    let half = per_axis!(k => F8::read(Portable {}, &node.half[k]));
     let ends = per_axis!(i => {
         let direction = directions[i].as_vec3().to_array();
         let middle = dot(per_axis!(k => F8::splat(Portable {}, direction[k])), center);
