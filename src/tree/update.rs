@@ -82,7 +82,8 @@ impl Update<'_> {
     fn inner<L: Lanes>(&mut self, lanes: L, number: usize) {
         let Some((node, later)) = self.nodes[number - self.first..].split_first_mut() else { return };
         let (first, mut own, mut area) = (number + 1, Extent::EMPTY, 0.0);
-        for lane in 0..usize::from(node.children) {
+        // Backwards, as from node to node: so memory is read in one direction.
+        for lane in (0..usize::from(node.children)).rev() {
             let number = node.first_child as usize + lane;
             let child = &mut later[number - first];
             let same = child.orientation == node.orientation;
