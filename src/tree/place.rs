@@ -57,14 +57,19 @@ impl<V: Vertex> Kernel for Place<'_, V> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
         let Self { unit, vertices, corners, ids, triangles } = self;
-        let (twos, rest) = triangles.as_chunks_mut();
-        let (ids, ids_rest) = ids.as_chunks();
-        for (two, &[id, other]) in twos.iter_mut().zip(ids) {
-            let corners = [&corners[id as usize], &corners[other as usize]];
-            *two = place_two(points(lanes, &unit, vertices, corners));
-        }
-        if let ([triangle], &[id]) = (rest, ids_rest) {
-            [*triangle, _] = place_two(points(lanes, &unit, vertices, [&corners[id as usize]; 2]));
+        // Numbers of vertices come from all over memory: fetched first, so that many are on the way at once.
+        let mut near = [[0; 3]; 32];
+        for (triangles, ids) in triangles.chunks_mut(near.len()).zip(ids.chunks(near.len())) {
+            for (near, &id) in near.iter_mut().zip(ids) {
+                *near = corners[id as usize];
+            }
+            let (twos, rest) = triangles.as_chunks_mut();
+            for (two, [one, other]) in twos.iter_mut().zip(near.as_chunks().0) {
+                *two = place_two(points(lanes, &unit, vertices, [one, other]));
+            }
+            if let [triangle] = rest {
+                [*triangle, _] = place_two(points(lanes, &unit, vertices, [&near[ids.len() - 1]; 2]));
+            }
         }
     }
 }
