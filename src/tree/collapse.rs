@@ -11,6 +11,7 @@ use core::ops::Range;
 
 /// The wide nodes, boxes still to come. The root is node 0, siblings lie side by side, and what is below each of
 /// them follows in turn: so the nodes below a node lie in one piece, and none comes before its parent.
+#[derive(Default)]
 pub(super) struct Plan {
     pub nodes: Box<[Node]>,
     /// The inner nodes, each before those below it, which lie in one piece too.

@@ -41,6 +41,7 @@ pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, lane, xyz};
 use crate::mesh::Mesh;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use collapse::Plan;
 use core::sync::atomic::{AtomicUsize, Ordering};
 use fork::Pieces;
 use glam::{Mat3, Vec3};
@@ -119,8 +120,12 @@ impl Tree {
         let unit = Unit::of(&mesh);
         let whole = if options.orientations { align::align(&unit, &mesh) } else { Orientation::IDENTITY };
         let binary = binary::build(&mesh, &unit, &whole, options.effort, pieces);
-        let triangles = unit.triangles(&mesh, &binary.order, pieces);
-        let mut plan = collapse::Plan::of(&binary, &whole);
+        let (mut plan, mut triangles) = (Plan::default(), Box::default());
+        pieces.join(
+            [1, 1],
+            |_| plan = Plan::of(&binary, &whole),
+            |pieces| triangles = unit.triangles(&mesh, &binary.order, pieces),
+        );
         let parts = plan.parts(pieces);
         if options.orientations && options.effort != Effort::Fast {
             assign::choose_orientations(&mut plan, &triangles, options.effort, &parts, pieces);
