@@ -1,7 +1,7 @@
 //! The bounding volume tree of one mesh.
 //!
 //! Built once, immutable while queries run, shared freely between threads. A binned-SAH binary tree over the triangles
-//! ([`binary`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with an orientation of
+//! ([`binary`], [`bins`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with an orientation of
 //! its own ([`assign`], [`axes`], [`moments`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes
 //! ([`fit`]), its alpha per axis and its profile level by level ([`profile`]). When vertices move, that pass is repeated
 //! ([`refit`]). The file of a tree ([`mod@file`]) holds what cannot be computed again: the mesh, the order of the triangles and

@@ -159,7 +159,8 @@ impl<'n, L: Lanes> Siblings<'n, L> {
         Self { children, rotation, absolute }
     }
 
-    /// One level of all children together, `depth` below theirs; `all` holds their levels, from number `first` on, `about` is a point near them.
+    /// One level of all children together, `depth` below theirs; `all` holds their levels, from number `first` on, and `about` is
+    /// a point near them.
     #[inline(always)]
     fn level(&self, lanes: L, depth: usize, all: &[LevelProfile], first: usize, about: [f32; 3]) -> LevelProfile {
         let of_child = per_lane!(i => match self.children.get(i) {
