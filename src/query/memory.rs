@@ -10,7 +10,6 @@ use super::workspace::Workspace;
 use crate::math::Pose;
 use crate::model::confidence::History;
 use crate::tree::Tree;
-use crate::triangle::triangles_intersect;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
@@ -19,9 +18,6 @@ pub(super) const WITNESSES: usize = 8;
 
 /// Frames over which the rate of changes is averaged.
 const FRAMES_OF_RATE: f64 = 20.0;
-
-/// Most witnesses that [`PairMemory::recheck`] tests.
-const RECHECKED: usize = 2;
 
 /// What a query looked for whose work is remembered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -154,16 +150,12 @@ impl PairMemory {
         self.trees == Some([a.lineage(), b.lineage()])
     }
 
-    /// Tests the latest witnesses one by one, exactly: the first that still meets, ids of the input meshes. Costs a
-    /// fraction of a query.
-    pub(crate) fn recheck(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> Option<[u32; 2]> {
-        let known = self.is_of(a, b) && !flushing::matters(a, b, b_in_a);
-        let latest = self.witnesses.iter().take(if known { RECHECKED } else { 0 });
-        latest.map(|&[x, y]| [a.ids()[x as usize], b.ids()[y as usize]]).find(|&[x, y]| {
-            let of_a = a.mesh().triangle(x as usize);
-            let of_b = b.mesh().triangle(y as usize).map(|v| b_in_a.transform_point(v));
-            triangles_intersect(&of_a, &of_b)
-        })
+    /// One of the latest witnesses, ids of the input meshes: whether these triangles meet at this pose may be tested by itself.
+    #[inline]
+    pub(crate) fn witness(&self, number: usize, a: &Tree, b: &Tree, b_in_a: &Pose) -> Option<[u32; 2]> {
+        let &[x, y] = self.witnesses.get(number)?;
+        let is_known = self.is_of(a, b) && !flushing::matters(a, b, b_in_a);
+        is_known.then(|| [a.ids()[x as usize], b.ids()[y as usize]])
     }
 
     /// Makes it the memory of this pair, and forgets what it knew of another.

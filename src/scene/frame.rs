@@ -28,9 +28,8 @@ impl Scene {
         let (number, mode, asked_since) = (self.report.frame, self.mode, self.asked_since);
         let Self { pairs, broad, bodies, schedule, scratch, report, .. } = self;
         let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
-        let searches = threads == 1 && !report.is_whole();
-        let left = schedule.revisit(&frame, broad, pairs, searches.then_some(scratch));
-        let mut share = Share::new(budget, left, clock);
+        let left = schedule.revisit(&frame, broad, pairs, !report.is_whole(), scratch);
+        let mut share = Share::new(budget, left, schedule.found(), clock);
         share.run(Step::Place, |deadline| self.place_changed(deadline));
         let Self { pairs, broad, bodies, schedule, scratch, report, events, .. } = self;
         share.run(Step::Pair, |deadline| {

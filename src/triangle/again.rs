@@ -22,6 +22,10 @@ impl Columns {
             }
         }
     }
+
+    pub fn get(&self, lane: usize) -> [DVec3; 3] {
+        self.0.each_ref().map(|[x, y, z]| DVec3::new(x[lane], y[lane], z[lane]))
+    }
 }
 
 /// Eight pairs of triangles.

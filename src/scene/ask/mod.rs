@@ -31,8 +31,6 @@ named!(PairQuestion { Meet => "meet", Distance => "distance", Motion => "motion"
 /// What the next turn of a pair asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TurnKind {
-    /// Whether its last witness still meets, which is likely, and then whether the bodies do.
-    Witness,
     /// Whether the bodies meet, how far apart they are, or until when.
     Meet,
     /// Where they touch, as they are known to.

@@ -8,7 +8,7 @@ use super::spent::Spent;
 use super::state::PairState;
 use super::touch::{MOST_CONTACTS, Touch};
 use crate::contact::Patches;
-use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
+use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY};
 use crate::query::{Clock, Deadline, Mode, StopReason, Workspace};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::Bodies;
@@ -35,8 +35,6 @@ pub(crate) struct Round {
     pub mode: Mode,
     /// Whether all pairs are expected to get to their ends, so that their queries need no queue.
     pub to_the_end: bool,
-    /// Whether pairs get no more than the test of their last witness.
-    pub witnesses_only: bool,
     /// When the last batch has to end, by the clock.
     pub end: Option<Duration>,
 }
@@ -79,11 +77,10 @@ impl Batch {
     /// Runs what fits. `scratch` is a workspace of the thread at hand.
     pub fn run(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &dyn Clock) {
         let mut deadline = Deadline::at(round.end, self.budget, clock);
-        let least = if round.witnesses_only { WORK_PER_WITNESS } else { LEAST_WORK };
         for (at, state) in self.turns.iter_mut().enumerate() {
             let key = state.turn.key;
             // A pair that is not expected to end has room in the next round, and those after it do not go first.
-            if !deadline.has_room(least) || at > 0 && u64::from(state.turn.median) > deadline.work_left() {
+            if !deadline.has_room(LEAST_WORK) || at > 0 && u64::from(state.turn.median) > deadline.work_left() {
                 break;
             }
             let held = self.held == Some(key);
@@ -137,17 +134,6 @@ impl PairState {
         let Some([a, b]) = bodies.pair(self.turn.key) else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
         self.apart = self.apart.min(0.0);
-        if self.turn.kind == TurnKind::Witness && !desk.held {
-            self.turn.kind = TurnKind::Meet;
-            self.turn.spent.work += WORK_PER_WITNESS;
-            desk.deadline.spend(WORK_PER_WITNESS);
-            if self.retest([a, b], &b_in_a, round.frame) {
-                return Ended::Complete;
-            }
-        }
-        if round.witnesses_only {
-            return Ended::NotBegun;
-        }
         if self.turn.kind == TurnKind::Meet
             && self.may_prove_apart(desk)
             && let Some(ended) = self.prove_apart([a, b], b_in_a, desk)
@@ -157,7 +143,7 @@ impl PairState {
         }
         let question = match self.turn.kind {
             TurnKind::Contacts => Question::contacts([a, b], b_in_a),
-            TurnKind::Witness | TurnKind::Meet => Question::new(bodies, self.turn.key, [a, b], b_in_a, round.mode),
+            TurnKind::Meet => Question::new(bodies, self.turn.key, [a, b], b_in_a, round.mode),
         };
         if !desk.deadline.has_room(question.least_work()) {
             return Ended::NotBegun;
@@ -165,7 +151,7 @@ impl PairState {
         self.turn.is_blank = false;
         match self.turn.kind {
             TurnKind::Contacts => self.find_contacts(&question, [a, b], desk),
-            TurnKind::Witness | TurnKind::Meet => self.answer(&question, desk),
+            TurnKind::Meet => self.answer(&question, desk),
         }
     }
 

@@ -4,18 +4,20 @@ use super::bounds::Bounds;
 use super::question::Answer;
 use super::spent::{Spent, capped};
 use super::touch::Touch;
-use crate::math::Pose;
 use crate::model::calibration::Calibration;
-use crate::model::cost::WORK_PER_WITNESS;
 use crate::query::{PairMemory, Verdict};
 use crate::scene::ask::TurnKind;
-use crate::scene::body::{Bodies, Placed};
+use crate::scene::body::Bodies;
 use crate::scene::id::PairKey;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
 /// Most estimates of a pair that are kept until their truth comes out.
 const TOLD: usize = 8;
+
+/// Tests over which the steadiness of a pair is averaged, and what it is before the first.
+const TESTS_OF_STEADINESS: f32 = 8.0;
+const USUAL_STEADINESS: f32 = 0.8;
 
 /// What was said of a pair, besides verdicts.
 #[derive(Clone, Debug)]
@@ -88,8 +90,8 @@ pub(crate) struct PairState {
     pub decided: u64,
     /// The last frame, its low bits, in which its last witnesses were tested and did not meet.
     pub refuted: u32,
-    /// Work of the last run to the end, as far as there are numbers for it; 0 if there was none.
-    pub cost: u32,
+    /// Which part of the tests of its last witnesses found that they still met, a mean that fades.
+    pub steadiness: f32,
     /// Work of the last run that no remembered witness cut short; a lower bound while that run is unfinished.
     pub search: u32,
     /// What the run that is not at its end has spent.
@@ -114,7 +116,7 @@ impl PairState {
             completed: 0,
             decided: frame - 1,
             refuted: 0,
-            cost: 0,
+            steadiness: USUAL_STEADINESS,
             search: 0,
             pending: Spent::default(),
             said: Said::Estimates(ArrayVec::new()),
@@ -124,10 +126,16 @@ impl PairState {
         }
     }
 
-    /// Whether, in `frame`, its last witnesses are known not to meet, of bodies that were last new in `changed`.
+    /// Whether, in `frame`, its last witnesses did not meet when they were last tested, and no others are known.
     #[inline]
-    pub fn is_refuted(&self, changed: u64, frame: u64) -> bool {
-        u64::from((frame as u32).wrapping_sub(self.refuted)) <= frame - changed
+    pub fn is_lost(&self, frame: u64) -> bool {
+        u64::from((frame as u32).wrapping_sub(self.refuted)) < frame - self.decided
+    }
+
+    /// Whether it met when it was last decided.
+    #[inline]
+    pub fn met(&self) -> bool {
+        matches!(self.verdict, Verdict::Intersecting { .. })
     }
 
     /// What is known of it in `frame`.
@@ -199,16 +207,16 @@ impl PairState {
         }
     }
 
-    /// Whether one of its last witnesses still meets in `frame`, in which the second body is at a pose in the frame of the first;
-    /// takes note of it.
-    pub fn retest(&mut self, [a, b]: [&Placed; 2], b_in_a: &Pose, frame: u64) -> bool {
-        let Some(witness) = self.memory.recheck(&a.body.tree, &b.body.tree, b_in_a) else {
+    /// Takes note of a test of its last witnesses in `frame`: which of them still meets.
+    pub fn note_test(&mut self, witness: Option<[u32; 2]>, frame: u64) {
+        let held = if witness.is_some() { 1.0 } else { 0.0 };
+        self.steadiness += (held - self.steadiness) / TESTS_OF_STEADINESS;
+        let Some(witness) = witness else {
             self.refuted = frame as u32;
-            return false;
+            return;
         };
-        (self.completed, self.cost, self.pending) = (frame, WORK_PER_WITNESS as u32, Spent::default());
+        (self.completed, self.pending) = (frame, Spent::default());
         self.decide(Verdict::Intersecting { witness }, 1, frame);
-        true
     }
 
     /// Takes note of bounds that are proven in `frame`.
@@ -251,7 +259,7 @@ impl PairState {
     pub fn note(&mut self, answer: &Answer, spent: Spent, frame: u64) -> bool {
         let is_final = answer.stop.is_final();
         if is_final {
-            (self.completed, self.cost, self.pending) = (frame, capped(spent.work), Spent::default());
+            (self.completed, self.pending) = (frame, Spent::default());
             if spent.bv_tests > 0 {
                 self.search = capped(spent.work);
             }

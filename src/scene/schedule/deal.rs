@@ -2,7 +2,6 @@
 
 use super::job::Job;
 use super::pairs::Pairs;
-use crate::model::cost::WORK_PER_WITNESS;
 use crate::scene::ask::TurnKind;
 use crate::scene::pair::batch::Batch;
 use alloc::vec::Vec;
@@ -58,34 +57,12 @@ impl Deal<'_> {
         }
     }
 
-    /// Jobs that a remembered witness may decide, as many as `work` allows. Whether there are any.
-    pub fn witnesses(&mut self, work: u64) -> bool {
-        // Its stopped run is resumed instead: for these poses the witnesses have been tested.
-        let is_due = |job: &Job| job.kind == TurnKind::Witness && job.home.is_none();
-        let due = self.jobs.iter().filter(|job| is_due(job)).count() as u64;
-        let most = due.min(work / (WORK_PER_WITNESS + self.overhead)) as usize;
-        let block = most.div_ceil(BATCHES).max(1);
-        let mut dealt = 0;
-        for at in self.in_turn() {
-            if dealt == most {
-                break;
-            }
-            if is_due(&self.jobs[at]) {
-                self.deal(at, dealt / block);
-                dealt += 1;
-            }
-        }
-        for batch in &mut *self.batches {
-            batch.budget = batch.turns.len() as u64 * WORK_PER_WITNESS;
-        }
-        dealt > 0
-    }
-
     /// Fills the batch of the round robin, then deals the rest by importance and hit probability per cost. `timed`: the
     /// threads that share a budget of time.
     pub fn shares(&mut self, [left, reserve]: [u64; 2], timed: Option<usize>) {
         let turns = reserve.max(left / ROUND_ROBIN);
-        self.turns(turns, |_| 0);
+        // Some take far more than their medians. Those that are not reached would wait, however important.
+        self.turns(turns / 2, |_| 0);
         (self.batches[0].budget, self.batches[0].looks_ahead) = (turns, false);
 
         let others = match timed {

@@ -1,6 +1,6 @@
 //! What a pair is expected to cost, and how likely it intersects.
 
-use crate::model::cost::{MAX_STEP_WORK, WORK_PER_QUERY};
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::query::Verdict;
 use crate::scene::pair::spent::capped;
 use crate::scene::pair::state::PairState;
@@ -12,31 +12,29 @@ pub(crate) struct Forecast {
     pub median: u32,
     /// The same, 90 % quantile.
     pub high: u32,
-    /// The median if no remembered witness spares the search.
-    pub search: u32,
-    /// Probability that it intersects, and the same if its last witnesses do not meet any more.
-    pub still: f32,
-    pub chance: f32,
+    /// Probability that it intersects.
+    pub probability: f32,
+    /// Intersections that are expected to be known, in this frame and in those after it, for a unit of work; at most 1.
+    pub gain: f32,
 }
 
 impl Forecast {
-    /// From what is remembered, or else from the fourth roots of the triangle counts. `age`: frames since it was decided.
+    /// From what is remembered, or else from the fourth roots of the triangle counts, in a frame.
     #[inline]
-    pub fn new(state: &PairState, sizes: [f32; 2], age: u64) -> Self {
-        let (search, high) = expected_cost(state, sizes);
-        let chance = match state.verdict {
-            Verdict::Intersecting { .. } => LOST_WITNESS,
-            Verdict::Undecided => NEVER_DECIDED,
-            Verdict::Separated => (NEW_CONTACT * state.search as f32 * age as f32).min(NEVER_DECIDED),
+    pub fn new(state: &PairState, sizes: [f32; 2], frame: u64) -> Self {
+        let age = (frame - state.decided) as f32;
+        let probability = match state.verdict {
+            Verdict::Intersecting { .. } if state.is_lost(frame) => LOST_WITNESS,
+            Verdict::Intersecting { .. } => (1.0 - PARTED * age).max(LOST_WITNESS),
+            Verdict::Undecided => (NEVER_DECIDED * age).min(MOST_OF_UNKNOWN),
+            Verdict::Separated => (NEW_CONTACT * state.search as f32 * age).min(MOST_OF_UNKNOWN),
         };
-        let (median, still) = match state.verdict {
-            Verdict::Intersecting { .. } => {
-                (u64::from(state.cost).min(search), (1.0 - PARTED * age as f32).max(chance))
-            }
-            _ => (search, chance),
-        };
-        let [median, high, search] = [median, high, search].map(|work| capped(work + WORK_PER_QUERY));
-        Self { median, high, search, still, chance }
+        let (median, high) = expected_cost(state, sizes);
+        let [median, high] = [median, high].map(|work| capped(work + WORK_PER_QUERY));
+        // What is found once is found by its witness as long as that lasts.
+        let later = state.steadiness / (1.0 + SHORTEST_LOSS - state.steadiness);
+        let gain = probability * (1.0 + later) / (median as f32 + later * WORK_PER_WITNESS as f32);
+        Self { median, high, probability, gain }
     }
 
     /// Of the contacts of a pair that is known to meet: from the last run, or else from what a search takes.
@@ -47,25 +45,24 @@ impl Forecast {
             cost => (cost, 2),
         };
         let median = guess.saturating_sub(pending).max(MAX_STEP_WORK) + WORK_PER_QUERY;
-        let (search, high) = (capped(median), capped(spread * median));
-        Self { median: search, high, search, still: 1.0, chance: 1.0 }
-    }
-
-    /// Chance of finding an intersection per expected work; at most 1.
-    #[inline]
-    pub fn gain(&self) -> f32 {
-        self.chance / (self.search as f32 + 1.0)
+        let (median, high) = (capped(median), capped(spread * median));
+        Self { median, high, probability: 1.0, gain: 1.0 / median as f32 }
     }
 }
+
+/// However steady a pair was, its witness is expected to be lost in one frame of 50.
+const SHORTEST_LOSS: f32 = 0.02;
 
 /// Per-frame probability that an intersecting pair has separated (.007 and .015 measured on two scenes).
 const PARTED: f32 = 0.01;
 
 /// Chances that a pair intersects: whose remembered witnesses do not meet any more (.92 and .95 measured on two scenes); that
-/// was never decided; and for each unit of work that it took to find it apart, and each frame since (1e-5 and 1e-4).
+/// was never decided, for each frame since their boxes met (.005 to .015 in the first); for each unit of work that it took to
+/// find it apart, and each frame since (1e-5 and 1e-4); and the most of the last two.
 const LOST_WITNESS: f32 = 0.93;
-const NEVER_DECIDED: f32 = 0.3;
+const NEVER_DECIDED: f32 = 0.01;
 const NEW_CONTACT: f32 = 3e-5;
+const MOST_OF_UNKNOWN: f32 = 0.3;
 
 /// Work of finding the contacts of a pair for the first time, times the fourth roots of the triangle counts.
 const CONTACTS: u64 = 2000;

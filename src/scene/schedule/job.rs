@@ -64,11 +64,11 @@ pub(crate) fn outlook(
     let forecast = match kind {
         _ if !expects => Forecast::default(),
         TurnKind::Contacts => Forecast::of_contacts(state, sizes),
-        TurnKind::Witness | TurnKind::Meet => Forecast::new(state, sizes, frame.number - state.decided),
+        TurnKind::Meet => Forecast::new(state, sizes, frame.number),
     };
     let urgency = if special && kind != TurnKind::Contacts { nearness.or_else(|| state.urgency()) } else { None };
     let importance = x.importance.max(y.importance) + frame.bodies.weight(key, kind);
-    (forecast, rank(importance, urgency.map_or(forecast.gain(), |urgency| 1.0 + urgency)))
+    (forecast, rank(importance, urgency.map_or(forecast.gain, |urgency| 1.0 + urgency)))
 }
 
 /// Sorts by importance, then by gain, not negative, both descending.

@@ -8,7 +8,7 @@ use super::pairs::Pairs;
 use super::tally::Tallies;
 use super::turns::RoundRobin;
 use crate::model::cost::{WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
-use crate::query::{Deadline, Mode, Verdict};
+use crate::query::{Deadline, Verdict};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
@@ -108,6 +108,7 @@ impl<'l> Listing<'l> {
         // Without a budget, on one thread, nothing depends on what is expected.
         let forecasts = self.frame.threads > 1 || !self.frame.budget.is_unlimited();
         let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
+        let mut paid = if places.is_empty() { 0 } else { self.first_found(places.start) };
         for place in places.clone() {
             if !deadline.has_room(WORK_PER_LISTED_PAIR) {
                 return place;
@@ -117,7 +118,9 @@ impl<'l> Listing<'l> {
                 true => self.list::<true>(pair, settled, forecasts),
                 false => self.list::<false>(pair, settled, forecasts),
             };
-            if self.found.is_empty() || self.found.binary_search(&pair.key).is_err() {
+            if self.found.get(paid) == Some(&pair.key) {
+                paid += 1;
+            } else {
                 deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
             }
         }
@@ -129,8 +132,8 @@ impl<'l> Listing<'l> {
         if self.found.is_empty() || places.is_empty() {
             return 0;
         }
-        let (first, mut seen) = (self.pairs.key(places.start), 0);
-        for &key in &self.found[self.found.partition_point(|&key| key < first)..] {
+        let mut seen = 0;
+        for &key in &self.found[self.first_found(places.start)..] {
             let place = self.pairs.place(key);
             if place >= places.end {
                 break;
@@ -144,6 +147,12 @@ impl<'l> Listing<'l> {
         seen
     }
 
+    /// Of the pairs that were found, the first one from a place on.
+    fn first_found(&self, place: usize) -> usize {
+        let first = self.pairs.key(place);
+        self.found.partition_point(|&key| key < first)
+    }
+
     #[inline(always)]
     fn candidate(&self, place: usize) -> Candidate<'l> {
         let key = self.pairs.key(place);
@@ -153,7 +162,7 @@ impl<'l> Listing<'l> {
     /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than whether it meets.
     #[inline(always)]
     fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool, forecasts: bool) -> bool {
-        let Frame { number, mode, bodies, .. } = *self.frame;
+        let Frame { number, bodies, .. } = *self.frame;
         let Candidate { place, key, facts } = pair;
         let [a, b] = bodies_of(key);
         let look = if SPECIAL { self.look(pair, settled) } else { Look::default() };
@@ -178,25 +187,19 @@ impl<'l> Listing<'l> {
         if complete && state.verdict != Verdict::Undecided {
             state.decided = number;
         }
-        let met = matches!(state.verdict, Verdict::Intersecting { .. });
-        let touches = met && bodies.contact_requests.has(key);
+        let touches = state.met() && bodies.contact_requests.has(key);
         self.touching += usize::from(touches);
         let located = !touches || self.frame.knows_contacts(state, changed);
         let mut probability = 0.0;
         if look.nearness.is_some() || !((complete || look.is_apart) && located) {
             let is_known = complete && look.nearness.is_none();
-            let has_witness = mode == Mode::Any && !SPECIAL && met;
-            let refuted = has_witness && state.is_refuted(changed, number);
-            let kind = match has_witness && !refuted {
-                _ if !located && (is_known || asks_contacts_first(bodies, self.turns, key)) => TurnKind::Contacts,
-                true => TurnKind::Witness,
-                false => TurnKind::Meet,
-            };
+            let asks_contacts = !located && (is_known || asks_contacts_first(bodies, self.turns, key));
+            let kind = if asks_contacts { TurnKind::Contacts } else { TurnKind::Meet };
             if is_known {
                 state.completed = number;
             }
             let (forecast, rank) = outlook(self.frame, key, state, kind, look.nearness, forecasts);
-            probability = if refuted { forecast.chance } else { forecast.still };
+            probability = forecast.probability;
             let (listed, place, measures) = (self.report.pairs.len() as u32, place as u32, look.nearness.is_some());
             self.jobs.push(Job { key, listed, place, forecast, rank, home: None, kind, measures, open: true });
         }

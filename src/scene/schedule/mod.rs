@@ -3,16 +3,15 @@
 //! A pair that was decided and whose bodies have not moved since needs nothing. Of the others the cost is expected
 //! ([`forecast`]), and the frame goes in rounds:
 //!
-//! - Under a budget of time the last witnesses of pairs that met are tested before the broad phase, and on one thread, if the
-//!   last frame was cut short, known pairs are searched ([`revisit`]): what is found so is told however little of the frame is
-//!   left.
+//! - Before the broad phase the last witnesses of pairs that met are tested, eight pairs at once, and under a budget of time, on
+//!   one thread, if the last frame was cut short, known pairs are searched ([`revisit`]): what is found so is told however
+//!   little of the frame is left.
 //! - A job asks one question. That of a pair which is found to meet goes on with its contacts, if they are asked for, and is
 //!   ranked anew: in the next round.
 //! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends.
-//! - Otherwise each pair that intersected when it was last decided first gets a test of its last witnesses. Of what is left, a
-//!   quarter goes round all pairs in turn (the *round robin*); the rest by importance, then by the chance of finding an
-//!   intersection per expected cost. (Information, the entropy of the chance, was measured worse: what is almost sure to
-//!   intersect would wait.)
+//! - Otherwise a quarter goes round all pairs in turn (the *round robin*); the rest by importance, then by the intersections
+//!   that are expected to be found per expected cost, in this frame and by the witness as long as it lasts. (Information, the
+//!   entropy of the chance, was measured worse: what is almost sure to intersect would wait.)
 //! - What is left over goes into the next round.
 //!
 //! Why the guarantee of [`crate::Scene::detect`] holds, with `B`, `R`, `C` and `K` from there:
@@ -38,7 +37,6 @@ mod turns;
 #[cfg(feature = "parallel")]
 pub(crate) mod workers;
 
-use super::ask::TurnKind;
 use super::body::Bodies;
 use super::broad::Broad;
 use super::certificate::PairCertificate;
@@ -69,10 +67,9 @@ use tally::Tallies;
 use turns::RoundRobin;
 
 /// When the steps before the broad phase end ([`revisit`]), in eighths of the time of a frame: tests of last witnesses, if
-/// nothing comes after them; searches of the pairs that these leave open; and searches of other pairs.
+/// nothing comes after them; and searches.
 const TEST: u32 = 4;
-const SEARCH: u32 = 6;
-const SEARCH_OTHERS: u32 = 5;
+const SEARCH: u32 = 5;
 
 /// At most this part of a frame is kept for listing the pairs that were found to meet before it.
 const LIST_OF_FOUND: u32 = 4;
@@ -140,31 +137,42 @@ impl Schedule {
         Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
     }
 
-    /// If only time is limited: tests the last witnesses of pairs that met, and with a workspace searches the pairs that these
-    /// leave open. Under a budget of time: when that ended, and the time left, less that for listing what was found.
+    /// Tests the last witnesses of pairs that met; on one thread, if only time is limited and the last frame was `cut`, searches
+    /// the pairs that these leave open. Under a budget of time: when that ended, and the time left, less that for listing what was found.
     pub fn revisit(
         &mut self,
         frame: &Frame,
         broad: &Broad,
         pairs: &mut Pairs,
-        workspace: Option<&mut Workspace>,
+        cut: bool,
+        workspace: &mut Workspace,
     ) -> Option<[Duration; 2]> {
         let whole = frame.started.zip(frame.budget.time).map(|(began, limit)| [began, limit]);
-        let is_due = frame.mode == Mode::Any && frame.budget.work.is_none();
-        let Some([began, limit]) = whole.filter(|_| is_due) else {
+        if frame.mode != Mode::Any {
             self.revisit.skip();
             return whole;
-        };
-        let part =
-            |eighths| Deadline::of_a_part(Some(began.saturating_add(limit / 8 * eighths)), u64::MAX, frame.clock);
-        let searches = workspace.is_some();
-        self.revisit.test(frame, broad, pairs, &mut part(if searches { SEARCH } else { TEST }), searches);
-        if let Some(workspace) = workspace {
-            self.revisit.search(frame, pairs, workspace, [part(SEARCH), part(SEARCH_OTHERS)]);
+        }
+        let work = frame
+            .budget
+            .work
+            .map_or(u64::MAX, |work| work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work())));
+        let searches = cut && frame.threads == 1 && frame.budget.work.is_none();
+        let part = if searches { SEARCH } else { TEST };
+        let end = whole.map(|[began, limit]| began.saturating_add(limit / 8 * part));
+        let mut deadline = Deadline::of_a_part(end, work, frame.clock);
+        self.revisit.test(frame, broad, pairs, cut, &mut deadline);
+        let [began, limit] = whole?;
+        if searches {
+            self.revisit.search(frame, broad, pairs, workspace, &mut deadline);
         }
         let (ended, of_list) = (frame.clock.now(), self.overhead.listing(self.revisit.found.len()));
         let end = began.saturating_add(limit - of_list.min(limit / LIST_OF_FOUND));
         Some([ended, end.saturating_sub(ended)])
+    }
+
+    /// How many pairs were found to meet before the broad phase.
+    pub fn found(&self) -> usize {
+        self.revisit.found.len()
     }
 
     /// Runs the overlapping pairs as far as the budget goes and fills the report. `execute` runs batches. Returns when it ended,
@@ -178,15 +186,14 @@ impl Schedule {
         mut execute: impl FnMut(&mut [Batch], &Round),
     ) -> Option<Duration> {
         let mut overhead = self.overhead;
-        let persisting = self.revisit.found.len();
-        share.list(&mut overhead, persisting, |deadline| self.list(frame, found, report, deadline));
+        share.list(&mut overhead, |deadline| self.list(frame, found, report, deadline));
         self.overhead = overhead;
         report.spend(self.revisit.spent());
         let pairs = &mut *found.pairs;
         let estimates = frame.for_estimates();
         let rest = self.rest.times(1.0) + estimates.unwrap_or_default();
         let end = frame.end(rest);
-        let mut round = Round { frame: frame.number, mode: frame.mode, to_the_end: true, witnesses_only: false, end };
+        let mut round = Round { frame: frame.number, mode: frame.mode, to_the_end: true, end };
         let (mut shared, mut lap) = (false, None);
         frame.lap(&mut lap);
         let total = self.left(frame, end.zip(lap), 0);
@@ -201,14 +208,14 @@ impl Schedule {
             }
             let reserve = if left == u64::MAX { 0 } else { left.min((total / GUARANTEED).max(least)) };
             self.find_homes();
-            self.plan(frame, &mut round, left, reserve, number == 0, pairs);
-            shared |= !round.witnesses_only;
+            self.plan(frame, &mut round, left, reserve, pairs);
+            shared = true;
             let dealt = self.batches.iter().map(|batch| batch.turns.len()).sum();
             round.end = frame.end(rest + self.overhead.collecting(dealt));
             let dealing = frame.lap(&mut lap);
             execute(&mut self.batches, &round);
             let running = frame.lap(&mut lap);
-            let spent = self.collect(frame, &round, [total, least], pairs, report);
+            let spent = self.collect(frame, [total, least], pairs, report);
             if let (Some(dealing), Some(running), Some(collecting)) = (dealing, running, frame.lap(&mut lap)) {
                 self.overhead.learn_round([dealing, collecting], dealt);
                 self.speed.learn(spent as f64, running.as_nanos() as f64 * frame.threads as f64);
@@ -264,7 +271,7 @@ impl Schedule {
     }
 
     /// Decides what the round is for and deals the jobs.
-    fn plan(&mut self, frame: &Frame, round: &mut Round, left: u64, reserve: u64, first: bool, pairs: &mut Pairs) {
+    fn plan(&mut self, frame: &Frame, round: &mut Round, left: u64, reserve: u64, pairs: &mut Pairs) {
         let timed = round.end.map(|_| frame.threads);
         let of_a_job = |threads| self.overhead.of_a_job() * threads as f64 * self.speed.work_per_nano();
         let overhead = timed.map_or(0, |threads| of_a_job(threads) as u64);
@@ -272,13 +279,10 @@ impl Schedule {
         let first_turn = jobs.partition_point(|job| job.key < turns.cursor);
         let mut deal = Deal { jobs, batches, pairs, frame: frame.number, order, first_turn, overhead };
         let [expected, high] = deal.expected();
-        (round.to_the_end, round.witnesses_only) = (high <= left - reserve, false);
+        round.to_the_end = high <= left - reserve;
         if round.to_the_end {
             deal.all([left, reserve, expected], timed.is_some());
-            return;
-        }
-        round.witnesses_only = first && deal.witnesses(left.saturating_sub(2 * reserve));
-        if !round.witnesses_only {
+        } else {
             deal.shares([left, reserve], timed);
         }
     }
@@ -338,7 +342,9 @@ impl Schedule {
         let listing = Listing { frame, broad, pairs, jobs, report, turns, tallies, found, touching: 0, kept: 0 };
         let [kept, touching] = listing.run(deadline);
         self.open = self.jobs.len();
-        pairs.grow(broad, [report.pairs.len() + kept, touching], frame.bodies.is_young(frame.number), deadline);
+        let listed = report.pairs.len() + kept;
+        let used = if revisit.is_full { listed.max(pairs.room() + 1) } else { listed };
+        pairs.grow(broad, [used, touching], frame.bodies.is_young(frame.number), deadline);
         self.reserve(pairs.room(), report);
         events.reserve(pairs.room(), report);
     }
@@ -362,16 +368,9 @@ impl Schedule {
 
     /// Takes the jobs back from the batches; `total` is the work of this frame, `least` that of a turn. Returns the work that
     /// was done.
-    fn collect(
-        &mut self,
-        frame: &Frame,
-        round: &Round,
-        [total, least]: [u64; 2],
-        pairs: &mut Pairs,
-        report: &mut Report,
-    ) -> u64 {
+    fn collect(&mut self, frame: &Frame, [total, least]: [u64; 2], pairs: &mut Pairs, report: &mut Report) -> u64 {
         // Without a budget all have had their turn, however they were dealt.
-        if !round.witnesses_only && total < u64::MAX {
+        if total < u64::MAX {
             self.turns.advance(&self.batches[0], (total / GUARANTEED).saturating_sub(2 * least));
         }
         let before = report.work;
@@ -383,11 +382,6 @@ impl Schedule {
             let job = &mut self.jobs[turn.index as usize];
             job.open = turn.next.is_some();
             self.open -= usize::from(!job.open);
-            if job.kind == TurnKind::Witness && turn.kind == TurnKind::Meet {
-                job.kind = TurnKind::Meet;
-                job.forecast.median = job.forecast.search;
-                report.pairs[job.listed as usize].probability = job.forecast.chance.into();
-            }
             if let Some(next) = turn.next.filter(|&next| next != job.kind) {
                 job.ask(next, frame, &state);
             }

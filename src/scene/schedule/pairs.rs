@@ -36,9 +36,12 @@ pub(crate) const LIMIT: usize = BLANK as usize - 1;
 struct Known {
     key: PairKey,
     slot: u32,
-    /// The frame since which their boxes overlap, its low bits.
+    /// The low bits of the frame since which their boxes overlap, and [`MET`].
     since: u32,
 }
+
+/// Of [`Known::since`]: whether they met when it was last decided.
+const MET: u32 = 1 << 31;
 
 const _: () = assert!(size_of::<Known>() == 16);
 
@@ -122,7 +125,7 @@ impl Pairs {
         let known = self.at_mut(place);
         if overlap {
             if known.slot == APART {
-                (known.slot, known.since) = (BLANK, frame as u32);
+                (known.slot, known.since) = (BLANK, frame as u32 & !MET);
             }
             let known = *known;
             return Some(self.state_of(known, frame));
@@ -137,6 +140,17 @@ impl Pairs {
     /// Whether the boxes of a pair overlapped when they were last compared.
     pub fn overlapped(&self, place: usize) -> bool {
         self.at(place).slot != APART
+    }
+
+    /// The same, and whether it met when it was last decided.
+    pub fn met(&self, place: usize) -> bool {
+        let known = self.at(place);
+        known.slot < BLANK && known.since & MET != 0
+    }
+
+    /// Whether a query of a pair was ever begun since their boxes overlap.
+    pub fn is_begun(&self, place: usize) -> bool {
+        self.at(place).slot < BLANK
     }
 
     /// What is known about a pair whose boxes overlap.
@@ -209,6 +223,7 @@ impl Pairs {
     pub fn put_back(&mut self, place: usize, state: Box<PairState>, is_blank: bool) {
         let known = self.at_mut(place);
         let slot = known.slot;
+        known.since = known.since & !MET | if state.met() { MET } else { 0 };
         if is_blank {
             known.slot = BLANK;
             self.free.push(slot);
@@ -390,7 +405,7 @@ fn insert(list: &mut Vec<Known>, from: usize, keys: &[PairKey]) {
     list.dedup_by_key(|known| known.key);
 }
 
-/// A frame by its low bits, not later than `frame` and not 2^32 frames before.
+/// A frame by its low bits, not later than `frame` and not 2^31 frames before.
 fn began(low: u32, frame: u64) -> u64 {
-    frame - u64::from((frame as u32).wrapping_sub(low))
+    frame - u64::from((frame as u32).wrapping_sub(low) & !MET)
 }

@@ -1,8 +1,9 @@
-//! The first step of a frame whose time is limited: known pairs are looked at again.
+//! The first step of a frame: known pairs are looked at again.
 //!
 //! Most pairs that met in the last frame still do, and two triangles prove it where the bodies are now, before those are placed
-//! and paired: their last witnesses. If the last frame was cut short, pairs whose witnesses are lost are searched next, and after
-//! them all others that are known. What is found so is told, even if the list of the frame ends before it.
+//! and paired: their last witnesses. Where time is limited and the last frame was cut short, pairs whose witnesses are lost are
+//! searched next, and after them all others that are known. What is found so is told, even if the list of the frame ends before
+//! it, and so are the pairs that met and rest.
 
 use super::pairs::Pairs;
 use crate::model::cost::{LEAST_WORK, WORK_PER_MERGED_PAIR, WORK_PER_WITNESS};
@@ -12,11 +13,11 @@ use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
 use crate::scene::pair::batch::{Desk, Round};
 use crate::scene::pair::frame::Frame;
+use crate::scene::pair::retest::{Retest, Tested, WITNESSES};
 use crate::scene::pair::spent::Spent;
 use crate::scene::pair::state::Turn;
 use crate::scene::room::reserve;
 use alloc::vec::Vec;
-use core::mem;
 
 /// A frame looks at this many known pairs at least, or at so many for each test of the last frame.
 const LEAST: usize = 1024;
@@ -26,39 +27,24 @@ const PER_TEST: usize = 8;
 pub(crate) struct Revisit {
     /// The pairs that were found to meet in this frame, ascending.
     pub found: Vec<PairKey>,
-    /// Pairs whose witnesses are lost, and pairs that did not meet when they were last decided, or never were.
-    lost: Sought,
-    others: Sought,
+    /// Places of pairs whose witnesses are lost.
+    lost: Vec<u32>,
     /// Tests of this frame, and what its searches spent.
     tests: usize,
     searches: Spent,
-    /// Where the next frame goes on with its tests.
+    /// Whether there is no room for more of them.
+    pub is_full: bool,
+    /// Where the next frame goes on with its tests; and with its searches of pairs that are lost, that were never asked, and of
+    /// others.
     next: PairKey,
-}
-
-/// Pairs to be searched, in turn.
-#[derive(Debug, Default)]
-struct Sought {
-    places: Vec<u32>,
-    /// Where the next frame goes on.
-    next: PairKey,
-}
-
-impl Sought {
-    /// Those that there is room for.
-    fn push(&mut self, place: usize) {
-        if self.places.len() < self.places.capacity() {
-            self.places.push(place as u32);
-        }
-    }
+    turns: [PairKey; 3],
 }
 
 impl Revisit {
     /// Makes room for this many pairs.
     pub fn reserve(&mut self, pairs: usize) {
         reserve(&mut self.found, pairs);
-        reserve(&mut self.lost.places, pairs);
-        reserve(&mut self.others.places, pairs);
+        reserve(&mut self.lost, pairs);
     }
 
     /// What this frame spent.
@@ -69,107 +55,182 @@ impl Revisit {
     /// Of a frame that tests nothing.
     pub fn skip(&mut self) {
         self.found.clear();
-        (self.tests, self.searches) = (0, Spent::default());
+        (self.tests, self.searches, self.is_full) = (0, Spent::default(), false);
     }
 
-    /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. `searches`: takes note of others.
-    pub fn test(&mut self, frame: &Frame, broad: &Broad, pairs: &mut Pairs, deadline: &mut Deadline, searches: bool) {
-        let most = LEAST.max(PER_TEST * mem::take(&mut self.tests));
-        self.found.clear();
-        self.lost.places.clear();
-        self.others.places.clear();
+    /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. `cut`: the last list was, so those
+    /// that rest are found too, that they are listed.
+    pub fn test(&mut self, frame: &Frame, broad: &Broad, pairs: &mut Pairs, cut: bool, deadline: &mut Deadline) {
+        let enough = LEAST.max(PER_TEST * self.tests);
+        let most = if frame.budget.is_unlimited() { usize::MAX } else { enough };
+        self.skip();
+        self.lost.clear();
+        if !cut && frame.bodies.changed == 0 {
+            return;
+        }
         let (known, start) = (pairs.len(), pairs.place(self.next));
-        let (mut seen, mut before_turn) = (0, 0);
+        let mut retest = Retest::new();
+        let mut seen = 0;
+        // Those from a place on, then those before it; both ascend.
+        let mut from = 0;
         for place in (start..known).chain(0..start).take(most) {
             if place == 0 {
-                before_turn = self.found.len();
+                self.flush(&mut retest, from, frame, pairs);
+                from = self.found.len();
             }
-            if !deadline.has_room(WORK_PER_WITNESS) || self.found.len() == self.found.capacity() {
-                break;
+            if pairs.met(place) {
+                let room = self.found.capacity().min(self.lost.capacity());
+                let taken = self.found.len().max(self.lost.len()) + retest.len();
+                self.is_full = taken >= room;
+                if self.is_full || !deadline.has_room(WORK_PER_WITNESS) {
+                    break;
+                }
+                let key = pairs.key(place);
+                let rests = pairs.state(place, frame.number).completed >= frame.changed(key);
+                if (cut || !rests) && is_plain(key, frame, broad) {
+                    if rests {
+                        self.find(key, from);
+                    } else if self.visit(place, &mut retest, frame, pairs) {
+                        self.tests += 1;
+                        deadline.spend(WORK_PER_WITNESS);
+                    }
+                }
+                if retest.is_full() {
+                    self.flush(&mut retest, from, frame, pairs);
+                }
             }
             seen += 1;
-            let work = self.visit(place, frame, broad, pairs, searches);
-            deadline.spend(work);
         }
+        self.flush(&mut retest, from, frame, pairs);
         if seen < known {
             self.next = pairs.key((start + seen) % known);
         }
-        self.found.rotate_left(before_turn);
-        self.searches = Spent::default();
+        self.found.rotate_left(from);
     }
 
-    /// Tests a pair if it met when it was last decided, and something is new since. The work that it took.
+    /// Whether there is something to test of a pair that met.
     #[inline]
-    fn visit(&mut self, place: usize, frame: &Frame, broad: &Broad, pairs: &mut Pairs, searches: bool) -> u64 {
-        if !pairs.overlapped(place) {
-            return WORK_PER_MERGED_PAIR;
+    fn visit(&mut self, place: usize, retest: &mut Retest, frame: &Frame, pairs: &mut Pairs) -> bool {
+        let key = pairs.key(place);
+        let state = pairs.state(place, frame.number);
+        let is_tested = !state.is_lost(frame.number) && retest.add([place, 0], key, state, frame.bodies);
+        if !is_tested {
+            self.lost.push(place as u32);
         }
-        let (key, number) = (pairs.key(place), frame.number);
-        let state = pairs.state(place, number);
-        let met = matches!(state.verdict, Verdict::Intersecting { .. });
-        if !(met || searches) {
-            return WORK_PER_MERGED_PAIR;
-        }
-        let changed = frame.changed(key);
-        if state.completed >= changed || state.is_refuted(changed, number) || !is_plain(key, frame, broad) {
-            return WORK_PER_MERGED_PAIR;
-        }
-        if !met {
-            // The stopped run of bodies at rest is gone on with later.
-            if changed == number && !state.stays_apart(frame.bodies, key, number) {
-                self.others.push(place);
-            }
-            return WORK_PER_MERGED_PAIR;
-        }
-        let Some([a, b]) = frame.bodies.pair(key) else { return WORK_PER_MERGED_PAIR };
-        self.tests += 1;
-        if state.retest([a, b], &a.relative(b), number) {
-            self.found.push(key);
-        } else {
-            self.lost.push(place);
-        }
-        WORK_PER_WITNESS
+        is_tested
     }
 
-    /// Asks whether the pairs meet that were lost, and then the others, as far as the deadlines of these and of those allow.
+    /// Tests the pairs that wait. Those that meet are found, and come after the first `from` others.
+    fn flush(&mut self, retest: &mut Retest, from: usize, frame: &Frame, pairs: &mut Pairs) {
+        while retest.len() > 0 {
+            let (tested, hits) = retest.run();
+            for (lane, Tested { place, key, number, witness }) in tested.into_iter().enumerate() {
+                let state = pairs.state(place, frame.number);
+                if hits >> lane & 1 != 0 {
+                    state.note_test(Some(witness), frame.number);
+                    self.find(key, from);
+                } else if number + 1 == WITNESSES || !retest.add([place, number + 1], key, state, frame.bodies) {
+                    state.note_test(None, frame.number);
+                    self.lost.push(place as u32);
+                }
+            }
+        }
+    }
+
+    /// Takes note of a pair that meets, among those after the first `from`.
+    fn find(&mut self, key: PairKey, from: usize) {
+        let at = from + self.found[from..].partition_point(|&other| other < key);
+        self.found.insert(at, key);
+    }
+
+    /// Asks whether the pairs meet that were lost, then those that were never asked, and then all others that are known, each in
+    /// turn, as far as the deadline allows.
     pub fn search(
         &mut self,
         frame: &Frame,
+        broad: &Broad,
         pairs: &mut Pairs,
         workspace: &mut Workspace,
-        mut deadlines: [Deadline; 2],
+        deadline: &mut Deadline,
     ) {
-        let Frame { bodies, number, mode, .. } = *frame;
-        let round = &Round { frame: number, mode, to_the_end: true, witnesses_only: false, end: None };
-        let sought = [&mut self.lost, &mut self.others];
-        for (Sought { places, next }, deadline) in sought.into_iter().zip(&mut deadlines) {
-            places.sort_unstable();
-            let first = places.partition_point(|&place| pairs.key(place as usize) < *next);
-            let (before, after) = places.split_at(first);
-            for place in after.iter().chain(before).map(|&place| place as usize) {
-                let key = pairs.key(place);
-                if !deadline.has_room(LEAST_WORK) || self.found.len() == self.found.capacity() {
-                    *next = key;
-                    break;
+        self.lost.sort_unstable();
+        let first = self.lost.partition_point(|&place| pairs.key(place as usize) < self.turns[0]);
+        for at in (first..self.lost.len()).chain(0..first) {
+            let place = self.lost[at] as usize;
+            if !self.has_room(deadline) {
+                self.turns[0] = pairs.key(place);
+                return;
+            }
+            self.ask(place, frame, pairs, workspace, deadline);
+        }
+        for (turn, is_begun) in [(1, false), (2, true)] {
+            let (known, start) = (pairs.len(), pairs.place(self.turns[turn]));
+            for place in (start..known).chain(0..start) {
+                if pairs.is_begun(place) != is_begun || pairs.met(place) {
+                    continue;
                 }
-                let (mut state, is_blank) = pairs.take(place, number);
-                state.turn = Turn { key, kind: TurnKind::Meet, is_blank, ..Turn::NONE };
-                let (held, looks_ahead) = (false, true);
-                state.run(&mut Desk { bodies, round, deadline, workspace, held, patches: None, looks_ahead });
-                self.searches.add(state.turn.spent);
-                if matches!(state.standing(number).verdict, Verdict::Intersecting { .. }) {
-                    self.found.insert(self.found.partition_point(|&other| other < key), key);
+                if !self.has_room(deadline) {
+                    self.turns[turn] = pairs.key(place);
+                    return;
                 }
-                let is_blank = state.turn.is_blank;
-                pairs.put_back(place, state, is_blank);
+                deadline.spend(WORK_PER_MERGED_PAIR);
+                if self.is_sought(place, frame, broad, pairs) {
+                    self.ask(place, frame, pairs, workspace, deadline);
+                }
             }
         }
+    }
+
+    fn has_room(&mut self, deadline: &mut Deadline) -> bool {
+        self.is_full |= self.found.len() == self.found.capacity();
+        deadline.has_room(LEAST_WORK) && !self.is_full
+    }
+
+    /// Whether a pair that did not meet is to be searched before it is listed.
+    fn is_sought(&self, place: usize, frame: &Frame, broad: &Broad, pairs: &mut Pairs) -> bool {
+        let (key, number) = (pairs.key(place), frame.number);
+        // The stopped run of bodies at rest is gone on with later.
+        if frame.changed(key) < number {
+            return false;
+        }
+        if !pairs.overlapped(place) {
+            let [a, b] = bodies_of(key).map(|body| broad.bounds(body));
+            if !a.intersects(b) {
+                return false;
+            }
+            pairs.overlapping(place, true, number);
+        }
+        let state = pairs.state(place, number);
+        state.completed < number && is_plain(key, frame, broad) && !state.stays_apart(frame.bodies, key, number)
+    }
+
+    /// Asks whether a pair meets.
+    fn ask(
+        &mut self,
+        place: usize,
+        frame: &Frame,
+        pairs: &mut Pairs,
+        workspace: &mut Workspace,
+        deadline: &mut Deadline,
+    ) {
+        let Frame { bodies, number, mode, .. } = *frame;
+        let round = &Round { frame: number, mode, to_the_end: true, end: None };
+        let key = pairs.key(place);
+        let (mut state, is_blank) = pairs.take(place, number);
+        state.turn = Turn { key, kind: TurnKind::Meet, is_blank, ..Turn::NONE };
+        let (held, looks_ahead) = (false, true);
+        state.run(&mut Desk { bodies, round, deadline, workspace, held, patches: None, looks_ahead });
+        self.searches.add(state.turn.spent);
+        if matches!(state.standing(number).verdict, Verdict::Intersecting { .. }) {
+            self.find(key, 0);
+        }
+        let is_blank = state.turn.is_blank;
+        pairs.put_back(place, state, is_blank);
     }
 }
 
 /// Whether all that is asked of a pair is if the bodies meet that it was found for.
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
-    let is_asked_more = bodies.is_special(key) || bodies.contact_requests.has(key);
-    !is_asked_more && bodies.may_meet(pair) && !broad.is_of_another(bodies, pair)
+    !bodies.is_special(key) && bodies.may_meet(pair) && !broad.is_of_another(bodies, pair)
 }

@@ -25,19 +25,22 @@ pub(crate) struct Share<'c> {
     started: Duration,
     limit: Duration,
     work: Option<u64>,
+    /// Work of listing the pairs that were found before, which is set aside.
+    of_found: u64,
     clock: &'c dyn Clock,
     /// Work done so far.
     pub spent: u64,
 }
 
 impl<'c> Share<'c> {
-    /// Of what is left of a frame: when that begins, and how long it is, if its time is limited.
-    pub fn new(budget: Budget, left: Option<[Duration; 2]>, clock: &'c dyn Clock) -> Self {
-        let work = budget.work.map(|work| work.saturating_add(BROAD_PHASE_WORK));
+    /// Of what is left of a frame: when that begins, and how long it is, if its time is limited; `found` pairs are known to meet.
+    pub fn new(budget: Budget, left: Option<[Duration; 2]>, found: usize, clock: &'c dyn Clock) -> Self {
+        let of_found = found as u64 * WORK_PER_LISTED_PAIR;
+        let work = budget.work.map(|work| work.saturating_add(BROAD_PHASE_WORK).saturating_sub(of_found));
         // Otherwise the compiler computes with what is missing before it is asked for, which valgrind reports.
         let [started, limit] = black_box(left.unwrap_or_default());
         let is_timed = left.is_some();
-        Self { is_timed, started, limit, work, clock, spent: 0 }
+        Self { is_timed, started, limit, work, of_found, clock, spent: 0 }
     }
 
     /// Runs a step with its deadline.
@@ -47,14 +50,16 @@ impl<'c> Share<'c> {
     }
 
     /// Runs the list, and learns how fast it goes. It has half of the time that is left, and leaves at least a quarter to the
-    /// queries. The time for the `found` pairs is set aside already: they are listed in addition.
-    pub fn list<R>(&mut self, overhead: &mut Overhead, found: usize, run: impl FnOnce(&mut Deadline) -> R) -> R {
+    /// queries. The pairs that were found are listed in addition.
+    pub fn list<R>(&mut self, overhead: &mut Overhead, run: impl FnOnce(&mut Deadline) -> R) -> R {
         let (end, work) = self.limits(Step::List);
-        let Some((last, frame)) = end.zip(self.end_of(PARTS_OF_TIME)) else { return self.run_until(end, work, run) };
+        let of_found = self.of_found;
+        let Some((last, frame)) = end.zip(self.end_of(PARTS_OF_TIME)) else {
+            return self.run_until(end, work.saturating_add(of_found), run);
+        };
         let (began, before) = (self.clock.now(), self.spent);
         let left = frame.saturating_sub(began);
         let end = last.min(began.saturating_add(left / 2));
-        let of_found = found as u64 * WORK_PER_LISTED_PAIR;
         let result =
             self.run_until(Some(end), work.min(overhead.list_work(left - left / 4)).saturating_add(of_found), run);
         overhead.learn_list(self.clock.now().saturating_sub(began), self.spent - before);
