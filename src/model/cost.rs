@@ -52,8 +52,9 @@ pub(crate) const WORK_PER_CONTACT: u64 = 100;
 /// Work of finding out what is known of a pair of clusters.
 pub(crate) const WORK_PER_LOOKUP: u64 = 10;
 
-/// Work of getting ready to follow a curve, and of finding the next pair along it.
+/// Work of getting ready to follow a curve, or its other end too, and of finding the next pair along it.
 pub(crate) const WORK_PER_MARCH: u64 = 100;
+pub(crate) const WORK_PER_MARCH_BESIDE: u64 = 30;
 pub(crate) const WORK_PER_MARCH_STEP: u64 = 70;
 
 /// Work of making a ray ready, of testing it against the children of a node, of each triangle of a cluster in `f32`, and of a

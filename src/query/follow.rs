@@ -9,7 +9,7 @@ use super::traversal::Traversal;
 use super::workspace::Workspace;
 use crate::math::lanes::{D4, Kernel, Lanes, per_axis};
 use crate::mesh::Vertices;
-use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_MARCH, WORK_PER_MARCH_STEP};
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_MARCH, WORK_PER_MARCH_BESIDE, WORK_PER_MARCH_STEP};
 use crate::tree::Neighbors;
 
 /// Pairs along curves that are found in one step of the loop.
@@ -36,14 +36,12 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         lanes.run(MarchOn(self));
     }
 
-    /// Begins to follow an end, or follows two of them, or the last one, through a few pairs.
+    /// Begins at the latest hit, or follows two ends, or the last one, through a few pairs.
     #[inline(always)]
     fn march<L: Lanes>(&mut self, lanes: L) {
         let March { hits, ends, .. } = &self.workspace.march;
-        if let Some(free) = ends.iter().position(|end| !end.follows)
-            && !hits.is_empty()
-        {
-            return self.begin_march(lanes, free);
+        if !(ends[0].follows && ends[1].follows || hits.is_empty()) {
+            return self.begin_march(lanes);
         }
         let mut at = usize::from(!ends[0].follows);
         let other = usize::from(ends[0].follows && ends[1].follows);
@@ -56,45 +54,67 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         }
     }
 
-    /// Begins at one of the edges of the latest hit, unless the pair behind it is known.
+    /// Begins at edges of the latest hit behind which the pair is not known: as many as ends are free.
     #[inline(always)]
-    fn begin_march<L: Lanes>(&mut self, lanes: L, free: usize) {
-        let (trees, pose) = ([self.a, self.b], self.b_in_a);
-        let Workspace { march, run, .. } = &mut *self.workspace;
-        let Some((pair, crossings)) = march.hits.last_mut() else { return };
-        let (pair, edge) = (*pair, crossings.trailing_zeros() as usize);
-        *crossings &= *crossings - 1;
-        if *crossings == 0 {
-            march.hits.pop();
+    fn begin_march<L: Lanes>(&mut self, lanes: L) {
+        let trees = [self.a, self.b];
+        let Some((pair, mut crossings)) = self.workspace.march.hits.pop() else { return };
+        let mut placed = None;
+        for free in 0..2 {
+            if self.workspace.march.ends[free].follows {
+                continue;
+            }
+            let Some((side, edge)) = self.next_edge(pair, &mut crossings) else { return };
+            let Workspace { march, run, .. } = &mut *self.workspace;
+            if let Some(placed) = placed.replace(free) {
+                run.stats.work += WORK_PER_MARCH_BESIDE;
+                march.ends[free] = march.ends[placed].clone();
+            } else {
+                run.stats.work += WORK_PER_MARCH;
+                march.places[1] = place(self.b_in_a);
+                let [of_a, of_b] = trees.map(|tree| (tree.mesh().aabb().max - tree.mesh().aabb().min).length());
+                let mut corners = [[D4::splat(lanes, 0.0); 3]; 2];
+                for (side, corners) in corners.iter_mut().enumerate() {
+                    let mesh = trees[side].mesh();
+                    let vertices = mesh.triangles()[trees[side].ids()[pair[side] as usize] as usize];
+                    *corners = per_axis!(i => vertex(lanes, mesh.vertices(), vertices[i], &march.places[side]));
+                }
+                let end = &mut march.ends[free];
+                end.curve.place(corners, 1.01 * (of_a + of_b));
+                for (side, at) in end.at.iter_mut().enumerate() {
+                    let &Neighbors { first, id, .. } = &trees[side].neighbors()[pair[side] as usize];
+                    *at = Place { triangle: pair[side], first, id, corners: Corners::IN_ORDER };
+                }
+            }
+            let end = &mut march.ends[free];
+            end.follows = end.curve.begin(lanes, side, edge);
         }
-        run.stats.work += WORK_PER_LOOKUP;
-        let (side, edge) = (usize::from(edge >= 3), edge % 3);
-        let across = trees[side].neighbors()[pair[side] as usize].across[edge];
-        if across.is_nothing() {
-            return;
+        if crossings != 0 {
+            let _ = self.workspace.march.hits.try_push((pair, crossings));
         }
-        let mut next = pair;
-        next[side] = across.triangle();
-        let rows = [0, 1].map(|side| &trees[side].neighbors()[next[side] as usize]);
-        if march.known.has(rows.map(|row| row.first), next) {
-            return;
+    }
+
+    /// Takes out of the edges that cross, of a pair, the first behind which the pair is not known; those before it too.
+    #[inline(always)]
+    fn next_edge(&mut self, pair: [u32; 2], crossings: &mut u32) -> Option<(usize, usize)> {
+        let trees = [self.a, self.b];
+        while *crossings != 0 {
+            let edge = crossings.trailing_zeros() as usize;
+            *crossings &= *crossings - 1;
+            self.workspace.run.stats.work += WORK_PER_LOOKUP;
+            let (side, edge) = (usize::from(edge >= 3), edge % 3);
+            let across = trees[side].neighbors()[pair[side] as usize].across[edge];
+            if across.is_nothing() {
+                continue;
+            }
+            let mut next = pair;
+            next[side] = across.triangle();
+            let first = [0, 1].map(|side| trees[side].neighbors()[next[side] as usize].first);
+            if !self.workspace.march.known.has(first, next) {
+                return Some((side, edge));
+            }
         }
-        run.stats.work += WORK_PER_MARCH;
-        march.places[1] = place(pose);
-        let [of_a, of_b] = trees.map(|tree| (tree.mesh().aabb().max - tree.mesh().aabb().min).length());
-        let size = 1.01 * (of_a + of_b);
-        let mut corners = [[D4::splat(lanes, 0.0); 3]; 2];
-        for (side, corners) in corners.iter_mut().enumerate() {
-            let mesh = trees[side].mesh();
-            let vertices = mesh.triangles()[trees[side].ids()[pair[side] as usize] as usize];
-            *corners = per_axis!(i => vertex(lanes, mesh.vertices(), vertices[i], &march.places[side]));
-        }
-        let end = &mut march.ends[free & 1];
-        for (side, at) in end.at.iter_mut().enumerate() {
-            let &Neighbors { first, id, .. } = &trees[side].neighbors()[pair[side] as usize];
-            *at = Place { triangle: pair[side], first, id, corners: Corners::IN_ORDER };
-        }
-        end.follows = end.curve.begin(corners, side, edge, size);
+        None
     }
 
     /// Goes on to the next pair and reports it. False where the curve ends.

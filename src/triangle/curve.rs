@@ -132,11 +132,9 @@ const ROUNDING: f64 = f64::EPSILON / 2.0;
 impl Curve {
     pub const NOWHERE: Self = Self { sides: [Side::ORIGIN; 2], error: 0.0, side: 0, edge: Edge(0) };
 
-    /// Begins at an edge, between corners `edge` and `edge + 1` of one side, that certainly crosses the triangle on the other.
-    /// No two points of the two surfaces, where they meet, are farther apart along an axis than `size`. False if it is not
-    /// certain how it goes on.
+    /// Places both triangles. No two points of the two surfaces, where they meet, are farther apart along an axis than `size`.
     #[inline(always)]
-    pub fn begin<L: Lanes>(&mut self, corners: [[D4<L>; 3]; 2], side: usize, edge: usize, size: f64) -> bool {
+    pub fn place<L: Lanes>(&mut self, corners: [[D4<L>; 3]; 2], size: f64) {
         let size = size + PADDING;
         self.error = if size < LARGEST { 80.0 * ROUNDING * size * size * size } else { f64::INFINITY };
         for (to, corners) in self.sides.iter_mut().zip(&corners) {
@@ -146,13 +144,18 @@ impl Curve {
             to.normal = per_axis!(k => Row([normal[k]; 4]));
             to.turn = 1.0;
         }
-        let lanes = corners[0][0].lanes();
-        let (side, face) = (side & 1, &self.sides[(side & 1) ^ 1]);
+    }
+
+    /// Begins where the triangles were placed, at an edge, between corners `edge` and `edge + 1` of one side, that certainly
+    /// crosses the triangle on the other. False if it is not certain how it goes on.
+    #[inline(always)]
+    pub fn begin<L: Lanes>(&mut self, lanes: L, side: usize, edge: usize) -> bool {
+        let [side, other] = [side & 1, (side & 1) ^ 1];
+        let (of_side, face) = (&self.sides[side].corners, &self.sides[other]);
         let (of_face, normal) = (load(lanes, &face.corners), load(lanes, &face.normal));
         let ends = [edge % 3, (edge + 1) % 3];
         let heights = unrolled!(i in [0, 1] => {
-            let end = corners[side][ends[i]];
-            dot(per_axis!(k => end.spread(k) - of_face[k]), normal)
+            dot(per_axis!(k => D4::splat(lanes, of_side[k].0[ends[i]]) - of_face[k]), normal)
         });
         let is_down = heights[1].mask() & 1 != 0;
         self.side = side;
