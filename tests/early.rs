@@ -1,5 +1,6 @@
-//! Early answers: a query that marches along the contact says nothing false, reports nothing twice and finds everything,
-//! wherever it is stopped, in however small a workspace; and it does find more early.
+//! Early answers: a query that marches along the contact, because it was asked to or because its work is limited, says nothing
+//! false, reports nothing twice and finds everything, wherever it is stopped, in however small a workspace; and it does find
+//! more early.
 
 mod common;
 
@@ -21,6 +22,12 @@ impl Case {
 
     fn early(&self) -> Query<'_> {
         self.query().early(true)
+    }
+
+    /// The same without neighbors.
+    fn bare(&self) -> Self {
+        let bare = |tree: &Tree| Tree::new(tree.mesh().clone());
+        Self { a: bare(&self.a), b: bare(&self.b), pose: self.pose }
     }
 
     /// All pairs, depth-first.
@@ -61,9 +68,12 @@ fn early_answers_end_in_the_same_pairs_as_any_other_query() {
     for (i, case) in cases().iter().enumerate() {
         let truth = case.truth();
         assert!(!truth.is_empty(), "case {i}");
-        for query in [case.early(), case.early().queue_threshold(0.0), case.early().queue_threshold(1e9)] {
-            let outcome = run(&query, &mut workspace, ENOUGH);
-            assert_complete(Mode::All, &outcome, workspace.pairs(), &truth);
+        for threshold in [None, Some(0.0), Some(10.0), Some(1e9)] {
+            for query in [case.query(), case.early()] {
+                let query = threshold.map_or(query, |threshold| query.queue_threshold(threshold));
+                let outcome = run(&query, &mut workspace, ENOUGH);
+                assert_complete(Mode::All, &outcome, workspace.pairs(), &truth);
+            }
         }
     }
 }
@@ -85,7 +95,8 @@ fn no_pair_is_wrong_or_told_twice_at_any_stop() {
         let truth = case.truth();
         let all = run(&case.query(), &mut Workspace::new(), ENOUGH).stats.work;
         for _ in 0..10 {
-            let query = case.early().queue_threshold([0.0, 16.0, 64.0, 1e9][random.below(4)]);
+            let query =
+                case.query().early(random.below(2) > 0).queue_threshold([0.0, 4.0, 16.0, 64.0][random.below(4)]);
             let workspace = &mut workspaces[random.below(4)];
             let mut outcome = run(&query, workspace, Budget::work((random.unit() * 1.3 * all as f64) as u64));
             let mut pairs = Vec::new();
@@ -114,14 +125,16 @@ fn no_pair_is_wrong_or_told_twice_at_any_stop() {
 #[test]
 fn a_resumed_march_ends_in_the_same_bits_as_one_that_never_stopped() {
     for case in cases() {
-        let (mut whole, mut pieces) = (Workspace::new(), Workspace::new());
-        let expected = run(&case.early(), &mut whole, ENOUGH);
-        let mut outcome = run(&case.early(), &mut pieces, Budget::work(1));
-        while outcome.stop == StopReason::WorkLimit {
-            pieces = pieces.clone();
-            outcome = resume(&case.early(), &mut pieces, Budget::work(1 + outcome.stats.work % 977));
+        for query in [case.early(), case.query(), case.query().queue_threshold(10.0)] {
+            let (mut whole, mut pieces) = (Workspace::new(), Workspace::new());
+            let expected = run(&query, &mut whole, ENOUGH);
+            let mut outcome = run(&query, &mut pieces, Budget::work(1));
+            while outcome.stop == StopReason::WorkLimit {
+                pieces = pieces.clone();
+                outcome = resume(&query, &mut pieces, Budget::work(1 + outcome.stats.work % 977));
+            }
+            assert_eq!((outcome, pieces.pairs()), (expected, whole.pairs()));
         }
-        assert_eq!((outcome, pieces.pairs()), (expected, whole.pairs()));
     }
 }
 
@@ -152,18 +165,43 @@ fn full_buffers_lose_nothing_while_marching() {
 
 #[test]
 fn early_answers_know_more_at_a_fifth_of_the_work() {
-    let (mut plain, mut early) = (0.0, 0.0);
+    let (mut plain, mut bounded, mut early) = (0.0, 0.0, 0.0);
     let mut workspace = Workspace::new();
     // Without the last two, where there is nothing to follow.
     for case in cases().iter().take(4) {
-        let all = run(&case.query().order(Order::DepthFirst), &mut workspace, ENOUGH);
+        let bare = case.bare();
+        let all = run(&bare.query().order(Order::DepthFirst), &mut workspace, ENOUGH);
         let budget = Budget::work(all.stats.work / 5);
         let share =
             |query: Query, workspace: &mut Workspace| run(&query, workspace, budget).found as f64 / all.found as f64;
-        plain += share(case.query(), &mut workspace) / 4.0;
+        plain += share(bare.query(), &mut workspace) / 4.0;
+        bounded += share(case.query(), &mut workspace) / 4.0;
         early += share(case.early(), &mut workspace) / 4.0;
     }
     assert!(early > 1.2 * plain, "{early} after {plain}");
+    assert!(bounded > 1.5 * plain, "{bounded} after {plain}");
+}
+
+#[test]
+fn a_budget_of_work_marches_only_while_the_part_of_the_first_hit_lasts() {
+    let mut workspace = Workspace::new();
+    let mut marched = 0;
+    for case in &cases() {
+        let work = |query: Query, workspace: &mut Workspace| run(&query, workspace, ENOUGH).stats.work;
+        let plain = work(case.query().order(Order::DepthFirst), &mut workspace);
+        for threshold in [10.0, 100.0, 1e9] {
+            let bounded = work(case.query().queue_threshold(threshold), &mut workspace);
+            let early = work(case.early().queue_threshold(threshold), &mut workspace);
+            assert!(bounded <= early && early as f64 <= 1.6 * plain as f64, "{plain}, {bounded}, {early}");
+            marched += usize::from(bounded < early);
+            // Nothing waits for the part to end.
+            assert!(threshold < 1e9 || early == bounded);
+        }
+        let unlimited = run(&case.query(), &mut workspace, Budget::unlimited());
+        let bare = case.bare();
+        assert_eq!(unlimited, run(&bare.query(), &mut workspace, Budget::unlimited()));
+    }
+    assert!(marched > 0);
 }
 
 /// By how much the told recall is off, at shares of the work of a query that is not cut off.
@@ -187,8 +225,7 @@ fn early_answers_know_how_much_they_have_found() {
 #[test]
 fn without_neighbors_early_answers_are_as_right_as_with_them() {
     let case = &cases()[1];
-    let bare = |tree: &Tree| Tree::new(tree.mesh().clone());
-    let bare = Case { a: bare(&case.a), b: bare(&case.b), pose: case.pose };
+    let bare = case.bare();
     assert_eq!((bare.a.stats().bytes_neighbors, case.a.stats().bytes_neighbors), (0, 32 * case.a.mesh().len()));
     let loaded = Tree::from_bytes(&bare.a.to_bytes()).unwrap();
     assert_eq!(loaded.stats(), bare.a.stats());

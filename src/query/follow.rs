@@ -10,7 +10,7 @@ use super::workspace::Workspace;
 use crate::math::lanes::{D4, Kernel, Lanes, per_axis};
 use crate::mesh::Vertices;
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_MARCH, WORK_PER_MARCH_BESIDE, WORK_PER_MARCH_STEP};
-use crate::tree::Neighbors;
+use crate::tree::{Neighbors, Tree};
 
 /// Pairs along curves that are found in one step of the loop.
 const STEPS: usize = 4;
@@ -151,6 +151,20 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         found.push([a.id, b.id]);
         let corner = vertex(lanes, trees[side].mesh().vertices(), across.vertex, &march.places[side]);
         end.curve.advance(lanes, (side, edge), corner)
+    }
+}
+
+impl Workspace {
+    /// Takes out of the triangle pairs that wait, or are in doubt, those that are known by now.
+    pub(super) fn drop_known(&mut self, trees: [&Tree; 2]) {
+        let March { known, passed, .. } = &mut self.march;
+        let mut is_new = |&pair: &[u32; 2]| {
+            let is_known = known.has([0, 1].map(|side| trees[side].neighbors()[pair[side] as usize].first), pair);
+            *passed += u64::from(is_known);
+            !is_known
+        };
+        self.waiting.retain(&mut is_new);
+        self.doubtful.retain(|pair| is_new(pair));
     }
 }
 

@@ -11,6 +11,7 @@ use super::options::{Mode, Options};
 use super::order::overlap_volume;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
+use super::strategy::Marching;
 use super::traversal::{Question, Traversal};
 use crate::math::lanes::{Column, F8, Lanes, per_lane};
 use crate::math::{bits, larger};
@@ -152,21 +153,35 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     }
 
     #[inline(never)]
-    fn queue_all(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
-        let mut ahead = if self.origin == Origin::Path { self.workspace.front.path_witnesses() } else { 0 };
-        while hits != 0 {
-            let bit = hits.trailing_zeros();
-            hits &= hits - 1;
-            let pair = child(bit);
-            let below = self.witnesses_below(pair, ahead);
-            ahead &= !below;
-            if !self.workspace.front.follow(pair, below) {
-                self.queue(pair, self.keys.as_flattened()[bit as usize % 64]);
+    fn queue_all(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+        let mut ahead = 0;
+        if self.origin == Origin::Path {
+            ahead = self.workspace.front.path_witnesses();
+        } else if self.strategy.march == Marching::FirstPart && self.workspace.run.found > 0 {
+            self.end_march();
+        }
+        for bit in bits(hits) {
+            let pair = child(bit as u32);
+            if ahead != 0 {
+                let below = self.witnesses_below(pair, ahead);
+                ahead &= !below;
+                if self.workspace.front.follow(pair, below) {
+                    continue;
+                }
             }
+            self.queue(pair, self.keys.as_flattened()[bit % 64]);
         }
         if self.origin == Origin::Path {
             self.workspace.front.set_aside();
         }
+    }
+
+    /// Follows no more curves.
+    #[cold]
+    fn end_march(&mut self) {
+        self.strategy.march = Marching::Over;
+        self.workspace.run.strategy = self.strategy;
+        self.workspace.drop_known([self.a, self.b]);
     }
 
     /// Which of these witnesses of the frame before are below a pair.
@@ -183,9 +198,10 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost is below the threshold.
     fn queue(&mut self, pair: Pair, depth: f32) {
         let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
+        let threshold = self.strategy.queue_threshold;
         if self.strategy.largest_first {
             self.queue_by_room(pair, 0.0, 0.0);
-        } else if libm::sqrtf(a.self_cost * b.self_cost) >= self.strategy.queue_threshold {
+        } else if a.self_cost * b.self_cost >= threshold * threshold {
             let volume = || overlap_volume(a, b, self.relation);
             let alpha = || a.alpha().element_product() * b.alpha().element_product();
             let random = &mut self.workspace.run.random;
@@ -260,7 +276,7 @@ impl<O: Opener> Sink for Traversal<'_, '_, Intersection<'_, O>> {
     #[inline(always)]
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
         let mut hits = hits;
-        if self.strategy.march {
+        if self.strategy.march != Marching::Never && hits != 0 && !self.workspace.march.known.is_empty() {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             hits = self.workspace.march.pass(hits, first);
         }

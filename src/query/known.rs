@@ -44,6 +44,12 @@ impl Known {
         Self { slots: Box::new([FREE; SLOTS]), entries: Vec::with_capacity(room), room }
     }
 
+    /// Whether nothing is known.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
     /// Forgets all pairs, in time linear in their number.
     pub fn clear(&mut self) {
         // From the last on, so that no slot is freed while it is in the way of another.

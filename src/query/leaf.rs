@@ -77,14 +77,14 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         let tested = (1 << count) - 1;
         let mut crossings = Crossings::default();
         let verdicts = if let Some(lone) = self.question.opener.lone() {
-            lone.test(lanes, lone.rows(pairs), self.strategy.march.then_some(&mut crossings))
+            lone.test(lanes, lone.rows(pairs), self.strategy.march.goes_on().then_some(&mut crossings))
         } else {
             batch::test(
                 lanes,
                 tested,
                 [rows(self.a, pairs, 0), rows(self.b, pairs, 1)],
                 &self.relation.triangles,
-                self.strategy.march.then_some(&mut crossings),
+                self.strategy.march.goes_on().then_some(&mut crossings),
             )
         };
         let stats = &mut self.workspace.run.stats;
@@ -144,7 +144,7 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
             of_b.fill(lane, self.b, pair[1], |v| self.b_in_a.transform_point(v));
         }
         let mut crossings = Crossings::default();
-        let wanted = self.strategy.march.then_some(&mut crossings);
+        let wanted = self.strategy.march.goes_on().then_some(&mut crossings);
         let verdicts = lanes.run(Again { a: &of_a.columns, b: &of_b.columns, crossings: wanted });
         workspace.run.stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
         let tested = (1 << count) - 1;
@@ -189,15 +189,12 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
             // One is enough; the others of its batch stay open.
             return workspace.doubtful.push(pair);
         }
-        if self.strategy.march {
-            let crossings = if self.strategy.largest_first { 0 } else { crossings() };
-            if !workspace.march.note([self.a, self.b], pair, crossings) {
-                return;
-            }
-            if workspace.run.found == 0 {
-                self.strategy = self.strategy.after_first_hit();
-                workspace.run.strategy = self.strategy;
-            }
+        if self.strategy.march.goes_on() && workspace.run.found == 0 {
+            self.strategy = self.strategy.after_first_hit(workspace.front.is_queue_empty());
+            workspace.run.strategy = self.strategy;
+        }
+        if self.strategy.march.goes_on() && !workspace.march.note([self.a, self.b], pair, crossings()) {
+            return;
         }
         let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
         workspace.sample.note(pair, workspace.run.found);

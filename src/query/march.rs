@@ -4,7 +4,8 @@
 //! tests has ends from which the curve is followed ([`Curve`]), pair by pair, until it comes to one that is known or
 //! to the border of a surface, or it is not certain how it goes on. What is found so is reported at once, and not tested when
 //! the traversal comes to it ([`known`](super::known)); but the traversal goes everywhere all the same, and so the answer
-//! does not depend on where the marches led.
+//! does not depend on where the marches led. A step costs more than the test that it saves: where all is likely to be
+//! visited, only the first part of the traversal marches ([`Marching`](super::strategy::Marching)).
 //!
 //! Here is what waits to be followed; the steps are in [`follow`](super::follow).
 

@@ -81,7 +81,7 @@ pub use workspace::{ResumeError, Workspace};
 
 use crate::math::Pose;
 use crate::model::confidence::DEFAULT_PRIOR;
-use crate::tree::Tree;
+use crate::tree::{Tree, WIDTH};
 use certificate::Place;
 use intersection::{Intersection, Overlapping};
 use lone::{Lone, Placing};
@@ -154,8 +154,9 @@ impl<'t> Query<'t> {
     ///
     /// Surfaces meet along curves. With this option each hit leads the query to the neighbors of its triangles, and so
     /// along the curve (`docs/performance.md` has what that is worth, and what it costs a query that is finished all the
-    /// same). Budgets of time that are expected to be too short do so anyway. It needs trees that were built with
-    /// [`crate::BuildOptions::neighbors`]; without them, and without a budget, it changes nothing.
+    /// same). Budgets of time that are expected to be too short do so anyway, and those of work until the part of the queue
+    /// in which the first hit was found is done. It needs trees that were built with [`crate::BuildOptions::neighbors`];
+    /// without them, without a budget, or if no node pair waits in the queue at the first hit, it changes nothing.
     #[must_use]
     pub fn early(mut self, early: bool) -> Self {
         self.options.early = early;
@@ -171,9 +172,9 @@ impl<'t> Query<'t> {
     }
 
     /// For experiments: node pairs of which fewer BV tests than this are expected are finished depth-first at once instead
-    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 128 (64 with [`Query::early`]), and
-    /// infinity for the first hit in the default order: there a stack with the deepest of siblings on top finds it sooner
-    /// than the queue (`docs/benchmarks.md`).
+    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 128, where hits lead along the
+    /// contact 512 (32 with [`Query::early`]), and infinity for the first hit in the default order: there a stack with the
+    /// deepest of siblings on top finds it sooner than the queue (`docs/benchmarks.md`).
     #[must_use]
     pub fn queue_threshold(mut self, bv_tests: f32) -> Self {
         // The larger of NaN and 0 is 0.
@@ -278,13 +279,14 @@ impl<'t> Query<'t> {
         self.a.has_neighbors() && self.b.has_neighbors()
     }
 
-    /// The strategy of a run that nothing stops (`complete`), or of one with a budget of work.
+    /// The strategy of a run that nothing stops (`complete`), or of one with a budget of work; both with full batches, with
+    /// which small budgets of scenes find more.
     pub(crate) fn strategy(&self, complete: bool) -> Strategy {
         if complete {
-            Strategy::complete(&self.options)
-        } else {
-            Strategy::choose(&self.options, Budget::work(0), self.can_march(), |_| false)
+            return Strategy::complete(&self.options);
         }
+        let strategy = Strategy::choose(&self.options, Budget::work(0), self.can_march(), |_| false);
+        Strategy { batch: WIDTH, ..strategy }
     }
 
     /// Prepares the workspace for a run from the roots.

@@ -12,11 +12,12 @@ use super::nearest::Distance;
 use super::options::{Mode, Options};
 use super::order::bucket_by_room;
 use super::queue::Pair;
-use super::strategy::Strategy;
+use super::strategy::Marching;
 use super::traversal::{Question, Traversal};
 use super::views::Relation;
 use super::workspace::{ResumeError, Workspace};
 use super::{Deadline, Query};
+use crate::tree::Tree;
 
 impl Query<'_> {
     /// [`Query::certificate`] after so many units of work that open the largest of its boxes: the more, the less room is left
@@ -105,7 +106,7 @@ impl<'w> Certificate<'w> {
         // Boxes of a motion cover all of the way, and its pieces are no node pairs.
         let Place::Still(b_in_a, reach) = self.place else { return self };
         let run = self.workspace;
-        aside.take_over(run);
+        aside.take_over(run, [self.a, self.b]);
         let relation = Relation::new(self.a, self.b, b_in_a);
         let clock = ManualClock::new();
         let mut deadline = Deadline::of(Budget::work(work), &clock);
@@ -143,16 +144,19 @@ impl<Q> Traversal<'_, '_, Q> {
 
 impl Workspace {
     /// Begins with what another run has found and left open, except its node pairs.
-    fn take_over(&mut self, run: &Self) {
+    fn take_over(&mut self, run: &Self, trees: [&Tree; 2]) {
         self.clear();
         if let Some(key) = run.run.key {
-            self.run.begin(key, Strategy::narrowing(run.run.strategy.march));
+            self.run.begin(key, run.run.strategy.narrowing());
         }
         self.run.found = run.run.found;
         self.waiting.copy_from(&run.waiting);
         self.doubtful.clone_from(&run.doubtful);
+        self.march.known.copy_from(&run.march.known);
+        if self.run.strategy.march == Marching::Over {
+            self.drop_known(trees);
+        }
         self.search.copy_from(&run.search);
         self.testing = self.waiting.is_full() || !self.doubtful.is_empty() || self.search.is_due();
-        self.march.known.copy_from(&run.march.known);
     }
 }

@@ -255,6 +255,11 @@ impl Front {
         self.arena.len() - self.queued as usize
     }
 
+    /// Whether no pair waits in the queue.
+    pub fn is_queue_empty(&self) -> bool {
+        self.occupied == 0
+    }
+
     pub fn is_empty(&self) -> bool {
         self.paths.is_empty() && self.height == 0 && self.occupied == 0
     }

@@ -6,9 +6,14 @@ use super::order::Order;
 use super::triangle_pairs::PATIENCE;
 use crate::tree::WIDTH;
 
-/// Node pairs that are expected to take at least so many BV tests wait in the queue, if there is one; fewer with marching.
-const DEFAULT_QUEUE_THRESHOLD: f32 = 128.0;
-const MARCHING_QUEUE_THRESHOLD: f32 = 64.0;
+/// Node pairs that are expected to take at least so many BV tests wait in the queue, if there is one: by default, where curves
+/// are followed from the first hit (it leads to more than a better place for it would), and where they always are.
+const QUEUE_THRESHOLD: f32 = 128.0;
+const FIRST_CURVES_QUEUE_THRESHOLD: f32 = 512.0;
+const ALL_CURVES_QUEUE_THRESHOLD: f32 = 32.0;
+
+/// Triangle pairs that wait before they are tested, where the first hit should come soon.
+const HALF_BATCH: usize = WIDTH / 2;
 
 /// The choices of a run. All give the same finished answer; they differ in speed and in what a stopped run has found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,10 +27,29 @@ pub(crate) struct Strategy {
     pub largest_first: bool,
     /// Triangle pairs that wait before they are tested.
     pub batch: usize,
-    /// Whether the curve is followed from each hit.
-    pub march: bool,
+    pub march: Marching,
     /// What is done with the triangle pairs that met in the frame before.
     pub warm_start: WarmStart,
+}
+
+/// From which hits the curve of contact is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Marching {
+    Never,
+    /// From those in the part of the queue in which the first was found: where little has been visited, a curve leads to
+    /// much that is new. The more is known, the less it is worth its steps.
+    FirstPart,
+    Always,
+    /// No more. What was found along curves is known.
+    Over,
+}
+
+impl Marching {
+    /// Whether curves are followed.
+    #[inline(always)]
+    pub fn goes_on(self) -> bool {
+        matches!(self, Self::FirstPart | Self::Always)
+    }
 }
 
 /// What is looked at before anything else.
@@ -44,12 +68,13 @@ impl Strategy {
         deepest_first: false,
         largest_first: false,
         batch: WIDTH,
-        march: false,
+        march: Marching::Never,
         warm_start: WarmStart::None,
     };
 
-    /// For what a run that marched, or not, has left open: so that the room for what is not known shrinks as fast as may be.
-    pub fn narrowing(march: bool) -> Self {
+    /// For what a run has left open: so that the room for what is not known shrinks as fast as may be.
+    pub fn narrowing(self) -> Self {
+        let march = if self.march == Marching::Never { Marching::Never } else { Marching::Over };
         Self { queue_threshold: 0.0, largest_first: true, march, ..Self::NONE }
     }
 
@@ -67,7 +92,8 @@ impl Strategy {
     /// For a budget. `fits` tells whether a time is expected to last to the end.
     ///
     /// What no budget can cut short, or a budget of time is not expected to, goes depth-first, unless another order was
-    /// asked for. Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing.
+    /// asked for. Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing:
+    /// they march, but no longer than it costs little.
     #[inline(always)]
     pub fn choose(
         options: &Options,
@@ -76,19 +102,33 @@ impl Strategy {
         fits: impl FnOnce(core::time::Duration) -> bool,
     ) -> Self {
         let mut strategy = Self::complete(options);
+        let default_order = options.order == Order::default();
         let is_short = budget.time.is_some_and(|limit| !fits(limit));
         let stops = budget.work.is_some() || is_short;
-        let is_early = is_short || options.early && !budget.is_unlimited();
-        strategy.march = can_march && is_early && options.mode == Mode::All && options.order == Order::default();
-        let default_threshold = if strategy.march { MARCHING_QUEUE_THRESHOLD } else { DEFAULT_QUEUE_THRESHOLD };
+        if can_march && default_order && options.mode == Mode::All {
+            strategy.march = match budget.work {
+                _ if is_short || options.early && !budget.is_unlimited() => Marching::Always,
+                Some(_) => Marching::FirstPart,
+                None => Marching::Never,
+            };
+        }
+        let marches = strategy.march != Marching::Never;
+        let default_threshold = match strategy.march {
+            Marching::FirstPart => FIRST_CURVES_QUEUE_THRESHOLD,
+            Marching::Always => ALL_CURVES_QUEUE_THRESHOLD,
+            _ => QUEUE_THRESHOLD,
+        };
         strategy.queue_threshold = match (options.order, options.mode) {
             (Order::DepthFirst, _) => f32::INFINITY,
-            (Order::Penetration, _) if !stops && !strategy.march => f32::INFINITY,
+            (Order::Penetration, _) if !stops && !marches => f32::INFINITY,
             (Order::Penetration, Mode::Any) => options.queue_threshold.unwrap_or(f32::INFINITY),
             _ => options.queue_threshold.unwrap_or(default_threshold),
         };
+        if marches || stops && default_order && options.mode == Mode::Any {
+            strategy.batch = HALF_BATCH;
+        }
         if options.mode == Mode::All {
-            if strategy.queues() && options.order == Order::default() {
+            if strategy.queues() && default_order {
                 strategy.warm_start = WarmStart::Paths;
             }
             if budget.is_unlimited() {
@@ -99,10 +139,12 @@ impl Strategy {
         strategy
     }
 
-    /// For what comes after the first hit of a run that marches: where to look first matters less from then on, since the
-    /// curve that was found is followed, and a queue costs time.
-    pub fn after_first_hit(self) -> Self {
-        Self { queue_threshold: f32::INFINITY, ..self }
+    /// For what comes after the first hit of a run that marches, with or without pairs left in the queue: where to look
+    /// first matters less from then on, since the curve that was found is followed, and a queue costs time. Without any the
+    /// run is soon over.
+    pub fn after_first_hit(self, is_queue_empty: bool) -> Self {
+        let march = if is_queue_empty { Marching::Never } else { self.march };
+        Self { queue_threshold: f32::INFINITY, batch: WIDTH, march, ..self }
     }
 
     pub fn queues(&self) -> bool {

@@ -64,6 +64,18 @@ impl TrianglePairs {
         }
     }
 
+    /// Keeps those for which `keep` is true.
+    pub fn retain(&mut self, mut keep: impl FnMut(&[u32; 2]) -> bool) {
+        let len = core::mem::take(&mut self.len);
+        for i in 0..len {
+            let pair = self.pairs[i];
+            if keep(&pair) {
+                self.pairs[self.len] = pair;
+                self.len += 1;
+            }
+        }
+    }
+
     pub fn copy_from(&mut self, other: &Self) {
         self.len = other.len;
         self.pairs[..self.len].copy_from_slice(other.as_slice());

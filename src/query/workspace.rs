@@ -11,7 +11,7 @@ use super::queue::{Front, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
 use super::refinement::Refinement;
 use super::search::Search;
-use super::strategy::Strategy;
+use super::strategy::{Marching, Strategy};
 use super::triangle_pairs::TrianglePairs;
 use crate::contact::{Contact, ContactList};
 use crate::math::Pose;
@@ -322,9 +322,9 @@ impl Workspace {
     /// What led the last query to more than its work would tell.
     pub(super) fn lead(&self) -> Lead {
         match self.run.strategy.march {
-            true => Lead::Curves,
-            false if self.witnesses.is_empty() => Lead::Nothing,
-            false => Lead::LastFrame,
+            Marching::Never if self.witnesses.is_empty() => Lead::Nothing,
+            Marching::Never => Lead::LastFrame,
+            _ => Lead::Curves,
         }
     }
 

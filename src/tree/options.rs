@@ -11,8 +11,8 @@ pub struct BuildOptions {
     /// Whether nodes choose the orientation in which their boxes are smallest; if not, all boxes have the mesh's axes.
     pub orientations: bool,
     /// Whether to keep what lies next to each triangle, 32 bytes a triangle; a build takes 56 to 86 ns a triangle longer.
-    /// Queries for all pairs between two such trees can follow the contact, so that they have found more when they are stopped
-    /// ([`crate::Query::early`]). False by default.
+    /// Queries for all pairs between two such trees follow the contact where a budget is likely to stop them, so that they have
+    /// found more by then ([`crate::Query::early`]). False by default.
     pub neighbors: bool,
     /// Most threads that build at once, the caller's included; 1 by default. More than one are used only with the feature
     /// `parallel`, and only for large meshes. The tree is the same to the bit, however many there are.
