@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use punctual::{BuildOptions, CostModel, Mode, Order, Pose, Query, Tree, Verdict};
+use punctual::{Budget, BuildOptions, CostModel, Mode, Order, Pose, Query, Tree, Verdict};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
@@ -98,7 +98,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         return Err("--early needs --mode all".into());
     }
     let mut calibration = args.calibration.as_deref().map(CalibrationFile::read).transpose()?;
-    let Loaded { a, b, build, poses } = args.input.load(&BuildOptions::default().neighbors(args.early))?;
+    let Loaded { a, b, build, poses } = args.input.load(&BuildOptions::default().neighbors(args.marches()))?;
     let mut pairs_out = args.pairs_out.as_deref().map(PairsFile::create).transpose()?;
 
     let completion = args.input.complain_of_bad_poses(&poses);
@@ -127,6 +127,11 @@ impl Args {
             ModeName::Any => Mode::Any,
             ModeName::All => Mode::All,
         }
+    }
+
+    /// Whether queries may follow the surfaces along their contact.
+    fn marches(&self) -> bool {
+        self.mode == ModeName::All && self.running.limits.budget() != Budget::unlimited()
     }
 
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t> {

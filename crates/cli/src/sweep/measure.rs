@@ -13,7 +13,7 @@ use super::open::{self, Overlap};
 use super::oracle::Oracle;
 use super::truth::Truth;
 
-/// Budgets of work, in percent of what a finished `all` run costs at the same pose.
+/// Budgets of work, in percent of what a finished depth-first `all` run costs at the same pose.
 pub const PERCENT: [u32; 9] = [1, 2, 5, 10, 20, 30, 50, 70, 100];
 
 /// The features of one query at the moment its budget ended.
@@ -151,7 +151,7 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
     let mut workspaces = [0; 2].map(|_| Workspace::with_capacity(4096, 1 << 16));
     let mut memories = [PairMemory::new(), PairMemory::new()];
     for (pose, truth) in truth.iter().enumerate() {
-        let full = Query::new(&case.a, &case.b, case.poses[pose]).mode(Mode::All);
+        let full = Query::new(&case.a, &case.b, case.poses[pose]).mode(Mode::All).order(Order::DepthFirst);
         let full = finish(&full, &mut workspaces[0]);
         let run = Run { case, truth, pose, full, overlap: Overlap::new(case, &case.poses[pose]) };
         for contender in &CONTENDERS {

@@ -1,7 +1,7 @@
 //! Queries of known truth, stopped on the way: what the model sees, and what came of it.
 
 use punctual::internals::{FrontSummary, Lead, pair_cost};
-use punctual::{Budget, Counts, History, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Workspace};
+use punctual::{Budget, Counts, History, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Tree, Workspace};
 
 use super::cases::Case;
 
@@ -55,8 +55,9 @@ impl Sample {
 pub fn samples(case_number: usize, case: &Case) -> Vec<Sample> {
     let mut sampler = Sampler { number: case_number, case, workspace: Workspace::new(), samples: Vec::new() };
     let mut memories = [PairMemory::new(), PairMemory::new()];
+    let [a, b] = [&case.a, &case.b].map(|tree| Tree::new(tree.mesh().clone()));
     for (number, &pose) in case.poses.iter().enumerate() {
-        let query = Query::new(&case.a, &case.b, pose);
+        let (query, marching) = (Query::new(&a, &b, pose), Query::new(&case.a, &case.b, pose).mode(Mode::All));
         let complete = run(&query.mode(Mode::All), &mut sampler.workspace, None, None);
         for (mode, memory) in [Mode::All, Mode::Any].into_iter().zip(&mut memories) {
             let query = query.mode(mode);
@@ -64,7 +65,8 @@ pub fn samples(case_number: usize, case: &Case) -> Vec<Sample> {
             if !case.is_motion || number % THINNED == 0 {
                 sampler.sample(&query, mode, &complete, None, false);
                 if mode == Mode::All {
-                    sampler.sample(&query.early(true), mode, &complete, None, true);
+                    sampler.sample(&marching, mode, &complete, None, true);
+                    sampler.sample(&marching.early(true), mode, &complete, None, true);
                 }
             }
             if case.is_motion {
