@@ -835,7 +835,7 @@ typedef struct punctual_query {
   size_t pair_limit;
   /**
    * For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
-   * queued: 0 queues every pair, infinity none. -1 by default: 128, or 512 under a budget of work for MODE_ALL if trees were
+   * queued: 0 queues every pair, infinity none. -1 by default: 128, or 1024 under a budget of work for MODE_ALL if trees were
    * built with `neighbors` (32 with `early`), and infinity for MODE_ANY with ORDER_PENETRATION.
    */
   float queue_threshold;

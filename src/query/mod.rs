@@ -173,7 +173,7 @@ impl<'t> Query<'t> {
 
     /// For experiments: node pairs of which fewer BV tests than this are expected are finished depth-first at once instead
     /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 128, where hits lead along the
-    /// contact 512 (32 with [`Query::early`]), and infinity for the first hit in the default order: there a stack with the
+    /// contact 1,024 (32 with [`Query::early`]), and infinity for the first hit in the default order: there a stack with the
     /// deepest of siblings on top finds it sooner than the queue (`docs/benchmarks.md`).
     #[must_use]
     pub fn queue_threshold(mut self, bv_tests: f32) -> Self {

@@ -9,11 +9,13 @@ use crate::tree::WIDTH;
 /// Node pairs that are expected to take at least so many BV tests wait in the queue, if there is one: by default, where curves
 /// are followed from the first hit (it leads to more than a better place for it would), and where they always are.
 const QUEUE_THRESHOLD: f32 = 128.0;
-const FIRST_CURVES_QUEUE_THRESHOLD: f32 = 512.0;
+const FIRST_CURVES_QUEUE_THRESHOLD: f32 = 1024.0;
 const ALL_CURVES_QUEUE_THRESHOLD: f32 = 32.0;
 
-/// Triangle pairs that wait before they are tested, where the first hit should come soon.
-const HALF_BATCH: usize = WIDTH / 2;
+/// Triangle pairs that wait before they are tested, where the first hit should come soon: if curves are followed from it, and if
+/// the run ends with it.
+const BATCH_BEFORE_CURVES: usize = 4;
+const BATCH_BEFORE_END: usize = 2;
 
 /// The choices of a run. All give the same finished answer; they differ in speed and in what a stopped run has found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,8 +126,10 @@ impl Strategy {
             (Order::Penetration, Mode::Any) => options.queue_threshold.unwrap_or(f32::INFINITY),
             _ => options.queue_threshold.unwrap_or(default_threshold),
         };
-        if marches || stops && default_order && options.mode == Mode::Any {
-            strategy.batch = HALF_BATCH;
+        if marches {
+            strategy.batch = BATCH_BEFORE_CURVES;
+        } else if stops && default_order && options.mode == Mode::Any {
+            strategy.batch = BATCH_BEFORE_END;
         }
         if options.mode == Mode::All {
             if strategy.queues() && default_order {

@@ -86,7 +86,7 @@ pub struct punctual_query<'t> {
     /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
     pub pair_limit: usize,
     /// For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
-    /// queued: 0 queues every pair, infinity none. -1 by default: 128, or 512 under a budget of work for MODE_ALL if trees were
+    /// queued: 0 queues every pair, infinity none. -1 by default: 128, or 1024 under a budget of work for MODE_ALL if trees were
     /// built with `neighbors` (32 with `early`), and infinity for MODE_ANY with ORDER_PENETRATION.
     pub queue_threshold: f32,
     /// Whether finding much early is worth some more time in all, for MODE_ALL: 0 (the default) or not 0. It needs trees that
