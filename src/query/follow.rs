@@ -57,7 +57,6 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     /// Begins at edges of the latest hit behind which the pair is not known: as many as ends are free.
     #[inline(always)]
     fn begin_march<L: Lanes>(&mut self, lanes: L) {
-        let trees = [self.a, self.b];
         let Some((pair, mut crossings)) = self.workspace.march.hits.pop() else { return };
         let mut placed = None;
         for free in 0..2 {
@@ -65,33 +64,37 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
                 continue;
             }
             let Some((side, edge)) = self.next_edge(pair, &mut crossings) else { return };
-            let Workspace { march, run, .. } = &mut *self.workspace;
             if let Some(placed) = placed.replace(free) {
-                run.stats.work += WORK_PER_MARCH_BESIDE;
-                march.ends[free] = march.ends[placed].clone();
+                self.workspace.run.stats.work += WORK_PER_MARCH_BESIDE;
+                self.workspace.march.ends[free] = self.workspace.march.ends[placed].clone();
             } else {
-                run.stats.work += WORK_PER_MARCH;
-                march.places[1] = place(self.b_in_a);
-                let [of_a, of_b] = trees.map(|tree| (tree.mesh().aabb().max - tree.mesh().aabb().min).length());
-                let mut corners = [[D4::splat(lanes, 0.0); 3]; 2];
-                for (side, corners) in corners.iter_mut().enumerate() {
-                    let mesh = trees[side].mesh();
-                    let vertices = mesh.triangles()[trees[side].ids()[pair[side] as usize] as usize];
-                    *corners = per_axis!(i => vertex(lanes, mesh.vertices(), vertices[i], &march.places[side]));
-                }
-                let end = &mut march.ends[free];
-                end.curve.place(corners, 1.01 * (of_a + of_b));
-                for (side, at) in end.at.iter_mut().enumerate() {
-                    let &Neighbors { first, id, .. } = &trees[side].neighbors()[pair[side] as usize];
-                    *at = Place { triangle: pair[side], first, id, corners: Corners::IN_ORDER };
-                }
+                self.workspace.run.stats.work += WORK_PER_MARCH;
+                self.place_end(lanes, free, pair);
             }
-            let end = &mut march.ends[free];
+            let end = &mut self.workspace.march.ends[free];
             end.follows = end.curve.begin(lanes, side, edge);
         }
         if crossings != 0 {
             let _ = self.workspace.march.hits.try_push((pair, crossings));
         }
+    }
+
+    /// Places an end at a pair.
+    #[inline(always)]
+    fn place_end<L: Lanes>(&mut self, lanes: L, end: usize, pair: [u32; 2]) {
+        let (trees, march) = ([self.a, self.b], &mut self.workspace.march);
+        march.places[1] = place(self.b_in_a);
+        let [of_a, of_b] = trees.map(|tree| (tree.mesh().aabb().max - tree.mesh().aabb().min).length());
+        let mut corners = [[D4::splat(lanes, 0.0); 3]; 2];
+        let end = &mut march.ends[end & 1];
+        for side in 0..2 {
+            let &Neighbors { first, id, .. } = &trees[side].neighbors()[pair[side] as usize];
+            let mesh = trees[side].mesh();
+            let vertices = mesh.triangles()[id as usize];
+            corners[side] = per_axis!(i => vertex(lanes, mesh.vertices(), vertices[i], &march.places[side]));
+            end.at[side] = Place { triangle: pair[side], first, id, corners: Corners::IN_ORDER };
+        }
+        end.curve.place(corners, 1.01 * (of_a + of_b));
     }
 
     /// Takes out of the edges that cross, of a pair, the first behind which the pair is not known; those before it too.

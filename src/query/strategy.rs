@@ -108,11 +108,11 @@ impl Strategy {
         let is_short = budget.time.is_some_and(|limit| !fits(limit));
         let stops = budget.work.is_some() || is_short;
         if can_march && default_order && options.mode == Mode::All {
-            strategy.march = match budget.work {
-                _ if is_short || options.early && !budget.is_unlimited() => Marching::Always,
-                Some(_) => Marching::FirstPart,
-                None => Marching::Never,
-            };
+            if is_short || options.early && !budget.is_unlimited() {
+                strategy.march = Marching::Always;
+            } else if budget.work.is_some() {
+                strategy.march = Marching::FirstPart;
+            }
         }
         let marches = strategy.march != Marching::Never;
         let default_threshold = match strategy.march {
