@@ -3,7 +3,7 @@
 use crate::errors::value_error;
 use punctual::{PairMemory, Workspace};
 use pyo3::prelude::*;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::Mutex;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -36,27 +36,27 @@ pub fn workers(threads: usize, poses: usize, memory: Option<&mut PairMemory>) ->
     Ok(workers)
 }
 
-/// Calls `answer` for each number below `count`, without the interpreter's lock: the answers in order. Ends early if
-/// the user asks for that (Ctrl-C) or there is no thread.
-pub fn each<'m, R: Send>(
+/// Calls `answer` for each number below `count`, without the interpreter's lock: the answers in order. Ends early at an
+/// error, if the user asks for that (Ctrl-C) or there is no thread.
+pub fn each<'m, R: Clone + Default + Send>(
     py: Python<'_>,
     count: usize,
     mut workers: Vec<Worker<'m>>,
-    answer: impl Fn(&mut Worker<'m>, usize) -> R + Sync,
+    answer: impl Fn(&mut Worker<'m>, usize) -> PyResult<R> + Sync,
 ) -> PyResult<Vec<R>> {
-    let (next, ended) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let mut rows = vec![R::default(); count];
+    let blocks = Mutex::new(rows.chunks_mut(BLOCK).enumerate());
+    let next = || blocks.lock().ok()?.next();
+    // Leaves nothing to do for the others.
+    let end = |_: &PyErr| while next().is_some() {};
     let work = |worker: &mut Worker<'m>, look: &mut dyn FnMut() -> PyResult<()>| {
-        let mut blocks = Vec::new();
-        while !ended.load(Ordering::Relaxed) {
-            let start = next.fetch_add(BLOCK, Ordering::Relaxed);
-            if start >= count {
-                break;
+        while let Some((block, rows)) = next() {
+            for (row, at) in rows.iter_mut().zip(block * BLOCK..) {
+                *row = answer(worker, at).inspect_err(end)?;
             }
-            let block: Vec<R> = (start..count.min(start + BLOCK)).map(|at| answer(worker, at)).collect();
-            blocks.push((start, block));
-            look().inspect_err(|_| ended.store(true, Ordering::Relaxed))?;
+            look().inspect_err(end)?;
         }
-        Ok::<_, PyErr>(blocks)
+        Ok::<_, PyErr>(())
     };
     let mut looked = Instant::now();
     let mut look = || {
@@ -66,21 +66,19 @@ pub fn each<'m, R: Send>(
         looked = Instant::now();
         Python::attach(|py| py.check_signals())
     };
-    let mut blocks = py.detach(|| {
+    py.detach(|| {
         thread::scope(|scope| {
             let (own, others) = workers.split_first_mut().ok_or_else(|| value_error("no worker"))?;
             let others = others
                 .iter_mut()
                 .map(|worker| thread::Builder::new().spawn_scoped(scope, || work(worker, &mut || Ok(()))));
-            let others: Vec<_> =
-                others.collect::<Result<_, _>>().inspect_err(|_| ended.store(true, Ordering::Relaxed))?;
-            let mut blocks = work(own, &mut look)?;
+            let others: Vec<_> = others.map(|other| Ok(other?)).collect::<PyResult<_>>().inspect_err(end)?;
+            work(own, &mut look)?;
             for other in others {
-                blocks.extend(other.join().map_err(|_| value_error("a thread of the batch ended early"))??);
+                other.join().map_err(|_| value_error("a thread of the batch ended early"))??;
             }
-            Ok::<_, PyErr>(blocks)
+            Ok::<_, PyErr>(())
         })
     })?;
-    blocks.sort_unstable_by_key(|&(start, _)| start);
-    Ok(blocks.into_iter().flat_map(|(_, block)| block).collect())
+    Ok(rows)
 }

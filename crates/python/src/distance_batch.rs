@@ -28,6 +28,7 @@ pub struct DistanceBatch {
 }
 
 /// The answer for one pose, as small as it can be: there may be millions.
+#[derive(Clone, Default)]
 struct Row {
     low: f64,
     high: f64,
@@ -98,7 +99,7 @@ pub fn distance_batch(
         let query = options.query(a, b, poses[at]);
         let answer = spend(&query, &mut worker.workspace, worker.memory.as_deref_mut(), limit);
         let Distance { low, high, nearest, closer, stats, .. } = answer;
-        Row { low, high, nearest, closer, work: stats.work }
+        Ok(Row { low, high, nearest, closer, work: stats.work })
     })?;
     DistanceBatch::new(py, &rows)
 }

@@ -8,7 +8,7 @@ use crate::memory::{Memory, lent};
 use crate::query::{ModeName, QueryOptions, certainty, code, is_stopped, spend, witness};
 use crate::tree::Tree;
 use numpy::{PyArray1, PyArray2};
-use punctual::{Outcome, Verdict};
+use punctual::Verdict;
 use pyo3::prelude::*;
 
 /// What a batch says: a row for each pose.
@@ -33,13 +33,19 @@ pub struct CollisionBatch {
 }
 
 /// The answer for one pose, as small as it can be: there may be millions.
+#[derive(Clone)]
 struct Row {
     verdict: Verdict,
     pairs: Vec<[u32; 2]>,
-    found: u64,
     work: u64,
     probability: f64,
     recall: f64,
+}
+
+impl Default for Row {
+    fn default() -> Self {
+        Self { verdict: Verdict::Undecided, pairs: Vec::new(), work: 0, probability: 0.0, recall: 0.0 }
+    }
 }
 
 impl CollisionBatch {
@@ -54,7 +60,7 @@ impl CollisionBatch {
         Ok(Self {
             verdict: column(py, rows.iter().map(|row| code(row.verdict)).collect()).unbind(),
             witness: table(py, rows.iter().map(|row| witness(row.verdict).unwrap_or_default()))?.unbind(),
-            found: counts(|row| row.found),
+            found: counts(|row| row.pairs.len() as u64),
             pairs: table(py, rows.iter().flat_map(|row| row.pairs.iter().copied()))?.unbind(),
             offsets: column(py, offsets).unbind(),
             probability: numbers(|row| row.probability),
@@ -104,15 +110,14 @@ pub fn collide_batch(
     let workers = workers(threads, poses.len(), lent(&mut memory))?;
     let rows = each(py, poses.len(), workers, |worker, at| {
         let (query, mut pairs) = (options.query(a, b, poses[at]), Vec::new());
-        let outcome = spend(&query, &mut worker.workspace, worker.memory.as_deref_mut(), limit, &mut pairs, None)?;
+        let outcome = spend(&query, &mut worker.workspace, worker.memory.as_deref_mut(), limit, &mut pairs, None)
+            .map_err(resume_error)?;
         let (mut probability, mut recall) = (certainty(outcome.verdict), 1.0);
         if is_stopped(&outcome) {
-            let estimate = query.estimate(&worker.workspace, worker.memory.as_deref())?;
+            let estimate = query.estimate(&worker.workspace, worker.memory.as_deref()).map_err(resume_error)?;
             (probability, recall) = (estimate.probability, estimate.recall);
         }
-        let Outcome { verdict, found, stats, .. } = outcome;
-        Ok(Row { verdict, pairs, found, work: stats.work, probability, recall })
+        Ok(Row { verdict: outcome.verdict, pairs, work: outcome.stats.work, probability, recall })
     })?;
-    let rows: Result<Vec<Row>, punctual::ResumeError> = rows.into_iter().collect();
-    CollisionBatch::new(py, &rows.map_err(resume_error)?)
+    CollisionBatch::new(py, &rows)
 }
