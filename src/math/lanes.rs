@@ -146,6 +146,7 @@ pub(crate) trait Lanes: Copy {
     fn mul_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
     fn less_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
     fn and_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
+    fn or_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
     fn abs_q(self, a: Self::Q) -> Self::Q;
     fn mask_q(self, a: Self::Q) -> u32;
     fn max_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
@@ -310,7 +311,7 @@ pub(crate) use operators;
 operators!(F8: Add add add, Sub sub sub, Mul mul mul, Div div div);
 operators!(D8: Add add add_d, Sub sub sub_d, Mul mul mul_d, Div div div_d);
 
-/// Eight numbers or masks of one precision: what kernels use that are the same in both.
+/// Numbers or masks of one precision, one a lane: what kernels use that are the same in all.
 #[allow(clippy::inline_always)]
 pub(crate) trait Column:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
@@ -327,8 +328,8 @@ pub(crate) trait Column:
     fn abs(self) -> Self;
 }
 
-macro_rules! eight {
-    ($type:ident, $splat:ident, $number:ty: $($name:ident $call:ident),*; $abs:ident, $mask:ident) => {
+macro_rules! columns {
+    ($type:ident, $number:ty: $($name:ident $call:ident),*; $abs:ident, $mask:ident) => {
         impl<L: Lanes> Neg for $type<L> {
             type Output = Self;
             #[inline(always)]
@@ -352,13 +353,14 @@ macro_rules! eight {
             }
             #[inline(always)]
             fn times(self, x: f32) -> Self {
-                self * Self(self.1.$splat(<$number>::from(x)), self.1)
+                self * Self::splat(self.1, <$number>::from(x))
             }
         }
     };
 }
-eight!(F8, splat, f32: max max, min min, less less, and and, or or; abs, mask);
-eight!(D8, splat_d, f64: max max_d, min min_d, less less_d, and and_d, or or_d; abs_d, mask_d);
+pub(crate) use columns;
+columns!(F8, f32: max max, min min, less less, and and, or or; abs, mask);
+columns!(D8, f64: max max_d, min min_d, less less_d, and and_d, or or_d; abs_d, mask_d);
 
 /// Three columns: eight vectors.
 pub(crate) type V8<L> = [F8<L>; 3];

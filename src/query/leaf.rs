@@ -145,7 +145,7 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         }
         let mut crossings = Crossings::default();
         let wanted = self.strategy.march.goes_on().then_some(&mut crossings);
-        let verdicts = lanes.run(Again { a: &of_a.columns, b: &of_b.columns, crossings: wanted });
+        let verdicts = lanes.run(Again { a: &of_a.columns, b: &of_b.columns, count, crossings: wanted });
         workspace.run.stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
         let tested = (1 << count) - 1;
         let left = verdicts.doubt & tested;

@@ -1,11 +1,11 @@
-//! The filter of [`batch`](super::batch) again in `f64`, for pairs that it left in doubt.
+//! The filter of [`batch`](super::batch) again in `f64`, four pairs at a time, for those that it left in doubt.
 //!
 //! Where copies of a surface lie side by side that is nearly every pair. Most are parted by their boxes, share a corner, or are
 //! certain with 29 bits more; what still is in doubt lies in one plane or touches.
 
 use super::batch::{Bounds, Crossings, Range, Verdicts, certain, largest};
 use super::exact::{LARGEST, PADDING};
-use crate::math::lanes::{Column, D8, Kernel, Lanes, per_axis, sub};
+use crate::math::lanes::{Column, D4, Kernel, Lanes, per_axis, sub};
 use glam::DVec3;
 
 /// The corners of eight triangles: corner, axis, triangle.
@@ -23,15 +23,23 @@ impl Columns {
         }
     }
 
+    /// Those of the triangles `at` and the next three: corner, axis.
+    #[inline(always)]
+    fn four<L: Lanes>(&self, lanes: L, at: usize) -> [[D4<L>; 3]; 3] {
+        per_axis!(i => per_axis!(k => D4::load(lanes, &self.0[i][k].as_chunks().0[at / 4])))
+    }
+
     pub fn get(&self, lane: usize) -> [DVec3; 3] {
         self.0.each_ref().map(|[x, y, z]| DVec3::new(x[lane], y[lane], z[lane]))
     }
 }
 
-/// Eight pairs of triangles.
+/// Up to eight pairs of triangles.
 pub(crate) struct Again<'c> {
     pub a: &'c Columns,
     pub b: &'c Columns,
+    /// How many there are: the first of the columns.
+    pub count: usize,
     /// Tells the crossings of hits, if they are wanted.
     pub crossings: Option<&'c mut Crossings>,
 }
@@ -39,31 +47,50 @@ pub(crate) struct Again<'c> {
 impl Kernel for Again<'_> {
     type Output = Verdicts;
 
+    /// Four at a time: a register holds no more.
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Verdicts {
-        let [a, b] = [&self.a.0, &self.b.0];
-        let a = per_axis!(i => per_axis!(k => D8::load(lanes, &a[i][k])));
-        let b = per_axis!(i => per_axis!(k => D8::load(lanes, &b[i][k])));
-        let [x, y, z] = per_axis!(k => {
-            let (of_a, of_b) = (Range::of([a[0][k], a[1][k], a[2][k]]), Range::of([b[0][k], b[1][k], b[2][k]]));
-            of_a.high.less(of_b.low).or(of_b.high.less(of_a.low))
-        });
-        let apart = x.or(y).or(z).mask();
-        let [x, y, z] = per_axis!(i => {
-            let [x, y, z] = per_axis!(j => differ(a[i], b[j]));
-            x.and(y).and(z)
-        });
-        let share = !x.and(y).and(z).mask();
-
-        let (p, f, q) = ([sub(a[1], a[0]), sub(a[2], a[0])], [sub(b[1], b[0]), sub(b[2], b[0])], sub(b[0], a[0]));
-        let sizes = [largest(p[0]).max(largest(p[1])), largest(f[0]).max(largest(f[1])), largest(q)];
-        let fits = Range::of(sizes).high.less(D8::splat(lanes, LARGEST)).mask();
-        let padding = D8::splat(lanes, PADDING);
-        let bounds = Bounds::new(per_axis!(i => sizes[i] + padding), ROUNDING, D8::splat(lanes, 0.0));
-        let Verdicts { hit, doubt } = certain(p, f, q, &bounds, self.crossings);
-        let hit = hit & fits | share;
-        Verdicts { hit, doubt: (doubt | !fits) & !(apart | hit) & 0xff }
+        let Self { a, b, count, mut crossings } = self;
+        let mut verdicts = Verdicts { hit: 0, doubt: 0 };
+        for at in (0..count.min(8)).step_by(4) {
+            let mut crossing = Crossings::default();
+            let wanted = if crossings.is_some() { Some(&mut crossing) } else { None };
+            let Verdicts { hit, doubt } = four(a.four(lanes, at), b.four(lanes, at), wanted);
+            verdicts.hit |= hit << at;
+            verdicts.doubt |= doubt << at;
+            if let Some(crossings) = &mut crossings {
+                crossings.add(&crossing, at);
+            }
+        }
+        verdicts
     }
+}
+
+#[inline(always)]
+fn four<L: Lanes>(a: [[D4<L>; 3]; 3], b: [[D4<L>; 3]; 3], crossings: Option<&mut Crossings>) -> Verdicts {
+    let lanes = a[0][0].lanes();
+    let [x, y, z] = per_axis!(k => {
+        let (of_a, of_b) = (Range::of([a[0][k], a[1][k], a[2][k]]), Range::of([b[0][k], b[1][k], b[2][k]]));
+        of_a.high.less(of_b.low).or(of_b.high.less(of_a.low))
+    });
+    let apart = x.or(y).or(z).mask();
+    let [x, y, z] = per_axis!(i => {
+        let [x, y, z] = per_axis!(j => differ(a[i], b[j]));
+        x.and(y).and(z)
+    });
+    let share = !x.and(y).and(z).mask() & 0xf;
+    if apart | share == 0xf && crossings.is_none() {
+        return Verdicts { hit: share, doubt: 0 };
+    }
+
+    let (p, f, q) = ([sub(a[1], a[0]), sub(a[2], a[0])], [sub(b[1], b[0]), sub(b[2], b[0])], sub(b[0], a[0]));
+    let sizes = [largest(p[0]).max(largest(p[1])), largest(f[0]).max(largest(f[1])), largest(q)];
+    let fits = Range::of(sizes).high.less(D4::splat(lanes, LARGEST)).mask();
+    let padding = D4::splat(lanes, PADDING);
+    let bounds = Bounds::new(per_axis!(i => sizes[i] + padding), ROUNDING, D4::splat(lanes, 0.0));
+    let Verdicts { hit, doubt } = certain(p, f, q, &bounds, crossings);
+    let hit = hit & fits | share;
+    Verdicts { hit, doubt: (doubt | !fits) & !(apart | hit) & 0xf }
 }
 
 /// Relative rounding of one `f64` operation: 2^-53.
@@ -105,8 +132,8 @@ mod tests {
             }
             let mut crossings = [Crossings::default(); 2];
             let [first, second] = &mut crossings;
-            let verdicts = Instructions::detect().run(Again { a: &a, b: &b, crossings: Some(first) });
-            assert_eq!(verdicts, Portable {}.run(Again { a: &a, b: &b, crossings: Some(second) }));
+            let verdicts = Instructions::detect().run(Again { a: &a, b: &b, count: 8, crossings: Some(first) });
+            assert_eq!(verdicts, Portable {}.run(Again { a: &a, b: &b, count: 8, crossings: Some(second) }));
             for lane in 0..8 {
                 let (hit, doubt) = (verdicts.hit >> lane & 1 != 0, verdicts.doubt >> lane & 1 != 0);
                 assert!(!(hit && doubt));

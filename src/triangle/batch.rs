@@ -60,6 +60,14 @@ impl Crossings {
         self.0.rotate_left(3);
     }
 
+    /// Adds those of other lanes, the first of which is lane `at` here.
+    #[inline(always)]
+    pub(super) fn add(&mut self, others: &Self, at: usize) {
+        for (bits, others) in self.0.iter_mut().zip(others.0) {
+            *bits |= others << at;
+        }
+    }
+
     /// Those of a lane, a bit for each edge.
     #[inline(always)]
     pub fn of(&self, lane: usize) -> u32 {

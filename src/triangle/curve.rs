@@ -14,7 +14,7 @@
 //! tell what follows.
 
 use super::exact::{LARGEST, PADDING};
-use crate::math::lanes::{D4, Lanes, cross, dot, per_axis, unrolled};
+use crate::math::lanes::{Column, D4, Lanes, cross, dot, per_axis, unrolled};
 use core::hint::select_unpredictable;
 use glam::DVec3;
 

@@ -1,7 +1,7 @@
 //! Four lanes of `f64`.
 
-use super::{Lanes, operators};
-use core::ops::{Add, Mul, Sub};
+use super::{Column, Lanes, columns, operators};
+use core::ops::{Add, Mul, Neg, Sub};
 use wide::f32x4;
 
 /// Four `f64` of the instruction set `L`: what is done one at a time.
@@ -26,14 +26,6 @@ impl<L: Lanes> D4<L> {
     pub fn store(self) -> [f64; 4] {
         self.1.store_q(self.0)
     }
-    #[inline(always)]
-    pub fn max(self, other: Self) -> Self {
-        Self(self.1.max_q(self.0, other.0), self.1)
-    }
-    #[inline(always)]
-    pub fn min(self, other: Self) -> Self {
-        Self(self.1.min_q(self.0, other.0), self.1)
-    }
     /// What the inverse of the root is at least, and no more than 7 % less, of positive normal numbers: in a few cycles, where a
     /// root and a quotient take forty.
     #[inline(always)]
@@ -43,24 +35,6 @@ impl<L: Lanes> D4<L> {
     #[inline(always)]
     pub fn narrow(self) -> f32x4 {
         self.1.narrow_q(self.0)
-    }
-    /// All ones where `self < other`; never where one of them is no number.
-    #[inline(always)]
-    pub fn less(self, other: Self) -> Self {
-        Self(self.1.less_q(self.0, other.0), self.1)
-    }
-    #[inline(always)]
-    pub fn and(self, other: Self) -> Self {
-        Self(self.1.and_q(self.0, other.0), self.1)
-    }
-    #[inline(always)]
-    pub fn abs(self) -> Self {
-        Self(self.1.abs_q(self.0), self.1)
-    }
-    /// The sign of each lane, or whether it is all ones: one bit a lane, lane 0 lowest.
-    #[inline(always)]
-    pub fn mask(self) -> u32 {
-        self.1.mask_q(self.0)
     }
     /// Lanes 1, 2, 0 and 3.
     #[inline(always)]
@@ -80,3 +54,4 @@ impl<L: Lanes> D4<L> {
 }
 
 operators!(D4: Add add add_q, Sub sub sub_q, Mul mul mul_q);
+columns!(D4, f64: max max_q, min min_q, less less_q, and and_q, or or_q; abs_q, mask_q);

@@ -62,7 +62,7 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
         and BitAnd::bitand, or BitOr::bitor, less |a, b| a.simd_lt(b); add_d Add::add, sub_d Sub::sub, mul_d Mul::mul,
         div_d Div::div, max_d f64x2::fast_max, min_d f64x2::fast_min, and_d BitAnd::bitand, or_d BitOr::bitor,
         less_d |a, b| a.simd_lt(b); add_q Add::add, sub_q Sub::sub, mul_q Mul::mul, max_q f64x2::fast_max,
-        min_q f64x2::fast_min, and_q BitAnd::bitand, less_q |a, b| a.simd_lt(b));
+        min_q f64x2::fast_min, and_q BitAnd::bitand, or_q BitOr::bitor, less_q |a, b| a.simd_lt(b));
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {

@@ -65,7 +65,7 @@ impl Retest {
     /// Tests all that wait; which of them meet, a bit each.
     pub fn run(&mut self) -> (ArrayVec<Tested, LANES>, u32) {
         let [a, b] = &self.columns;
-        let verdicts = self.instructions.run(Again { a, b, crossings: None });
+        let verdicts = self.instructions.run(Again { a, b, count: self.waiting.len(), crossings: None });
         let mut hits = verdicts.hit;
         for lane in (0..self.waiting.len()).filter(|lane| verdicts.doubt >> lane & 1 != 0) {
             hits |= u32::from(triangles_intersect(&a.get(lane), &b.get(lane))) << lane;
