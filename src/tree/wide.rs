@@ -21,20 +21,27 @@ pub(crate) struct Node {
     /// The children's boxes, axis by axis, in halves ([`crate::math::lanes::F8::read`]).
     pub center: [[f32x4; 2]; 3],
     pub half: [[f32x4; 2]; 3],
-    /// The node's own box.
-    pub own_center: f32x4,
-    pub own_half: f32x4,
     /// The orientation, row by row: columns are the axes of the boxes, unit coordinates of the mesh.
     pub rows: [f32x4; 3],
-    /// Square root of the surface area of the own box.
-    pub size: f32,
-    /// Id of the orientation: equal ids mean equal orientations, 0 means the axes of the mesh.
-    pub orientation: u32,
     /// First child: a node, or a triangle of a cluster.
     pub first_child: u32,
     /// Triangles of the subtree: `first_triangle..first_triangle + triangles`, in tree order.
     pub first_triangle: u32,
     pub triangles: u32,
+    /// Number of children.
+    pub children: u8,
+    pub is_cluster: bool,
+    /// Steps below the root.
+    pub depth: u8,
+    /// Levels below this node.
+    pub height: u8,
+    /// The node's own box.
+    pub own_center: f32x4,
+    pub own_half: f32x4,
+    /// Square root of the surface area of the own box.
+    pub size: f32,
+    /// Id of the orientation: equal ids mean equal orientations, 0 means the axes of the mesh.
+    pub orientation: u32,
     /// First level of the profile.
     pub profile: u32,
     /// Expected BV tests of this subtree against a copy of itself ([`super::profile`]).
@@ -43,13 +50,6 @@ pub(crate) struct Node {
     pub leaf: [f32; 3],
     /// The middle extent of the own box over the longest; 1 for a point.
     pub slimness: f32,
-    /// Number of children.
-    pub children: u8,
-    pub is_cluster: bool,
-    /// Steps below the root.
-    pub depth: u8,
-    /// Levels below this node.
-    pub height: u8,
 }
 
 const _: () = assert!(size_of::<Node>() == 320);

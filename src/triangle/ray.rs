@@ -65,17 +65,17 @@ impl<'q> Aim<'q> {
     }
 
     /// The least parameter of a point that ray and triangle share, if there is one within the limits, the side it comes from,
-    /// and whether that took exact arithmetic.
+    /// and whether that took exact arithmetic. `faces`: the side on which the line passes all three edges, if that is known.
     #[inline]
-    pub fn hit(&self, corners: &[DVec3; 3]) -> (Option<(f64, Side)>, bool) {
+    pub fn hit(&self, corners: &[DVec3; 3], faces: Option<i8>) -> (Option<(f64, Side)>, bool) {
         let mut exact = Exact { ray: self.ray, corners, line: None };
-        let found = self.first(corners, &mut exact);
+        let found = self.first(corners, faces, &mut exact);
         let [t_min, t_max] = self.ray.limits();
         (found.filter(|&(t, _)| t_min <= t && t <= t_max), exact.line.is_some())
     }
 
     #[inline]
-    fn first(&self, corners: &[DVec3; 3], exact: &mut Exact) -> Option<(f64, Side)> {
+    fn first(&self, corners: &[DVec3; 3], faces: Option<i8>, exact: &mut Exact) -> Option<(f64, Side)> {
         let d = self.direction;
         let [a, b, c] = corners.map(|corner| corner - self.ray.origin());
         let [e, f, g] = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
@@ -85,21 +85,13 @@ impl<'q> Aim<'q> {
         let farthest = largest(reach);
         let bound = if farthest <= LARGEST { self.bound } else { f64::INFINITY };
 
-        let passes = [d.dot(a.cross(e)), d.dot(b.cross(f)), d.dot(c.cross(g))];
-        let error = bound * size.dot(products(reach, extent));
-        let least = smaller(smaller(passes[0], passes[1]), passes[2]);
-        let most = larger(larger(passes[0], passes[1]), passes[2]);
-        let faces = match (most > error, least < -error) {
-            (true, true) => return None,
-            (true, false) if least > error => 1,
-            (false, true) if most < -error => -1,
-            _ => {
-                let sides: [i8; 3] = from_fn(|i| sign(passes[i], error).unwrap_or_else(|| exact.line().side(i)));
-                match (sides.contains(&1), sides.contains(&-1)) {
-                    (true, true) => return None,
-                    (false, false) => return exact.line().t_in_plane().map(|t| (t, Side::Edge)),
-                    (true, false) => 1,
-                    (false, true) => -1,
+        let faces = match faces {
+            Some(faces) => faces,
+            None => {
+                let passes = [d.dot(a.cross(e)), d.dot(b.cross(f)), d.dot(c.cross(g))];
+                match sides(passes, bound * size.dot(products(reach, extent)), exact)? {
+                    0 => return exact.line().t_in_plane().map(|t| (t, Side::Edge)),
+                    faces => faces,
                 }
             }
         };
@@ -139,6 +131,26 @@ impl Exact<'_> {
     fn line(&mut self) -> &Line {
         let Self { ray, corners, line } = self;
         line.get_or_insert_with(|| Line::new(ray, corners))
+    }
+}
+
+/// On which side a line passes the edges of a triangle, 0 if it passes all on none; nothing if it passes two of them on
+/// different sides. From determinants that are off by no more than `error`.
+#[inline]
+fn sides(passes: [f64; 3], error: f64, exact: &mut Exact) -> Option<i8> {
+    let least = smaller(smaller(passes[0], passes[1]), passes[2]);
+    let most = larger(larger(passes[0], passes[1]), passes[2]);
+    match (most > error, least < -error) {
+        (true, true) => None,
+        (true, false) if least > error => Some(1),
+        (false, true) if most < -error => Some(-1),
+        _ => {
+            let sides: [i8; 3] = from_fn(|i| sign(passes[i], error).unwrap_or_else(|| exact.line().side(i)));
+            match (sides.contains(&1), sides.contains(&-1)) {
+                (true, true) => None,
+                (one, other) => Some(i8::from(one) - i8::from(other)),
+            }
+        }
     }
 }
 

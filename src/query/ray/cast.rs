@@ -106,9 +106,7 @@ impl Question for Traversal<'_, '_, Cast<'_>> {
         }
         let suspect = state.suspects.pop();
         self.workspace.testing = !self.workspace.rays.suspects.is_empty();
-        suspect
-            .filter(|suspect| suspect.enter <= self.ready().beam.to)
-            .and_then(|suspect| self.examine(suspect.triangle))
+        suspect.filter(|suspect| suspect.enter <= self.ready().beam.to).and_then(|suspect| self.examine(suspect))
     }
 }
 
@@ -137,10 +135,10 @@ impl Traversal<'_, '_, Cast<'_>> {
         let count = u64::from(node.children);
         stats.primitive_tests += count;
         stats.work += WORK_PER_RAY_TRIANGLE * count;
-        let suspected = candidates(lanes, expand::rows(self.a, node), &beam.shaft, [beam.from, beam.to]) & entered;
-        for lane in bits(suspected) {
-            let triangle = node.first_child + lane as u32;
-            self.workspace.rays.suspects.push(Suspect { triangle, enter: enter[lane] });
+        let found = candidates(lanes, expand::rows(self.a, node), &beam.shaft, [beam.from, beam.to]);
+        for lane in bits(found.may_meet & entered) {
+            let (triangle, faces) = (node.first_child + lane as u32, found.faces(lane));
+            self.workspace.rays.suspects.push(Suspect { triangle, enter: enter[lane], faces });
         }
         None
     }
@@ -156,6 +154,9 @@ impl Traversal<'_, '_, Cast<'_>> {
             u64::from(enter[i as usize % WIDTH].to_bits()) << 32 | u64::from(first_child + i)
         };
         let pair = |key: u64| Pair::new(key as u32, (key >> 32) as u32);
+        // With the kind of its node, which so is near when the pair is popped.
+        let nodes = self.a.nodes();
+        let waiting = |pair: Pair| Pair { alive: [nodes[pair.nodes[0] as usize].is_cluster.into(), 0], ..pair };
         let front = &mut self.workspace.front;
         let first = next();
         if count == 1 {
@@ -163,7 +164,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         }
         let second = next();
         if count == 2 {
-            front.push(pair(first.max(second)));
+            front.push(waiting(pair(first.max(second))));
             return pair(first.min(second));
         }
         let mut sorted = [first.max(second), first.min(second), 0, 0, 0, 0, 0, 0];
@@ -178,16 +179,16 @@ impl Traversal<'_, '_, Cast<'_>> {
             i += 1;
         }
         for &key in &sorted[..count - 1] {
-            front.push(pair(key));
+            front.push(waiting(pair(key)));
         }
         pair(sorted[(count - 1) % WIDTH])
     }
 
     /// Tests a triangle in `f64`.
     #[inline(always)]
-    fn examine(&mut self, triangle: u32) -> Option<StopReason> {
+    fn examine(&mut self, Suspect { triangle, faces, .. }: Suspect) -> Option<StopReason> {
         let id = self.a.ids()[triangle as usize];
-        let (found, was_exact) = Aim::new(&self.question.rays[0]).hit(&self.a.mesh().triangle(id as usize));
+        let (found, was_exact) = Aim::new(&self.question.rays[0]).hit(&self.a.mesh().triangle(id as usize), faces);
         let stats = &mut self.workspace.run.stats;
         stats.work += WORK_PER_RAY_TEST;
         if was_exact {
@@ -244,5 +245,69 @@ impl Traversal<'_, '_, Cast<'_>> {
         } else if lane == 0 {
             make_ready(lanes, self.a, rays, ready);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::math::Ray;
+    use crate::math::lanes::{Instructions, Kernel, Lanes};
+    use crate::math::random::Random;
+    use crate::mesh::shapes;
+    use crate::query::expand;
+    use crate::query::ray::beam::Beam;
+    use crate::tree::{Node, Tree};
+    use crate::triangle::ray::batch::{Candidates, candidates};
+    use glam::DVec3;
+    use robust::{Coord3D, orient3d};
+
+    struct Cluster<'r>(&'r Tree, &'r Node, &'r Beam);
+
+    impl Kernel for Cluster<'_> {
+        type Output = Candidates;
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> Candidates {
+            let Self(tree, node, beam) = self;
+            candidates(lanes, expand::rows(tree, node), &beam.shaft, [beam.from, beam.to])
+        }
+    }
+
+    /// On which side the line from `origin` to `target` passes the edges of a triangle.
+    fn exact_sides([origin, target]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> [i8; 3] {
+        let point = |v: DVec3| Coord3D { x: v.x, y: v.y, z: v.z };
+        let determinant = |p, q| orient3d(point(target), point(p), point(q), point(origin));
+        [determinant(a, b), determinant(b, c), determinant(c, a)].map(|x| i8::from(x > 0.0) - i8::from(x < 0.0))
+    }
+
+    /// Segments past points of edges, from near and far, off by all that lies between certain and in doubt.
+    #[test]
+    fn sides_that_are_certain_are_the_exact_ones() {
+        let mut random = Random::new(7);
+        let tree = Tree::new(shapes::torus_knot(2, 3, 0.2, 30));
+        let (mut certain, mut in_doubt) = (0, 0);
+        for node in tree.nodes().iter().filter(|node| node.is_cluster) {
+            let corners = |lane: u32| tree.mesh().triangle(tree.ids()[(node.first_child + lane) as usize] as usize);
+            for (far, power) in [0.1, 1.0, 1e3, 1e7].into_iter().flat_map(|far| (1..30).map(move |power| (far, power)))
+            {
+                let mut vector = || DVec3::from_array([(); 3].map(|()| random.fraction() * 2.0 - 1.0));
+                let [a, b, _] = corners(0);
+                let (origin, off) = (a + vector() * far, vector());
+                let target = a.lerp(b, off.x * 0.5 + 0.5) + off * 0.5_f64.powi(power);
+                let beam = Beam::new(tree.unit(), &Ray::segment(origin, target).expect("another point"));
+                for instructions in [Instructions::detect(), Instructions::PORTABLE] {
+                    let found = instructions.run(Cluster(&tree, node, &beam));
+                    for lane in 0..node.children.into() {
+                        let exact = exact_sides([origin, target], corners(lane));
+                        match found.faces(lane as usize) {
+                            Some(faces) => assert_eq!(exact, [faces; 3], "{origin}, {target}"),
+                            None => in_doubt += u32::from(exact == [1; 3] || exact == [-1; 3]),
+                        }
+                        certain += u32::from(found.faces(lane as usize).is_some());
+                    }
+                }
+            }
+        }
+        assert!(certain > 5_000 && in_doubt > 5_000, "{certain} certain, {in_doubt} in doubt");
     }
 }

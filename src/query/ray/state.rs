@@ -63,6 +63,8 @@ impl RayHit {
 pub(crate) struct Suspect {
     pub triangle: u32,
     pub enter: f32,
+    /// On which side the line passes all three edges, where `f32` is certain of that.
+    pub faces: Option<i8>,
 }
 
 /// What a ray query keeps in its workspace.

@@ -22,9 +22,28 @@ pub(crate) struct Shaft {
 /// Most that a parameter which is asked for may be.
 pub(crate) const LARGEST_PARAMETER: f32 = 4.0;
 
-/// Those of eight triangles that the ray may meet at parameters between `from` and `to`, a bit for each.
+/// What is known of eight triangles, a bit for each.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidates {
+    /// The ray may meet them at the parameters that are asked for.
+    pub may_meet: u32,
+    /// The line certainly passes all three edges counterclockwise (as seen from [`super::Side::Front`]), or all clockwise.
+    pub front: u32,
+    pub back: u32,
+}
+
+impl Candidates {
+    /// On which side the line passes all three edges of a triangle, if that is certain.
+    #[inline(always)]
+    pub fn faces(&self, lane: usize) -> Option<i8> {
+        let [front, back] = [self.front, self.back].map(|bits| bits >> lane & 1);
+        (front | back != 0).then(|| back as i8 - front as i8)
+    }
+}
+
+/// Tests eight triangles for parameters between `from` and `to`.
 #[inline(always)]
-pub(crate) fn candidates<L: Lanes>(lanes: L, rows: [&Rows; 8], shaft: &Shaft, [from, to]: [f32; 2]) -> u32 {
+pub(crate) fn candidates<L: Lanes>(lanes: L, rows: [&Rows; 8], shaft: &Shaft, [from, to]: [f32; 2]) -> Candidates {
     let splat = |x: f32| F8::splat(lanes, x);
     let of = Transposed::new(lanes, rows);
     let (e, f) = (of.edge1, of.edge2);
@@ -40,7 +59,9 @@ pub(crate) fn candidates<L: Lanes>(lanes: L, rows: [&Rows; 8], shaft: &Shaft, [f
             + reach * splat(264.0 * ROUNDING)
             + splat(88.0 * ROUNDING + 26.0 * shaft.slop))
         + splat(UNDERFLOW);
-    let is_outside = error.less(u.max(v).max(w)).and(u.min(v).min(w).less(-error));
+    let (least, most) = (u.min(v).min(w), u.max(v).max(w));
+    let is_outside = error.less(most).and(least.less(-error));
+    let (front, back) = (error.less(least).mask(), most.less(-error).mask());
 
     let square = edge * edge;
     let error =
@@ -50,5 +71,5 @@ pub(crate) fn candidates<L: Lanes>(lanes: L, rows: [&Rows; 8], shaft: &Shaft, [f
     let (size, above) = (faces(det), faces(dot(turned, f)));
     let (before, beyond) = (splat(from) * size - above, above - splat(to) * size);
     let is_off = error.less(before.max(beyond)).and(error.less(size));
-    !is_outside.or(is_off).mask() & 0xff
+    Candidates { may_meet: !is_outside.or(is_off).mask() & 0xff, front, back }
 }
