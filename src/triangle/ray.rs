@@ -66,7 +66,7 @@ impl<'q> Aim<'q> {
 
     /// The least parameter of a point that ray and triangle share, if there is one within the limits, the side it comes from,
     /// and whether that took exact arithmetic. `faces`: the side on which the line passes all three edges, if that is known.
-    #[inline]
+    #[inline(always)]
     pub fn hit(&self, corners: &[DVec3; 3], faces: Option<i8>) -> (Option<(f64, Side)>, bool) {
         let mut exact = Exact { ray: self.ray, corners, line: None };
         let found = self.first(corners, faces, &mut exact);
@@ -74,10 +74,11 @@ impl<'q> Aim<'q> {
         (found.filter(|&(t, _)| t_min <= t && t <= t_max), exact.line.is_some())
     }
 
-    #[inline]
+    #[inline(always)]
     fn first(&self, corners: &[DVec3; 3], faces: Option<i8>, exact: &mut Exact) -> Option<(f64, Side)> {
         let d = self.direction;
-        let [a, b, c] = corners.map(|corner| corner - self.ray.origin());
+        let origin = self.ray.origin();
+        let [a, b, c] = [corners[0] - origin, corners[1] - origin, corners[2] - origin];
         let [e, f, g] = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
         let reach = sizes(a, b, c) + DVec3::splat(PADDING);
         let extent = sizes(e, f, g) + DVec3::splat(PADDING);
@@ -136,7 +137,7 @@ impl Exact<'_> {
 
 /// On which side a line passes the edges of a triangle, 0 if it passes all on none; nothing if it passes two of them on
 /// different sides. From determinants that are off by no more than `error`.
-#[inline]
+#[inline(always)]
 fn sides(passes: [f64; 3], error: f64, exact: &mut Exact) -> Option<i8> {
     let least = smaller(smaller(passes[0], passes[1]), passes[2]);
     let most = larger(larger(passes[0], passes[1]), passes[2]);
@@ -155,7 +156,7 @@ fn sides(passes: [f64; 3], error: f64, exact: &mut Exact) -> Option<i8> {
 }
 
 /// The sign of a value that is off by no more than `error`, if that is certain.
-#[inline]
+#[inline(always)]
 fn sign(value: f64, error: f64) -> Option<i8> {
     if value > error {
         Some(1)
@@ -174,7 +175,7 @@ fn sizes(u: DVec3, v: DVec3, w: DVec3) -> DVec3 {
 }
 
 /// Sizes of the products in the components of a cross product of vectors of these sizes.
-#[inline]
+#[inline(always)]
 fn products(u: DVec3, v: DVec3) -> DVec3 {
     DVec3::new(u.y * v.z + u.z * v.y, u.z * v.x + u.x * v.z, u.x * v.y + u.y * v.x)
 }

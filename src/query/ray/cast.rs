@@ -222,7 +222,13 @@ impl Traversal<'_, '_, Cast<'_>> {
         let Cast { rays, hits, lane, is_first, .. } = &mut self.question;
         let rest = rays.get(1..).filter(|rest| !rest.is_empty())?;
         let state = &mut self.workspace.rays;
-        *hits.next()? = state.hit.take();
+        // Piece by piece, as it was found: a load of what several stores wrote waits until all are in the cache.
+        let answer = hits.next()?;
+        *answer = None;
+        if let Some(RayHit { triangle, t, side }) = state.hit {
+            *answer = Some(RayHit { triangle, t, side });
+            state.hit = None;
+        }
         (state.done, state.after) = (state.done + 1, rest.len() - 1);
         (*rays, *lane, *is_first) = (rest, (*lane + 1) % WIDTH, false);
         Some((entered(ROOT, 0.0), Origin::Stack))
