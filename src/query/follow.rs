@@ -33,7 +33,9 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     /// Follows what waits to be followed a little.
     #[inline(always)]
     pub(super) fn march_on<L: Lanes>(&mut self, lanes: L) {
+        let before = self.workspace.run.stats.work;
         lanes.run(MarchOn(self));
+        self.workspace.march.work += self.workspace.run.stats.work - before;
     }
 
     /// Begins at the latest hit, or follows two ends, or the last one, through a few pairs.

@@ -13,6 +13,7 @@ use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::strategy::Marching;
 use super::traversal::{Question, Traversal};
+use super::workspace::Workspace;
 use crate::math::lanes::{Column, F8, Lanes, per_lane};
 use crate::math::{bits, larger};
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, opening_work};
@@ -87,6 +88,9 @@ impl<O: Opener> Question for Traversal<'_, '_, Intersection<'_, O>> {
         if self.workspace.march.is_due() {
             self.march_on(lanes);
         } else {
+            if self.strategy.march.goes_on() {
+                self.march_while_it_pays();
+            }
             self.test_triangles(lanes);
         }
         self.workspace.testing = self.goes_on_testing();
@@ -157,8 +161,8 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         let mut ahead = 0;
         if self.origin == Origin::Path {
             ahead = self.workspace.front.path_witnesses();
-        } else if self.strategy.march == Marching::FirstPart && self.workspace.run.found > 0 {
-            self.end_march();
+        } else if !self.strategy.queues() {
+            return self.workspace.front.push_all(hits, child);
         }
         for bit in bits(hits) {
             let pair = child(bit as u32);
@@ -176,12 +180,43 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         }
     }
 
-    /// Follows no more curves.
-    #[cold]
-    fn end_march(&mut self) {
-        self.strategy.march = Marching::Over;
-        self.workspace.run.strategy = self.strategy;
-        self.workspace.drop_known([self.a, self.b]);
+    /// Follows no more curves once they are not worth their steps.
+    #[inline(always)]
+    fn march_while_it_pays(&mut self) {
+        let Workspace { march, run, .. } = &*self.workspace;
+        if !march.pays(run.found, run.stats.work) {
+            self.strategy.march = Marching::Over;
+            self.workspace.run.strategy = self.strategy;
+            self.workspace.drop_known([self.a, self.b]);
+        }
+    }
+
+    /// Pushes pairs with the deepest on top, below it the second.
+    #[inline(never)]
+    fn push_ranked(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+        // The depth, and in the place of its last bits which pair it is. Chosen, not branched: which is deeper cannot be guessed.
+        let (mut first, mut second) = (0, 0);
+        for bit in bits(hits) {
+            let key = self.keys.as_flattened()[bit % 64].to_bits() & !63 | bit as u32;
+            second = second.max(first.min(key));
+            first = first.max(key);
+        }
+        let (first, second) = (first % 64, second % 64);
+        let front = &mut self.workspace.front;
+        let rest = hits & !(1 << first);
+        if rest != 0 {
+            front.push_all(rest & !(1 << second), &child);
+            front.push(child(second));
+        }
+        front.push(child(first));
+    }
+
+    /// Of the pairs at hand those that are deeper than the mean.
+    #[inline(never)]
+    fn deeper(&self, hits: u64) -> u64 {
+        let depths = self.keys.as_flattened();
+        let mean = bits(hits).map(|bit| depths[bit % 64]).sum::<f32>() / hits.count_ones() as f32;
+        bits(hits).fold(0, |deeper, bit| deeper | u64::from(depths[bit % 64] > mean) << bit)
     }
 
     /// Which of these witnesses of the frame before are below a pair.
@@ -245,6 +280,9 @@ impl<O: Opener> Sink for Traversal<'_, '_, Intersection<'_, O>> {
         if hits == 0 {
             return;
         }
+        if self.strategy.ranks() {
+            return self.push_ranked(hits, child);
+        }
         let front = &mut self.workspace.front;
         let (mut bit, mut place) = (hits.trailing_zeros(), front.push(child(hits.trailing_zeros())));
         let (mut deepest, mut first, mut at) = (self.keys.as_flattened()[bit as usize % 64], bit, place);
@@ -279,6 +317,11 @@ impl<O: Opener> Sink for Traversal<'_, '_, Intersection<'_, O>> {
         if self.strategy.march != Marching::Never && hits != 0 && !self.workspace.march.known.is_empty() {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             hits = self.workspace.march.pass(hits, first);
+        }
+        if self.strategy.ranks() && hits.count_ones() as usize > WIDTH {
+            let deeper = self.deeper(hits);
+            self.workspace.waiting.push_all(hits & !deeper, first);
+            hits = deeper;
         }
         self.workspace.waiting.push_all(hits, first);
     }

@@ -4,8 +4,8 @@
 //! tests has ends from which the curve is followed ([`Curve`]), pair by pair, until it comes to one that is known or
 //! to the border of a surface, or it is not certain how it goes on. What is found so is reported at once, and not tested when
 //! the traversal comes to it ([`known`](super::known)); but the traversal goes everywhere all the same, and so the answer
-//! does not depend on where the marches led. A step costs more than the test that it saves: where all is likely to be
-//! visited, only the first part of the traversal marches ([`Marching`](super::strategy::Marching)).
+//! does not depend on where the marches led. A step costs more than the test that it saves, so a run marches only as long as
+//! pairs are dear to the traversal ([`March::pays`]).
 //!
 //! Here is what waits to be followed; the steps are in [`follow`](super::follow).
 
@@ -14,6 +14,10 @@ use crate::math::Pose;
 use crate::tree::Tree;
 use crate::triangle::curve::Curve;
 use arrayvec::ArrayVec;
+
+/// Least work of the traversal for each pair that it comes to, for curves to be followed. A pair that was followed takes some
+/// 50 units more than a test, so this bounds by how much a finished run is longer.
+const LEAST_WORK_PER_PAIR: u64 = 210;
 
 /// Hits whose ends wait; those beyond are not followed.
 const HITS: usize = 64;
@@ -25,6 +29,8 @@ pub(super) struct March {
     /// Pairs that were found along curves, and those among them to which the traversal has come since.
     pub followed: u64,
     pub passed: u64,
+    /// Work of following curves.
+    pub work: u64,
     /// Pairs (tree order) that were found by tests, and which edges certainly cross the other triangle: a bit each for 01, 12
     /// and 20 of A, then those of B.
     pub hits: ArrayVec<([u32; 2], u32), HITS>,
@@ -67,6 +73,7 @@ impl March {
             known: Known::new(capacity),
             followed: 0,
             passed: 0,
+            work: 0,
             hits: ArrayVec::new(),
             ends: [End::NOWHERE; 2],
             places: [place(&Pose::IDENTITY); 2],
@@ -75,7 +82,7 @@ impl March {
 
     pub fn clear(&mut self) {
         self.known.clear();
-        (self.followed, self.passed) = (0, 0);
+        (self.followed, self.passed, self.work) = (0, 0, 0);
         self.stop();
     }
 
@@ -83,6 +90,12 @@ impl March {
     pub fn stop(&mut self) {
         self.hits.clear();
         self.ends.iter_mut().for_each(|end| end.follows = false);
+    }
+
+    /// Whether curves are worth their steps in a run that has found so many pairs with so much work.
+    #[inline(always)]
+    pub fn pays(&self, found: u64, work: u64) -> bool {
+        work - self.work >= LEAST_WORK_PER_PAIR * (found - self.followed + self.passed)
     }
 
     /// Whether there is something to follow.

@@ -154,9 +154,10 @@ impl<'t> Query<'t> {
     ///
     /// Surfaces meet along curves. With this option each hit leads the query to the neighbors of its triangles, and so
     /// along the curve (`docs/performance.md` has what that is worth, and what it costs a query that is finished all the
-    /// same). Budgets of time that are expected to be too short do so anyway, and those of work until the part of the queue
-    /// in which the first hit was found is done. It needs trees that were built with [`crate::BuildOptions::neighbors`];
-    /// without them, without a budget, or if no node pair waits in the queue at the first hit, it changes nothing.
+    /// same), as long as pairs are dear to find otherwise. Budgets of time that are expected to be too short do so anyway, and
+    /// those of work too, but with fewer node pairs in the queue. It needs trees that were built with
+    /// [`crate::BuildOptions::neighbors`]; without them or without a budget it changes nothing, and if no node pair waits in
+    /// the queue at the first hit, no curve is followed.
     #[must_use]
     pub fn early(mut self, early: bool) -> Self {
         self.options.early = early;

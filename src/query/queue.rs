@@ -60,9 +60,10 @@ pub(super) struct Front {
     /// Entries below this height were set aside while paths were followed; they are popped after the last path.
     base: usize,
     arena: Box<[Entry]>,
-    /// First and last entry of each bucket.
+    /// First and last entry of each bucket; of an empty one the first is none.
     lists: [(u32, u32); BUCKETS],
-    occupied: u128,
+    /// Which buckets are not empty, 64 in each.
+    occupied: [u64; BUCKETS / 64],
     free: u32,
     /// Entries of the arena that were ever in use; those beyond are free too.
     touched: u32,
@@ -83,7 +84,7 @@ impl Front {
             base: 0,
             arena: alloc::vec![Entry { pair: Pair::new(0, 0), key: 0.0, next: NONE }; capacity].into(),
             lists: [(NONE, NONE); BUCKETS],
-            occupied: 0,
+            occupied: [0; BUCKETS / 64],
             free: NONE,
             touched: 0,
             queued: 0,
@@ -166,21 +167,18 @@ impl Front {
             self.push(pair);
             return;
         };
-        let empty = self.occupied & 1 << bucket == 0;
-        let (head, tail) = &mut self.lists[bucket];
-        let next = if first && !empty { *head } else { NONE };
+        let (head, tail) = &mut self.lists[bucket % BUCKETS];
+        let is_empty = *head == NONE;
+        let next = if first { *head } else { NONE };
         self.arena[slot as usize] = Entry { pair, key, next };
-        if empty {
-            (*head, *tail) = (slot, slot);
-        } else if first {
+        if first || is_empty {
             *head = slot;
         } else {
             self.arena[*tail as usize].next = slot;
-            *tail = slot;
         }
-        self.occupied |= 1 << bucket;
+        *tail = if first && !is_empty { *tail } else { slot };
+        self.occupied[bucket / 64 % 2] |= 1 << (bucket % 64);
         self.queued += 1;
-        self.peak = self.peak.max(self.queued);
     }
 
     /// Lets all pairs on the stack wait until the paths are at their ends.
@@ -219,35 +217,41 @@ impl Front {
             self.base = 0;
             return Some(Origin::Stack);
         }
-        if self.occupied == 0 {
-            return None;
-        }
-        let pair = self.pop_queue();
+        let pair = self.pop_queue()?;
         self.push(pair);
         Some(Origin::Queue)
     }
 
-    fn pop_queue(&mut self) -> Pair {
-        let bucket = self.occupied.trailing_zeros() as usize;
+    #[inline(always)]
+    fn pop_queue(&mut self) -> Option<Pair> {
+        let bucket = self.first_bucket()? % BUCKETS;
         let slot = self.lists[bucket].0;
         let Entry { pair, key, next } = self.arena[slot as usize];
         self.popped_key = key;
         self.lists[bucket].0 = next;
         if next == NONE {
-            self.occupied &= !(1 << bucket);
+            self.occupied[bucket / 64] &= !(1 << (bucket % 64));
         }
         self.arena[slot as usize].next = core::mem::replace(&mut self.free, slot);
+        self.peak = self.peak.max(self.queued);
         self.queued -= 1;
-        pair
+        Some(pair)
+    }
+
+    /// The first bucket that is not empty.
+    #[inline(always)]
+    fn first_bucket(&self) -> Option<usize> {
+        let [low, high] = self.occupied;
+        match (low, high) {
+            (0, 0) => None,
+            (0, high) => Some(64 + high.trailing_zeros() as usize),
+            (low, _) => Some(low.trailing_zeros() as usize),
+        }
     }
 
     /// The first bucket that is not empty, 0 if pairs are left outside the queue, `None` if no pair is left.
     pub fn least_bucket(&self) -> Option<usize> {
-        match (self.paths.is_empty() && self.height == 0, self.occupied) {
-            (false, _) => Some(0),
-            (true, 0) => None,
-            (true, occupied) => Some(occupied.trailing_zeros() as usize),
-        }
+        if self.paths.is_empty() && self.height == 0 { self.first_bucket() } else { Some(0) }
     }
 
     /// Pairs for which the queue has room.
@@ -257,25 +261,30 @@ impl Front {
 
     /// Whether no pair waits in the queue.
     pub fn is_queue_empty(&self) -> bool {
-        self.occupied == 0
+        self.queued == 0
     }
 
     pub fn is_empty(&self) -> bool {
-        self.paths.is_empty() && self.height == 0 && self.occupied == 0
+        self.paths.is_empty() && self.height == 0 && self.queued == 0
     }
 
     /// Most pairs that waited in the queue at once.
     pub fn peak(&self) -> u32 {
-        self.peak
+        self.peak.max(self.queued)
     }
 
     pub fn clear_queue(&mut self) {
-        (self.occupied, self.free, self.touched, self.queued) = (0, NONE, 0, 0);
+        self.peak = self.peak();
+        while let Some(bucket) = self.first_bucket() {
+            self.lists[bucket].0 = NONE;
+            self.occupied[bucket / 64] &= !(1 << (bucket % 64));
+        }
+        (self.free, self.touched, self.queued) = (NONE, 0, 0);
     }
 
     /// All pairs, in no particular order.
     pub fn iter(&self) -> impl Iterator<Item = Pair> + '_ {
-        let lists = (0..BUCKETS).filter(|bucket| self.occupied & 1 << bucket != 0).map(|bucket| self.lists[bucket].0);
+        let lists = self.lists.iter().map(|(head, _)| *head).filter(|&head| head != NONE);
         let entry = |slot: &u32| self.arena[*slot as usize].next;
         let queued = lists.flat_map(move |head| {
             core::iter::successors(Some(head), move |slot| Some(entry(slot)).filter(|&next| next != NONE))

@@ -7,10 +7,10 @@ use super::triangle_pairs::PATIENCE;
 use crate::tree::WIDTH;
 
 /// Node pairs that are expected to take at least so many BV tests wait in the queue, if there is one: by default, where curves
-/// are followed from the first hit (it leads to more than a better place for it would), and where they always are.
+/// are followed from the first hit (it leads to more than a better place for it would), and where much should be known early.
 const QUEUE_THRESHOLD: f32 = 128.0;
-const FIRST_CURVES_QUEUE_THRESHOLD: f32 = 1024.0;
-const ALL_CURVES_QUEUE_THRESHOLD: f32 = 32.0;
+const CURVES_QUEUE_THRESHOLD: f32 = 1024.0;
+const EARLY_QUEUE_THRESHOLD: f32 = 32.0;
 
 /// Triangle pairs that wait before they are tested, where the first hit should come soon: if curves are followed from it, and if
 /// the run ends with it.
@@ -34,14 +34,12 @@ pub(crate) struct Strategy {
     pub warm_start: WarmStart,
 }
 
-/// From which hits the curve of contact is followed.
+/// Whether curves of contact are followed from hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Marching {
     Never,
-    /// From those in the part of the queue in which the first was found: where little has been visited, a curve leads to
-    /// much that is new. The more is known, the less it is worth its steps.
-    FirstPart,
-    Always,
+    /// As long as they are worth their steps.
+    WhileItPays,
     /// No more. What was found along curves is known.
     Over,
 }
@@ -50,7 +48,7 @@ impl Marching {
     /// Whether curves are followed.
     #[inline(always)]
     pub fn goes_on(self) -> bool {
-        matches!(self, Self::FirstPart | Self::Always)
+        self == Self::WhileItPays
     }
 }
 
@@ -94,8 +92,7 @@ impl Strategy {
     /// For a budget. `fits` tells whether a time is expected to last to the end.
     ///
     /// What no budget can cut short, or a budget of time is not expected to, goes depth-first, unless another order was
-    /// asked for. Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing:
-    /// they march, but no longer than it costs little.
+    /// asked for. Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing.
     #[inline(always)]
     pub fn choose(
         options: &Options,
@@ -107,18 +104,15 @@ impl Strategy {
         let default_order = options.order == Order::default();
         let is_short = budget.time.is_some_and(|limit| !fits(limit));
         let stops = budget.work.is_some() || is_short;
-        if can_march && default_order && options.mode == Mode::All {
-            if is_short || options.early && !budget.is_unlimited() {
-                strategy.march = Marching::Always;
-            } else if budget.work.is_some() {
-                strategy.march = Marching::FirstPart;
-            }
+        let is_early = is_short || options.early && !budget.is_unlimited();
+        let marches = can_march && default_order && options.mode == Mode::All && (is_early || stops);
+        if marches {
+            strategy.march = Marching::WhileItPays;
         }
-        let marches = strategy.march != Marching::Never;
-        let default_threshold = match strategy.march {
-            Marching::FirstPart => FIRST_CURVES_QUEUE_THRESHOLD,
-            Marching::Always => ALL_CURVES_QUEUE_THRESHOLD,
-            _ => QUEUE_THRESHOLD,
+        let default_threshold = match (marches, is_early) {
+            (false, _) => QUEUE_THRESHOLD,
+            (true, false) => CURVES_QUEUE_THRESHOLD,
+            (true, true) => EARLY_QUEUE_THRESHOLD,
         };
         strategy.queue_threshold = match (options.order, options.mode) {
             (Order::DepthFirst, _) => f32::INFINITY,
@@ -149,6 +143,13 @@ impl Strategy {
     pub fn after_first_hit(self, is_queue_empty: bool) -> Self {
         let march = if is_queue_empty { Marching::Never } else { self.march };
         Self { queue_threshold: f32::INFINITY, batch: WIDTH, march, ..self }
+    }
+
+    /// Whether the first hit should come so soon that the second of siblings has its place too, and deep triangle pairs are
+    /// tested first: work that is spared before a hit, at a little more time for each pair.
+    #[inline(always)]
+    pub fn ranks(&self) -> bool {
+        self.deepest_first && self.batch < WIDTH
     }
 
     pub fn queues(&self) -> bool {
