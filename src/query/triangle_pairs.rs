@@ -46,7 +46,7 @@ impl TrianglePairs {
     /// Adds the pairs `first + [i, j]` for the bits `8 i + j` of `hits`. There must be room.
     #[inline(always)]
     pub fn push_all(&mut self, hits: u64, first: [u32; 2]) {
-        debug_assert!(!self.is_full());
+        debug_assert!(self.len + hits.count_ones() as usize <= CAPACITY);
         let mut len = self.len;
         for bit in bits(hits) {
             // The mask is for the compiler, which then needs no bounds check.
