@@ -89,6 +89,9 @@ const _: () = assert!(
 /// Work that counts for setting up the query of a pair in a scene, about what it takes.
 pub(crate) const WORK_PER_QUERY: u64 = 250;
 
+/// Work that counts for a glance at a pair in a scene.
+pub(crate) const WORK_PER_GLANCE: u64 = 100;
+
 /// Work that counts for testing the last witness of a pair in a scene, set-up included.
 pub(crate) const WORK_PER_WITNESS: u64 = 120;
 

@@ -31,6 +31,7 @@ mod expand;
 mod flushing;
 mod follow;
 mod gaps;
+pub(crate) mod glance;
 mod intersection;
 mod interval;
 mod known;

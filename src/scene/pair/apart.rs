@@ -11,8 +11,9 @@ use super::state::PairState;
 use super::travel::{Travel, slack};
 use crate::math::Pose;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
-use crate::model::cost::WORK_PER_QUERY;
-use crate::query::{Mode, Verdict};
+use crate::model::cost::{LEAST_WORK, WORK_PER_GLANCE, WORK_PER_QUERY};
+use crate::query::{Mode, Verdict, glance};
+use crate::scene::ask::TurnKind;
 use crate::scene::body::{Bodies, Placed, margins};
 use crate::scene::id::{PairKey, bodies_of};
 
@@ -29,6 +30,9 @@ const LARGEST_PART: f64 = 1.0 / 64.0;
 /// Frames without another attempt: after a proof that failed, and where bodies were too fast for one.
 const PAUSE: u64 = 32;
 const BREAK: u64 = 8;
+
+/// A glance is no use to most pairs whose last search took more work than this.
+const LONG_SEARCH: u32 = 400;
 
 /// There has to be room for this many times the work of the last search, and so much more.
 const ROOM: u64 = 4;
@@ -65,6 +69,37 @@ impl PairState {
         stays
     }
 
+    /// Whether a glance may tell that the bodies are apart, and is likely to.
+    #[inline]
+    pub fn may_glance(&self, desk: &mut Desk) -> bool {
+        let is_likely = self.turn.kind == TurnKind::Meet && !self.met() && self.search <= LONG_SEARCH;
+        is_likely
+            && !desk.held
+            && !desk.bodies.is_special(self.turn.key)
+            && desk.deadline.has_room(WORK_PER_GLANCE + LEAST_WORK)
+    }
+
+    /// Whether a glance tells that the bodies are apart. If so, takes note of it, and of how far; not if they are slow, and a
+    /// proof that lasts longer is to be tried.
+    #[inline(never)]
+    pub fn glances_apart(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
+        desk.deadline.spend(WORK_PER_GLANCE);
+        self.turn.spent.work += WORK_PER_GLANCE;
+        let low = glance::distance(pair.map(|placed| &*placed.body.tree), b_in_a, desk.workspace);
+        let (bodies, key, frame) = (desk.bodies, self.turn.key, desk.round.frame);
+        let lasts = low >= LEAST_STEPS * step(bodies, key, frame);
+        if low == 0.0 || !lasts && self.may_prove_apart(desk) && reach(bodies, key, pair, frame).is_some() {
+            return false;
+        }
+        if lasts || self.apart == 0.0 {
+            self.apart = until(bodies, key, pair, low, frame).max(0.0);
+        }
+        self.search = WORK_PER_GLANCE as u32;
+        (self.completed, self.pending) = (frame, Spent::default());
+        self.decide(Verdict::Separated, 0, frame);
+        true
+    }
+
     /// Whether to try a proof that they are apart by some distance; not if there is a stopped run to resume.
     #[inline]
     pub fn may_prove_apart(&self, desk: &Desk) -> bool {
@@ -94,7 +129,7 @@ impl PairState {
         match answer.verdict {
             Verdict::Separated => {
                 let low = answer.bounds.map_or(0.0, |bounds| bounds.low);
-                self.apart = (room(pair, low) + bodies.gone(key, frame, frame)).next_down().next_down();
+                self.apart = until(bodies, key, pair, low, frame);
             }
             Verdict::Intersecting { .. } if round.mode == Mode::Any => {}
             _ => return None,
@@ -105,11 +140,21 @@ impl PairState {
     }
 }
 
-/// The distance to be proven; `None` if the bodies rest or are too fast, or if more is asked than whether they meet.
-fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Option<f64> {
+/// How far both have to have gone, together, before they may meet, that are `low` apart in `frame`.
+fn until(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], low: f64, frame: u64) -> f64 {
+    (room(pair, low) + bodies.gone(key, frame, frame)).next_down().next_down()
+}
+
+/// How far both have gone in this frame, together.
+fn step(bodies: &Bodies, key: PairKey, frame: u64) -> f64 {
     let step = |body: u32| if bodies.facts(body).changed == frame { bodies.travels[body as usize].step } else { 0.0 };
     let [a, b] = bodies_of(key);
-    let step = f64::from(step(a)) + f64::from(step(b));
+    f64::from(step(a)) + f64::from(step(b))
+}
+
+/// The distance to be proven; `None` if the bodies rest or are too fast, or if more is asked than whether they meet.
+fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Option<f64> {
+    let step = step(bodies, key, frame);
     if step == 0.0 {
         return None;
     }

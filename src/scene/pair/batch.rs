@@ -134,6 +134,10 @@ impl PairState {
         let Some([a, b]) = bodies.pair(self.turn.key) else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
         self.apart = self.apart.min(0.0);
+        if self.may_glance(desk) && self.glances_apart([a, b], &b_in_a, desk) {
+            self.turn.is_blank = false;
+            return Ended::Complete;
+        }
         if self.turn.kind == TurnKind::Meet
             && self.may_prove_apart(desk)
             && let Some(ended) = self.prove_apart([a, b], b_in_a, desk)

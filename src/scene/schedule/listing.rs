@@ -132,9 +132,9 @@ impl<'l> Listing<'l> {
         if self.found.is_empty() || places.is_empty() {
             return 0;
         }
-        let mut seen = 0;
+        let (mut seen, mut place) = (0, places.start);
         for &key in &self.found[self.first_found(places.start)..] {
-            let place = self.pairs.place(key);
+            place = self.pairs.place_from(place, key);
             if place >= places.end {
                 break;
             }

@@ -69,7 +69,7 @@ use turns::RoundRobin;
 /// When the steps before the broad phase end ([`revisit`]), in eighths of the time of a frame: tests of last witnesses, if
 /// nothing comes after them; and searches.
 const TEST: u32 = 4;
-const SEARCH: u32 = 5;
+const SEARCH: u32 = 6;
 
 /// At most this part of a frame is kept for listing the pairs that were found to meet before it.
 const LIST_OF_FOUND: u32 = 4;

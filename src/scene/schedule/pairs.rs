@@ -119,6 +119,21 @@ impl Pairs {
         merged + self.known[self.merge.known..].partition_point(|known| known.key < key)
     }
 
+    /// The same, of a key that is not below those before a place, and near to it: `O(log d)`, `d` places away.
+    pub fn place_from(&self, from: usize, key: PairKey) -> usize {
+        let (mut low, mut step) = (from, 1);
+        while low + step <= self.len() && self.key(low + step - 1) < key {
+            low += step;
+            step *= 2;
+        }
+        let mut high = self.len().min(low + step - 1);
+        while low < high {
+            let middle = (low + high) / 2;
+            if self.key(middle) < key { low = middle + 1 } else { high = middle }
+        }
+        low
+    }
+
     /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what is known about it if they do.
     #[inline(always)]
     pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut PairState> {

@@ -6,17 +6,27 @@ use crate::query::{Budget, Clock, Deadline};
 use core::hint::black_box;
 use core::time::Duration;
 
-/// The steps of the broad phase, by the parts of its share that are spent at their ends: in eighths of the time of a frame, and
-/// in sixths of the work.
+/// The steps of the broad phase.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Step {
-    Place = 3,
-    Pair = 5,
-    List = 6,
+    Place,
+    Pair,
+    List,
 }
 
-/// Parts of the share, and of a frame of time.
-const PARTS: u64 = Step::List as u64;
+impl Step {
+    /// The part of the share of work that is spent at its end, in sixths.
+    fn part(self) -> u64 {
+        [3, 5, PARTS][self as usize]
+    }
+
+    /// The part of the time, in eighths.
+    fn part_of_time(self) -> u32 {
+        [2, 6, 7][self as usize]
+    }
+}
+
+const PARTS: u64 = 6;
 const PARTS_OF_TIME: u32 = 8;
 
 /// The share of a frame.
@@ -68,9 +78,8 @@ impl<'c> Share<'c> {
 
     /// When a step ends, by the clock and by work.
     fn limits(&self, step: Step) -> (Option<Duration>, u64) {
-        let parts = step as u32;
-        let work = self.work.map_or(u64::MAX, |work| (work / PARTS * u64::from(parts)).saturating_sub(self.spent));
-        (self.end_of(parts), work)
+        let work = self.work.map_or(u64::MAX, |work| (work / PARTS * step.part()).saturating_sub(self.spent));
+        (self.end_of(step.part_of_time()), work)
     }
 
     /// When so many parts of the time of the frame are over.
