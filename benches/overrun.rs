@@ -1,27 +1,27 @@
-//! How late a time budget ends, in CPU time of the thread: `cargo bench -p punctual-benches --bench overrun -- [CALLS]` (default 20,000; a tenth of
-//! them with the longest budget).
+//! How late a time budget ends, in CPU time of the thread: `cargo bench -p punctual-benches --bench overrun -- [CALLS] [FOLDER..]` (default 20,000
+//! calls; fewer with the longer budgets).
 //!
-//! Queries that need far more than their budget, deadlines by the CPU clock of the thread, so that what other programs take
-//! does not count; interrupts do. Beside each query, for as long, a loop that does nothing but look at the same clock. Run
-//! something on the other cores when measuring.
+//! Queries and scenes that need more than their budget, deadlines by the system's clock, measured by the CPU clock of the
+//! thread, so that what other programs take does not count; interrupts do. Beside each call, for as long, a loop that does
+//! nothing but look at the system's clock. Both figures have one look at the CPU clock in them, a system call. A folder is one
+//! of the bench `motion`: its distances and motions are asked with short budgets. Run something on the other cores when
+//! measuring.
 
 #[path = "../examples/controller/arms.rs"]
 mod arms;
+mod case;
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use arms::Arms;
+use case::Case;
 use cpu_time::ThreadTime;
-use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Clock, Mode, Pose, Query, StopReason, Tree, Workspace, shapes};
-
-struct Cpu(ThreadTime);
-
-impl Clock for Cpu {
-    fn now(&self) -> Duration {
-        self.0.elapsed()
-    }
-}
+use punctual::glam::{DMat3, DQuat, DVec3};
+use punctual::{
+    Body, Budget, Clock, DistanceQuery, Mesh, Mode, MotionQuery, Pose, Query, Scene, StopReason, SystemClock, Tree,
+    Workspace, shapes,
+};
 
 /// Quantiles of times, microseconds.
 fn row(name: &str, mut times: Vec<Duration>) {
@@ -31,23 +31,20 @@ fn row(name: &str, mut times: Vec<Duration>) {
     println!("{name:<44} {half:>8.2} {ninety:>8.2} {most:>8.2} {nearly_all:>8.2} {all:>8.2}");
 }
 
-/// Time past the budget of `call`, which returns whether the budget ended it, and of an idle loop of the same length.
-fn measure(name: &str, calls: usize, budget: Duration, mut call: impl FnMut(usize, &Cpu) -> bool) {
-    let clock = Cpu(ThreadTime::now());
+/// CPU time past the budget of `call`, which returns whether the budget ended it, and of an idle loop of the same length.
+fn measure(name: &str, calls: usize, budget: Duration, mut call: impl FnMut(usize) -> bool) {
     let (mut late, mut idle) = (Vec::with_capacity(calls), Vec::with_capacity(calls));
     for number in 0..calls {
-        let start = clock.now();
-        let stopped = call(number, &clock);
-        let elapsed = clock.now() - start;
+        let start = ThreadTime::now();
+        let stopped = call(number);
+        let elapsed = start.elapsed();
         if !stopped {
             continue;
         }
         late.push(elapsed.saturating_sub(budget));
-        let (start, mut elapsed) = (clock.now(), Duration::ZERO);
-        while elapsed < budget {
-            elapsed = clock.now() - start;
-        }
-        idle.push(elapsed - budget);
+        let (start, clock) = (ThreadTime::now(), SystemClock::default());
+        while clock.now() < budget {}
+        idle.push(start.elapsed().saturating_sub(budget));
     }
     println!("{} of {calls} calls used their budget", late.len());
     if late.is_empty() {
@@ -57,33 +54,108 @@ fn measure(name: &str, calls: usize, budget: Duration, mut call: impl FnMut(usiz
     row("  idle loop", idle);
 }
 
-fn main() {
-    let calls = std::env::args().skip(1).find_map(|argument| argument.parse().ok()).unwrap_or(20_000);
-    let clock = Cpu(ThreadTime::now());
-    let mut looks: Vec<Duration> = (0..1000).map(|_| clock.now()).collect();
-    looks = looks.windows(2).map(|two| two[1] - two[0]).collect();
-    println!("{:<44} {:>8} {:>8} {:>8} {:>8} {:>8}", "microseconds", "p50", "p90", "p99", "p99.9", "max");
-    row("one look at the clock", looks);
-
+/// All pairs of two knots, at turns of their own.
+fn knots(calls: usize) {
     let mut workspace = Workspace::new();
     for resolution in [128, 512] {
         let knot = Tree::new(shapes::torus_knot(2, 3, 0.2, resolution));
         for (micros, calls) in [(20, calls), (200, calls / 10)] {
             let (name, budget) = (format!("{} triangles a side", knot.mesh().len()), Duration::from_micros(micros));
-            measure(&name, calls, budget, |number, clock| {
-                let turn = DMat3::from_rotation_x(0.2 + 0.001 * (number % 2500) as f64);
-                let pose = Pose::new(turn, DVec3::ZERO).expect("a rotation");
-                let query = Query::new(&knot, &knot, pose).mode(Mode::All);
-                query.run_with(&mut workspace, None, Budget::time(budget), clock).stop == StopReason::Deadline
+            measure(&name, calls, budget, |number| {
+                let query = Query::new(&knot, &knot, turned(number)).mode(Mode::All);
+                query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
             });
         }
     }
+}
+
+fn turned(number: usize) -> Pose {
+    let turn = DMat3::from_rotation_x(0.2 + 0.001 * (number % 2500) as f64);
+    Pose::new(turn, DVec3::ZERO).expect("a rotation")
+}
+
+/// Distances and motions.
+fn far_and_free(case: &Case, calls: usize) {
+    let ([a, b], motions) = (&case.trees, case.motions());
+    let mut workspace = Workspace::new();
+    for micros in [5, 20] {
+        let budget = Duration::from_micros(micros);
+        measure(&format!("{}, distances", case.name), calls, budget, |number| {
+            let query = DistanceQuery::new(a, b, case.poses[number % case.poses.len()]);
+            query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
+        });
+        measure(&format!("{}, motions", case.name), calls, budget, |number| {
+            let query = MotionQuery::new(a, b, motions[number % motions.len()]);
+            query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
+        });
+    }
+}
+
+/// All pairs of two bodies in a scene: large knots, and two tessellations of a plane, tilted in single precision.
+fn scenes_of_two(calls: usize) {
+    let knot = || Tree::new(shapes::torus_knot(2, 3, 0.2, 512));
+    let tilt = tilt();
+    let plane = |cells| {
+        let mesh = shapes::height_field(cells, 3);
+        let vertices = (0..mesh.vertex_count()).map(|i| (tilt * mesh.vertex(i).with_z(0.0)).as_vec3());
+        Tree::new(Mesh::new(vertices, mesh.triangles().iter().copied()).expect("a sound mesh"))
+    };
+    let planes = [plane(96), plane(80)];
+    let of_two = [
+        ("two knots in a scene", [knot(), knot()], 200, turned as fn(usize) -> Pose),
+        ("two planes in a scene", planes, 1000, shifted),
+    ];
+    for (name, trees, micros, pose) in of_two {
+        let mut scene = Scene::new();
+        scene.set_mode(Mode::All);
+        let [a, b] = trees.map(Arc::new);
+        let bodies = [Body::fixed(a, Pose::IDENTITY), Body::moving(b, Pose::IDENTITY)];
+        let [_, moving] = bodies.map(|body| scene.insert(body).expect("a sound body"));
+        let budget = Duration::from_micros(micros);
+        measure(name, calls, budget, |number| {
+            let report = scene.detect_with(Budget::time(budget), &SystemClock::default());
+            let stopped = report.complete < report.pairs.len();
+            // Outside of the budget: the pose for the next call.
+            scene.set_pose(moving, pose(number)).expect("a moving body");
+            stopped
+        });
+    }
+}
+
+fn tilt() -> DQuat {
+    DQuat::from_rotation_x(0.3) * DQuat::from_rotation_y(0.7)
+}
+
+fn shifted(number: usize) -> Pose {
+    let shift = tilt() * DVec3::X * (1e-4 * (number % 1000) as f64);
+    Pose::new(DMat3::IDENTITY, shift).expect("a pose")
+}
+
+fn arms_at_work(calls: usize) {
     let mut arms = Arms::new().expect("sound meshes");
     let budget = Duration::from_micros(5);
-    measure("two arms", calls, budget, |number, clock| {
-        let undecided = arms.scene.detect_with(Budget::time(budget), clock).undecided();
+    measure("two arms", calls, budget, |number| {
+        let undecided = arms.scene.detect_with(Budget::time(budget), &SystemClock::default()).undecided();
         // Outside of the budget: poses for the next call.
         arms.place(0.01 * (number % 1000) as f64).expect("sound poses");
         undecided > 0
     });
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let calls = arguments.iter().find_map(|argument| argument.parse().ok()).unwrap_or(20_000);
+    let clock = ThreadTime::now();
+    let mut looks: Vec<Duration> = (0..1000).map(|_| clock.elapsed()).collect();
+    looks = looks.windows(2).map(|two| two[1] - two[0]).collect();
+    println!("{:<44} {:>8} {:>8} {:>8} {:>8} {:>8}", "microseconds", "p50", "p90", "p99", "p99.9", "max");
+    row("one look at the CPU clock", looks);
+
+    knots(calls);
+    scenes_of_two(calls / 20);
+    arms_at_work(calls);
+    far_and_free(&Case::ball_and_knot(), calls);
+    for folder in arguments.iter().filter(|argument| argument.parse::<usize>().is_err()) {
+        far_and_free(&Case::read(folder), calls);
+    }
 }
