@@ -8,9 +8,8 @@ use super::boxes::Boxes;
 use super::flushing;
 use super::views::{Relation, Views};
 use super::workspace::Workspace;
-use crate::math::Pose;
-use crate::math::bits;
 use crate::math::lanes::{Column, F8, Kernel, Lanes};
+use crate::math::{Pose, bits};
 use crate::tree::{Node, Tree};
 
 /// A lower bound of the distance of two meshes, in their unit of length; 0 if these boxes do not part them.

@@ -154,7 +154,7 @@ impl Traversal<'_, '_, Cast<'_>> {
             u64::from(enter[i as usize % WIDTH].to_bits()) << 32 | u64::from(first_child + i)
         };
         let pair = |key: u64| Pair::new(key as u32, (key >> 32) as u32);
-        // With the kind of its node, which so is near when the pair is popped.
+        // Nobody asks for this copy of the kind: it is read so that the node is near when the pair is popped.
         let nodes = self.a.nodes();
         let waiting = |pair: Pair| Pair { alive: [nodes[pair.nodes[0] as usize].is_cluster.into(), 0], ..pair };
         let front = &mut self.workspace.front;
