@@ -28,6 +28,8 @@ pub(crate) struct Deadline<'c> {
     safe: u64,
     /// That pace: nanoseconds for a unit, or this many times the mean so far.
     slowest: [f64; 2],
+    /// The clock is looked at again after this part of the time that is left, at that pace.
+    stretch: u64,
     /// The first look and the work since.
     first_look: Option<Duration>,
     done: u64,
@@ -58,6 +60,7 @@ impl<'c> Deadline<'c> {
             after: 0,
             safe: if end.is_some() { 0 } else { u64::MAX },
             slowest: [SLOWEST_UNIT, SLOWEST_TO_MEAN],
+            stretch: 1,
             first_look: None,
             done: 0,
             at: 0,
@@ -67,8 +70,9 @@ impl<'c> Deadline<'c> {
     }
 
     /// The end of a part of a call, which may be passed a little: a look at the clock may cost as much as what it watches over.
+    /// Units of a part are of many kinds, some several times slower than its mean: so half of what is left is done between looks.
     pub fn of_a_part(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
-        Self { slowest: [SLOW_UNIT_OF_A_PART, SLOW_TO_MEAN_OF_A_PART], ..Self::at(end, work, clock) }
+        Self { slowest: [SLOW_UNIT_OF_A_PART, SLOW_TO_MEAN_OF_A_PART], stretch: 2, ..Self::at(end, work, clock) }
     }
 
     /// From now on queries leave room for a last step of so much work.
@@ -103,7 +107,7 @@ impl<'c> Deadline<'c> {
             let safe = self.safe_work().and_then(|safe| safe.checked_sub(self.after));
             let Some(safe) = safe else { return Some(StopReason::Deadline) };
             // How fast units are is not known before the first of them.
-            let safe = if self.done == 0 { safe / FIRST_TO_SLOWEST } else { safe };
+            let safe = if self.done == 0 { safe / FIRST_TO_SLOWEST } else { safe / self.stretch };
             self.safe = safe.max(self.poll_interval);
         }
         self.begin(work);
@@ -126,7 +130,8 @@ impl<'c> Deadline<'c> {
     /// Whether there is room for `work` more, at the slowest pace that is assumed.
     pub fn has_room(&mut self, work: u64) -> bool {
         if self.safe < work && self.is_timed() {
-            self.safe = self.safe_work().unwrap_or(0);
+            let safe = self.safe_work().unwrap_or(0);
+            self.safe = safe.min(work.max(safe / self.stretch));
         }
         self.left >= work && self.safe >= work
     }
