@@ -203,4 +203,20 @@ mod tests {
         clock.advance(Duration::from_micros(49));
         assert_eq!(deadline.stop(fourth), Some(StopReason::Deadline));
     }
+
+    #[test]
+    fn a_part_whose_units_become_slower_ends_in_time() {
+        for [first, later] in [[0.3, 1.8], [1.6, 1.6], [1.0, 3.5]] {
+            let clock = ManualClock::new();
+            let end = Duration::from_micros(75);
+            let mut deadline = Deadline::of_a_part(Some(end), u64::MAX, &clock);
+            while deadline.has_room(600) {
+                let pace = if clock.now() < end / 3 { first } else { later };
+                clock.advance(Duration::from_nanos((600.0 * pace) as u64));
+                deadline.spend(600);
+            }
+            let step = Duration::from_nanos((600.0 * later) as u64);
+            assert!(clock.now() < end + step, "{first} and {later} ns a unit: {:?}", clock.now());
+        }
+    }
 }
