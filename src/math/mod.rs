@@ -19,6 +19,10 @@ pub use ray::{Ray, RayError};
 
 /// The length of a vector, also where its square overflows or underflows.
 pub(crate) fn length(v: glam::DVec3) -> f64 {
+    let length = v.length();
+    if (1e-140..1e140).contains(&length) {
+        return length;
+    }
     let largest = v.abs().max_element();
     if largest == 0.0 { 0.0 } else { largest * (v / largest).length() }
 }
@@ -58,7 +62,7 @@ mod tests {
 
     #[test]
     fn vectors_of_every_length_have_their_length() {
-        for length in [5e-324, 1e-300, 1.0, 1e300] {
+        for length in [5e-324, 1e-300, 1e-140, 1e-139, 1.0, 1e139, 1e140, 1e300] {
             assert_eq!(super::length(DVec3::new(0.0, -length, 0.0)), length);
         }
     }

@@ -243,6 +243,7 @@ impl From<Pose> for [f64; 12] {
 
 /// How far a finite matrix is from a rotation (no unit): the largest entry of `|RᵀR − I|`, and at least
 /// `1 − det R` where the determinant is not positive, since `RᵀR` does not see a mirror.
+#[inline]
 pub(crate) fn rotation_deviation(rotation: &DMat3) -> f64 {
     let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *rotation;
     let lengths = [x.dot(x) - 1.0, y.dot(y) - 1.0, z.dot(z) - 1.0];

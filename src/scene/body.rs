@@ -94,9 +94,14 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    /// The pose of another body in the frame of this one. There always is one: [`super::checks::inverse`].
+    /// The pose of another body in the frame of this one. There always is one: [`super::checks::pose`].
     pub fn relative(&self, other: &Self) -> Pose {
         self.inverse.compose_unchecked(&other.body.pose)
+    }
+
+    /// Puts it where it is from now on.
+    pub fn put(&mut self, pose: &Pose) {
+        (self.body.pose, self.inverse) = (*pose, pose.inverse_unchecked());
     }
 
     /// Where it is until the next frame.
@@ -211,28 +216,36 @@ impl Bodies {
         Ok(())
     }
 
-    /// Moves a body to a pose, with its inverse, where it rests.
-    pub fn go(&mut self, id: BodyId, frame: u64, pose: Pose, inverse: Pose) -> Result<(), SceneError> {
-        if self.get(id)?.motion.is_some() {
-            let rest = |at: &mut Placed| (at.body.pose, at.inverse, at.motion) = (pose, inverse, None);
-            return self.change(id, frame, rest);
-        }
+    /// Moves a body to a pose, where it rests.
+    pub fn go(&mut self, id: BodyId, frame: u64, pose: &Pose) -> Result<(), SceneError> {
         let (placed, travel, is_first) = self.begin_change(id, frame)?;
-        travel.go(&placed.body.tree, &placed.body.pose, &pose, is_first);
-        (placed.body.pose, placed.inverse) = (pose, inverse);
+        let was_moving = placed.motion.take().is_some();
+        match was_moving {
+            true => (travel.gone, travel.remade) = (0.0, frame as u32),
+            false => travel.go(&placed.body.tree, &placed.body.pose, pose, is_first),
+        }
+        placed.put(pose);
+        if was_moving {
+            self.note(id.index());
+        }
         Ok(())
     }
 
     /// A body that something will be new about in `frame`, its travel, and whether it is the first change in this frame.
     fn begin_change(&mut self, id: BodyId, frame: u64) -> Result<(&mut Placed, &mut Travel, bool), SceneError> {
-        self.get(id)?;
-        self.set_pending(id.index, Change::None);
-        let is_first = mem::replace(&mut self.facts[id.index()].changed, frame) < frame;
-        let placed = self.slots[id.index()].as_mut().ok_or(SceneError::NoSuchBody { body: id })?;
+        let index = id.index();
+        let Self { slots, facts, travels, pending, changed, .. } = self;
+        let facts = facts.get_mut(index).filter(|facts| facts.generation == id.generation);
+        let (Some(facts), Some(Some(placed)), Some(travel)) = (facts, slots.get_mut(index), travels.get_mut(index))
+        else {
+            return Err(SceneError::NoSuchBody { body: id });
+        };
+        wait(facts, id.index, Change::None, pending, changed);
+        let is_first = mem::replace(&mut facts.changed, frame) < frame;
         if is_first {
             placed.last = placed.body.pose;
         }
-        Ok((placed, &mut self.travels[id.index()], is_first))
+        Ok((placed, travel, is_first))
     }
 
     /// Leaves its box and its verdicts alone.
@@ -286,12 +299,7 @@ impl Bodies {
 
     /// Leaves a change to the next frame.
     pub fn set_pending(&mut self, index: u32, change: Change) {
-        let facts = &mut self.facts[index as usize];
-        if facts.pending.is_none() {
-            self.pending.push(index, facts.importance);
-        }
-        self.changed += usize::from(change > Change::Settle && !facts.is_changed());
-        facts.pending = facts.pending.max(Some(change));
+        wait(&mut self.facts[index as usize], index, change, &mut self.pending, &mut self.changed);
     }
 
     pub fn end_changes(&mut self) {
@@ -367,4 +375,13 @@ impl Bodies {
         let ids = (0..).map(|index| self.id(index));
         self.slots.iter().zip(ids).filter_map(|(slot, id)| slot.as_ref().map(|placed| (id, &placed.body)))
     }
+}
+
+/// Leaves a change of a body to the next frame: it waits once, and counts as changed if its box is out of date.
+fn wait(facts: &mut Facts, index: u32, change: Change, pending: &mut Waiting, changed: &mut usize) {
+    if facts.pending.is_none() {
+        pending.push(index, facts.importance);
+    }
+    *changed += usize::from(change > Change::Settle && !facts.is_changed());
+    facts.pending = facts.pending.max(Some(change));
 }

@@ -6,32 +6,30 @@ use super::id::BodyId;
 use crate::math::tolerance::{COORDINATE_LIMIT, SCENE_REACH, SCENE_ROTATION_TOLERANCE};
 use crate::math::{Motion, Pose, rotation_deviation};
 
-/// Checks a body; gives the inverse of its pose, and its importance.
-pub(super) fn body(id: BodyId, body: &Body) -> Result<(Pose, f32), SceneError> {
-    let inverse = inverse(id, &body.pose)?;
-    let importance = importance(id, body.importance)?;
+/// Checks a body; gives its importance.
+pub(super) fn body(id: BodyId, body: &Body) -> Result<f32, SceneError> {
+    pose(id, &body.pose)?;
     length(id, body.margin)?;
-    Ok((inverse, importance))
+    importance(id, body.importance)
 }
 
-/// Checks that a body can be where a motion begins and ends; gives the inverse of its start.
-pub(super) fn motion(body: BodyId, motion: &Motion) -> Result<Pose, SceneError> {
-    let inverse_of_start = inverse(body, &motion.start())?;
-    inverse(body, &motion.pose(1.0))?;
-    Ok(inverse_of_start)
+/// Checks that a body can be where a motion begins and ends.
+pub(super) fn motion(body: BodyId, motion: &Motion) -> Result<(), SceneError> {
+    pose(body, &motion.start())?;
+    pose(body, &motion.pose(1.0))
 }
 
-/// Checks that a body at `pose` has a relative pose with any other of the scene; gives the inverse.
-pub(super) fn inverse(body: BodyId, pose: &Pose) -> Result<Pose, SceneError> {
+/// Checks that a body at `pose` has a relative pose with any other of the scene.
+#[inline]
+pub(super) fn pose(body: BodyId, pose: &Pose) -> Result<(), SceneError> {
     let deviation = rotation_deviation(pose.rotation());
     if deviation > SCENE_ROTATION_TOLERANCE {
         return Err(SceneError::NotARotation { body, deviation });
     }
-    let too_far = |pose: &Pose| (0..3).find(|&axis| pose.translation()[axis].abs() > SCENE_REACH);
-    if let Some(axis) = too_far(pose) {
-        return Err(SceneError::TooFar { body, axis });
+    match (0..3).find(|&axis| pose.translation()[axis].abs() > SCENE_REACH) {
+        Some(axis) => Err(SceneError::TooFar { body, axis }),
+        None => Ok(()),
     }
-    Ok(pose.inverse_unchecked())
 }
 
 pub(super) fn importance(body: BodyId, importance: f32) -> Result<f32, SceneError> {

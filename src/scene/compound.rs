@@ -107,7 +107,7 @@ impl Scene {
     pub fn set_compound_pose(&mut self, id: CompoundId, pose: Pose) -> Result<(), SceneError> {
         let at = |part: &Part| pose.compose_unchecked(&part.place);
         for part in self.compounds.get(id)? {
-            checks::inverse(part.body, &at(part))?;
+            checks::pose(part.body, &at(part))?;
         }
         self.for_parts(id, |scene, part| scene.set_pose(part.body, at(&part)))
     }

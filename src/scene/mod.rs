@@ -196,9 +196,9 @@ impl Scene {
 
     fn insert_part(&mut self, body: Body, compound: Option<CompoundId>) -> Result<BodyId, SceneError> {
         let id = self.bodies.next_ids().next().ok_or(SceneError::Full)?;
-        let (inverse, importance) = checks::body(id, &body)?;
+        let importance = checks::body(id, &body)?;
         let frame = self.next_frame();
-        let last = body.pose;
+        let (inverse, last) = (body.pose.inverse_unchecked(), body.pose);
         let placed = Placed { body: Body { importance, ..body }, inverse, last, motion: None, compound };
         self.bodies_mut().insert(placed, frame);
         self.broad.reserve(self.bodies.room());
@@ -246,9 +246,9 @@ impl Scene {
     pub fn set_pose(&mut self, id: BodyId, pose: Pose) -> Result<(), SceneError> {
         let Placed { body, motion, .. } = self.bodies.get(id)?;
         if body.pose != pose || motion.is_some() {
-            let inverse = checks::inverse(id, &pose)?;
+            checks::pose(id, &pose)?;
             let frame = self.next_frame();
-            self.bodies_mut().go(id, frame, pose, inverse)?;
+            self.bodies_mut().go(id, frame, &pose)?;
         }
         Ok(())
     }

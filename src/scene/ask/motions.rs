@@ -36,9 +36,9 @@ impl Scene {
     /// If the body is not in the scene, or cannot be where the motion begins or ends; it then stays where it was.
     pub fn set_motion(&mut self, id: BodyId, motion: Motion) -> Result<(), SceneError> {
         self.bodies.get(id)?;
-        let inverse = checks::motion(id, &motion)?;
+        checks::motion(id, &motion)?;
         self.change(id, |placed| {
-            (placed.body.pose, placed.inverse) = (motion.start(), inverse);
+            placed.put(&motion.start());
             match &mut placed.motion {
                 Some(there) => **there = motion,
                 none => *none = Some(Box::new(motion)),

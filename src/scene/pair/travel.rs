@@ -20,7 +20,8 @@ impl Travel {
     /// Adds a move of a mesh, the first of its frame or another one.
     pub fn go(&mut self, mesh: &Tree, from: &Pose, to: &Pose, is_first: bool) {
         let step = displacement(mesh, from, to) + slack(mesh, to);
-        self.gone = (self.gone + step).next_up();
+        // The factor is a rounding up: no sum is subnormal.
+        self.gone = (self.gone + step) * (1.0 + f64::EPSILON);
         self.step = step as f32 + if is_first { 0.0 } else { self.step };
     }
 
