@@ -28,7 +28,7 @@ pub(crate) struct Deadline<'c> {
     safe: u64,
     /// That pace: nanoseconds for a unit, or this many times the mean so far.
     slowest: [f64; 2],
-    /// The clock is looked at again after this part of the time that is left, at that pace.
+    /// Of the work that cannot pass the end, one part in so many is done before the next look at the clock.
     stretch: u64,
     /// The first look and the work since.
     first_look: Option<Duration>,
