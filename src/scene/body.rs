@@ -210,7 +210,7 @@ impl Bodies {
     /// Changes a body in a way that may change its box or its verdicts from `frame` on.
     pub fn change(&mut self, id: BodyId, frame: u64, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
         let (placed, travel, _) = self.begin_change(id, frame)?;
-        (travel.gone, travel.remade) = (0.0, frame as u32);
+        travel.remake(frame);
         change(placed);
         self.note(id.index());
         Ok(())
@@ -221,7 +221,7 @@ impl Bodies {
         let (placed, travel, is_first) = self.begin_change(id, frame)?;
         let was_moving = placed.motion.take().is_some();
         match was_moving {
-            true => (travel.gone, travel.remade) = (0.0, frame as u32),
+            true => travel.remake(frame),
             false => travel.go(&placed.body.tree, &placed.body.pose, pose, is_first),
         }
         placed.put(pose);

@@ -9,8 +9,9 @@ use crate::math::{Motion, Pose, rotation_deviation};
 /// Checks a body; gives its importance.
 pub(super) fn body(id: BodyId, body: &Body) -> Result<f32, SceneError> {
     pose(id, &body.pose)?;
+    let importance = importance(id, body.importance)?;
     length(id, body.margin)?;
-    importance(id, body.importance)
+    Ok(importance)
 }
 
 /// Checks that a body can be where a motion begins and ends.

@@ -17,6 +17,11 @@ pub(crate) struct Travel {
 }
 
 impl Travel {
+    /// Of a body that is changed in a frame other than by a move: nothing is known of where its points were.
+    pub fn remake(&mut self, frame: u64) {
+        (self.gone, self.remade) = (0.0, frame as u32);
+    }
+
     /// Adds a move of a mesh, the first of its frame or another one.
     pub fn go(&mut self, mesh: &Tree, from: &Pose, to: &Pose, is_first: bool) {
         let step = displacement(mesh, from, to) + slack(mesh, to);
