@@ -192,6 +192,7 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         if self.strategy.march.goes_on() && workspace.run.found == 0 {
             self.strategy = self.strategy.after_first_hit(workspace.front.is_queue_empty());
             workspace.run.strategy = self.strategy;
+            workspace.front.queue_to_stack();
         }
         if self.strategy.march.goes_on() && !workspace.march.note([self.a, self.b], pair, crossings()) {
             return;

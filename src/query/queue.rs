@@ -238,6 +238,27 @@ impl Front {
         Some(pair)
     }
 
+    /// Puts all queued pairs below the stack, if there is room, in the order in which they would be popped: for a run that
+    /// queues no more, and pops from the stack in less time.
+    pub fn queue_to_stack(&mut self) {
+        let (queued, height) = (self.queued as usize, self.height);
+        if !self.paths.is_empty() || self.base > 0 || height + queued > BESIDE_PATHS {
+            return;
+        }
+        self.stack.copy_within(..height, queued);
+        self.height += queued;
+        let mut at = queued;
+        for bucket in self.occupied.iter().enumerate().flat_map(|(i, &mask)| bits(mask).map(move |bit| 64 * i + bit)) {
+            let mut slot = self.lists[bucket].0;
+            while slot != NONE {
+                let Entry { pair, next, .. } = self.arena[slot as usize];
+                at -= 1;
+                (self.stack[at], slot) = (pair, next);
+            }
+        }
+        self.clear_queue();
+    }
+
     /// The first bucket that is not empty.
     #[inline(always)]
     fn first_bucket(&self) -> Option<usize> {
@@ -282,14 +303,14 @@ impl Front {
         (self.free, self.touched, self.queued) = (NONE, 0, 0);
     }
 
-    /// All pairs, in no particular order.
+    /// All pairs: those of the stack from its top on, then the queued ones.
     pub fn iter(&self) -> impl Iterator<Item = Pair> + '_ {
         let lists = self.lists.iter().map(|(head, _)| *head).filter(|&head| head != NONE);
         let entry = |slot: &u32| self.arena[*slot as usize].next;
         let queued = lists.flat_map(move |head| {
             core::iter::successors(Some(head), move |slot| Some(entry(slot)).filter(|&next| next != NONE))
         });
-        let pairs = self.paths.iter().map(|(pair, _)| pair).chain(&self.stack[..self.height]);
+        let pairs = self.paths.iter().map(|(pair, _)| pair).chain(self.stack[..self.height].iter().rev());
         pairs.copied().chain(queued.map(|slot| self.arena[slot as usize].pair))
     }
 }
@@ -362,6 +383,27 @@ mod tests {
         }
         assert!(!front.follow(Pair::new(0, 0), 1));
         assert_eq!(drain(&mut front).len(), BESIDE_PATHS + 1);
+    }
+
+    #[test]
+    fn the_queue_goes_below_the_stack_in_its_order() {
+        let fill = |front: &mut Front| {
+            for (i, bucket) in [(0, 70), (1, 3), (2, 127), (3, 3), (4, 70)] {
+                front.queue(Pair::new(i, 0), 0.0, bucket, i != 4);
+            }
+            front.push(Pair::new(8, 0));
+            front.push(Pair::new(9, 0));
+        };
+        let mut front = Front::new(8);
+        fill(&mut front);
+        front.queue_to_stack();
+        assert!(front.is_queue_empty() && front.peak() == 5 && front.iter().count() == 7);
+        assert_eq!(drain(&mut front), [9, 8, 3, 1, 0, 4, 2]);
+        // Not while paths are followed.
+        fill(&mut front);
+        assert!(front.follow(Pair::new(7, 0), 1));
+        front.queue_to_stack();
+        assert_eq!(drain(&mut front), [9, 8, 7, 3, 1, 0, 4, 2]);
     }
 
     #[test]
