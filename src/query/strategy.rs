@@ -9,7 +9,7 @@ use crate::tree::WIDTH;
 /// Node pairs that are expected to take at least so many BV tests wait in the queue, if there is one: by default, where curves
 /// are followed from the first hit (it leads to more than a better place for it would), and where much should be known early.
 const QUEUE_THRESHOLD: f32 = 128.0;
-const CURVES_QUEUE_THRESHOLD: f32 = 1536.0;
+const CURVES_QUEUE_THRESHOLD: f32 = 1024.0;
 const EARLY_QUEUE_THRESHOLD: f32 = 32.0;
 
 /// Triangle pairs that wait before they are tested, where the first hit should come soon: if curves are followed from it, and if
