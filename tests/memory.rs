@@ -18,7 +18,7 @@ fn a_workspace_has_20_bytes_a_queued_and_8_a_found_pair() {
 }
 
 #[test]
-fn a_tree_holds_what_its_statistics_say_and_less_than_176_bytes_a_triangle() {
+fn a_tree_holds_what_its_statistics_say_and_less_than_188_bytes_a_triangle() {
     let meshes =
         [shapes::icosphere(5), shapes::torus_knot(2, 3, 0.2, 128), shapes::gear(25, 4), shapes::height_field(64, 3)];
     for mesh in meshes {
@@ -30,7 +30,7 @@ fn a_tree_holds_what_its_statistics_say_and_less_than_176_bytes_a_triangle() {
             assert_eq!(bytes + bytes_mesh, tree.stats().bytes());
             let per_triangle = tree.stats().bytes() as f64 / triangles as f64;
             println!("{triangles} triangles, f32 {}: {per_triangle:.1} bytes each", tree.mesh().is_f32());
-            assert!(per_triangle < 176.0);
+            assert!(per_triangle < 188.0);
             let file = tree.to_bytes();
             let (_loaded, bytes) = held(|| Tree::from_bytes(&file).unwrap());
             assert_eq!(bytes, tree.stats().bytes());

@@ -9,39 +9,76 @@ pub(crate) fn are_flushed() -> bool {
     black_box(f64::MIN_POSITIVE) * 0.5 <= 0.0
 }
 
-/// The [`least_exponent`] of numbers among which there is a denormal one, and of those that are all zero.
+/// The [`exponent`](Number::exponent) of numbers among which there is a denormal one, and of those that are all zero.
 const DENORMAL: i32 = -2000;
 const ALL_ZERO: i32 = 2000;
 
-/// log2 of the least magnitude other than zero, rounded down. By bits, so that flushing does not matter.
-pub(crate) fn least_exponent<'x>(numbers: impl IntoIterator<Item = &'x f64>) -> i32 {
-    // Zero becomes the largest.
-    let least = numbers.into_iter().map(|x| (x.to_bits() << 1).wrapping_sub(1)).min().unwrap_or(u64::MAX);
-    if least == u64::MAX { ALL_ZERO } else { exponent(((least + 1) >> 53) as i32, 1023) }
+/// A number of either precision, by its bits, so that flushing does not matter.
+pub(crate) trait Number: Copy + PartialOrd + Into<f64> {
+    type Bits: Copy + Ord;
+    const INFINITY: Self;
+    const NEG_INFINITY: Self;
+    const NO_BITS: Self::Bits;
+    const ALL_BITS: Self::Bits;
+
+    /// Twice the bits of the magnitude: larger for larger ones, largest for what is no number.
+    fn magnitude(self) -> Self::Bits;
+    /// And back.
+    fn of_magnitude(bits: Self::Bits) -> Self;
+    /// One less, so that zero becomes the largest.
+    fn rank(self) -> Self::Bits;
+    /// log2 of the least of some magnitudes other than zero, rounded down, from the least rank.
+    fn exponent(least_rank: Self::Bits) -> i32;
 }
 
-/// Whether all numbers are zero or have a [`least_exponent`] of no less than `exponent`, from -1022 to 1023. In a few
+macro_rules! number {
+    ($float:ident, $bits:ident, $bias:literal) => {
+        impl Number for $float {
+            type Bits = $bits;
+            const INFINITY: Self = Self::INFINITY;
+            const NEG_INFINITY: Self = Self::NEG_INFINITY;
+            const NO_BITS: $bits = 0;
+            const ALL_BITS: $bits = $bits::MAX;
+
+            #[inline(always)]
+            fn magnitude(self) -> $bits {
+                self.to_bits() << 1
+            }
+            fn of_magnitude(bits: $bits) -> Self {
+                Self::from_bits(bits >> 1)
+            }
+            #[inline(always)]
+            fn rank(self) -> $bits {
+                self.magnitude().wrapping_sub(1)
+            }
+            fn exponent(least_rank: $bits) -> i32 {
+                if least_rank == $bits::MAX {
+                    return ALL_ZERO;
+                }
+                let field = ((least_rank + 1) >> $float::MANTISSA_DIGITS) as i32;
+                if field == 0 { DENORMAL } else { field - $bias }
+            }
+        }
+    };
+}
+number!(f32, u32, 127);
+number!(f64, u64, 1023);
+
+/// Whether all numbers are zero or have magnitudes with an [`exponent`](Number::exponent) of no less than `exponent`, from -1022 to 1023. In a few
 /// instructions each, without a branch.
 #[inline]
 pub(crate) fn none_below<const N: usize>(numbers: &[f64; N], exponent: i32) -> bool {
     let least = ((exponent + 1023) as u64) << 53;
-    // Zero becomes the largest.
-    numbers.iter().fold(true, |fine, x| fine & ((x.to_bits() << 1).wrapping_sub(1) >= least.wrapping_sub(1)))
-}
-
-/// [`least_exponent`] of numbers that are denormal as `f32`, not only as `f64`.
-pub(crate) fn least_exponent_f32<'x>(numbers: impl IntoIterator<Item = &'x f32>) -> i32 {
-    let least = numbers.into_iter().map(|x| (x.to_bits() << 1).wrapping_sub(1)).min().unwrap_or(u32::MAX);
-    if least == u32::MAX { ALL_ZERO } else { exponent(((least + 1) >> 24) as i32, 127) }
-}
-
-fn exponent(field: i32, bias: i32) -> i32 {
-    if field == 0 { DENORMAL } else { field - bias }
+    numbers.iter().fold(true, |fine, x| fine & (x.rank() >= least.wrapping_sub(1)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn least_exponent<N: Number>(numbers: &[N]) -> i32 {
+        N::exponent(numbers.iter().map(|x| x.rank()).min().unwrap_or(N::ALL_BITS))
+    }
 
     #[test]
     fn least_exponents() {
@@ -69,7 +106,7 @@ mod tests {
             (&[f32::MIN_POSITIVE, f32::MAX], -126),
             (&[1.0, -f32::MIN_POSITIVE.next_down()], DENORMAL),
         ] {
-            assert_eq!(least_exponent_f32(numbers), expected, "{numbers:?}");
+            assert_eq!(least_exponent(numbers), expected, "{numbers:?}");
         }
     }
 }

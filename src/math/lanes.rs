@@ -121,6 +121,8 @@ pub(crate) trait Lanes: Copy {
     fn turn(self, x: Self::F) -> Self::F;
     /// Rows to columns, each half for itself.
     fn transpose(self, rows: [Self::F; 4]) -> [Self::F; 4];
+    /// The first three entries of four rows, one after the other, each half for itself.
+    fn pack(self, rows: [Self::F; 4]) -> [Self::F; 3];
 
     fn splat_d(self, x: f64) -> Self::D;
     fn load_d(self, x: &[f64; 8]) -> Self::D;
@@ -252,6 +254,12 @@ impl<L: Lanes> F8<L> {
     pub fn transposed_axes([x, y, z]: [Self; 3]) -> [Self; 3] {
         let [x, y, z, _] = Self::transposed([x, y, z, Self::splat(x.1, 0.0)]);
         [x, y, z]
+    }
+    /// The first three entries of four rows, one after the other, each half for itself.
+    #[inline(always)]
+    pub fn packed([x, y, z, w]: [Self; 4]) -> [Self; 3] {
+        let rows = x.1.pack([x.0, y.0, z.0, w.0]);
+        per_axis!(k => Self(rows[k], x.1))
     }
     /// Eight rows of four to four columns of eight.
     #[inline(always)]

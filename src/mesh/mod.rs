@@ -6,6 +6,7 @@
 
 mod bytes;
 pub mod shapes;
+mod survey;
 mod vertices;
 
 use alloc::boxed::Box;

@@ -1,7 +1,8 @@
 //! The vertices of a mesh: how they are kept, checked and replaced.
 
+use super::survey::{Survey, survey};
 use super::{Mesh, MeshError};
-use crate::math::{Aabb, denormals, tolerance::COORDINATE_LIMIT};
+use crate::math::{Aabb, denormals::Number, tolerance::COORDINATE_LIMIT};
 use alloc::boxed::Box;
 use glam::DVec3;
 
@@ -27,69 +28,82 @@ impl Vertices {
             Self::F64(v) => DVec3::from_array(v[i]),
         }
     }
-
-    fn least_exponent(&self) -> i32 {
-        match self {
-            Self::F32(v) => denormals::least_exponent_f32(v.as_flattened()),
-            Self::F64(v) => denormals::least_exponent(v.as_flattened()),
-        }
-    }
 }
+
+/// A coordinate as vertices may keep it.
+trait Kept: Number {
+    /// Writes all vertices; allocates only if the old ones are of the other kind.
+    fn keep(vertices: &mut Vertices, new: impl Iterator<Item = [Self; 3]>);
+}
+
+macro_rules! kept {
+    ($float:ident, $kind:ident) => {
+        impl Kept for $float {
+            #[inline(always)]
+            fn keep(vertices: &mut Vertices, new: impl Iterator<Item = [Self; 3]>) {
+                match vertices {
+                    Vertices::$kind(old) => old.iter_mut().zip(new).for_each(|(old, new)| *old = new),
+                    _ => *vertices = Vertices::$kind(new.collect()),
+                }
+            }
+        }
+    };
+}
+kept!(f32, F32);
+kept!(f64, F64);
 
 impl Mesh {
     /// Replaces all vertices; on an error nothing has changed. Allocates nothing.
     pub(crate) fn set_vertices<V: Copy + Into<[f32; 3]>>(&mut self, vertices: &[V]) -> Result<(), MeshError> {
-        self.replace(vertices.len(), |i| vertices[i].into().map(f64::from), |_| true)
+        if self.is_f32() {
+            self.replace(vertices, V::into)
+        } else {
+            self.replace(vertices, |vertex| vertex.into().map(f64::from))
+        }
     }
 
     /// The same with f64 vertices. Allocates only to go over from f32 to f64.
     pub(crate) fn set_vertices_f64<V: Copy + Into<[f64; 3]>>(&mut self, vertices: &[V]) -> Result<(), MeshError> {
-        let is_exact = |i: usize| vertices[i].into().into_iter().all(is_f32_exact);
-        self.replace(vertices.len(), |i| vertices[i].into(), is_exact)
+        let is_exact = |vertex: &V| (*vertex).into().into_iter().all(is_f32_exact);
+        let in_use = || self.in_use().all(|i| vertices.get(i).is_some_and(is_exact));
+        if self.is_f32() && (vertices.iter().all(is_exact) || in_use()) {
+            self.replace(vertices, |vertex| vertex.into().map(|x| x as f32))
+        } else {
+            self.replace(vertices, V::into)
+        }
     }
 
-    /// Replaces all vertices by `count` new ones; `is_exact` tells of each whether f32 keeps every bit of it.
-    fn replace(
-        &mut self,
-        count: usize,
-        new: impl Fn(usize) -> [f64; 3],
-        is_exact: impl Fn(usize) -> bool,
-    ) -> Result<(), MeshError> {
-        self.check_new(count, |i| DVec3::from_array(new(i)))?;
-        let stays = !self.is_f32() || (0..count).all(&is_exact) || self.in_use().all(&is_exact);
-        match &mut self.vertices {
-            Vertices::F32(old) if stays => (0..).zip(old).for_each(|(i, old)| *old = new(i).map(|x| x as f32)),
-            Vertices::F32(_) => self.vertices = Vertices::F64((0..count).map(new).collect()),
-            Vertices::F64(old) => (0..).zip(old).for_each(|(i, old)| *old = new(i)),
+    fn replace<V: Copy, N: Kept>(&mut self, vertices: &[V], of: impl Fn(V) -> [N; 3] + Copy) -> Result<(), MeshError> {
+        if vertices.len() != self.vertices.len() {
+            return Err(MeshError::VertexCount { given: vertices.len(), vertices: self.vertices.len() });
         }
-        self.measure();
+        let survey = survey(vertices, of);
+        // A vertex that is not used may hold anything.
+        if !survey.is_good {
+            self.in_use().try_for_each(|i| check_vertex(i, DVec3::from_array(of(vertices[i]).map(Into::into))))?;
+        }
+        N::keep(&mut self.vertices, vertices.iter().map(|&vertex| of(vertex)));
+        self.note(&survey);
         Ok(())
     }
 
     /// Takes note of the smallest box around all vertices in use, and of the least coordinate of any.
     pub(super) fn measure(&mut self) {
-        let points = &self.vertices;
-        self.aabb = if self.all_in_use {
-            Aabb::from_points((0..points.len()).map(|i| points.get(i)))
-        } else {
-            Aabb::from_points(self.in_use().map(|i| points.get(i)))
-        };
-        self.least_exponent = points.least_exponent();
+        self.note(&match &self.vertices {
+            Vertices::F32(v) => survey(v, |vertex| vertex),
+            Vertices::F64(v) => survey(v, |vertex| vertex),
+        });
+    }
+
+    fn note(&mut self, survey: &Survey) {
+        self.least_exponent = survey.least_exponent;
+        self.aabb =
+            if self.all_in_use { survey.aabb } else { Aabb::from_points(self.in_use().map(|i| self.vertices.get(i))) };
     }
 
     /// The vertices that triangles use, in their order, most of them several times.
     fn in_use(&self) -> impl Iterator<Item = usize> + use<'_> {
         self.triangles.as_flattened().iter().map(|&i| i as usize)
-    }
-
-    fn check_new(&self, count: usize, new: impl Fn(usize) -> DVec3) -> Result<(), MeshError> {
-        let vertices = self.vertices.len();
-        if count != vertices {
-            return Err(MeshError::VertexCount { given: count, vertices });
-        }
-        // A vertex that is not used may hold anything.
-        let good = |i: usize| new(i).abs().cmple(DVec3::splat(COORDINATE_LIMIT)).all();
-        if (0..count).all(good) { Ok(()) } else { self.in_use().try_for_each(|i| check_vertex(i, new(i))) }
     }
 }
 

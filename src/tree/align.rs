@@ -6,6 +6,7 @@ use super::fork::Pieces;
 use super::moments::{Moments, Surfaces};
 use super::options::Effort;
 use super::orientation::{MESH_ORIENTATION, Orientation};
+use super::place::Placed;
 use super::unit::{Triangle, Unit};
 use super::wide::WIDTH;
 use crate::math::lanes::{Instructions, Kernel, Lanes};
@@ -22,7 +23,7 @@ pub(super) fn align(unit: &Unit, mesh: &Mesh) -> Orientation {
     }
     let step = mesh.len().div_ceil(SAMPLES);
     let ids: Vec<u32> = (0..mesh.len() as u32).step_by(step).collect();
-    Instructions::detect().run(Align { samples: &unit.triangles(mesh, &ids, Pieces::ONE) })
+    Instructions::detect().run(Align { samples: &Placed::of(mesh, *unit, &ids, Pieces::ONE).triangles })
 }
 
 struct Align<'t> {

@@ -28,6 +28,7 @@
 use super::binary::most_depth;
 use super::fork::Pieces;
 use super::orientation::{MESH_ORIENTATION, Orientation};
+use super::place::Placed;
 use super::profile::Profiles;
 use super::update::update;
 use super::validate::{TreeFault, dense, each_once};
@@ -288,10 +289,10 @@ impl Tree {
             return Err(TreeFileError::Cost(header.cost));
         }
         let unit = Unit::of(&mesh);
-        let triangles = unit.triangles(&mesh, &ids, Pieces::ONE);
+        let placed = Placed::of(&mesh, unit, &ids, Pieces::ONE);
         let mut profiles = Profiles::room(&mut nodes);
-        update(&mut nodes, &triangles, &mut profiles, &[], Pieces::ONE);
-        let tree = Self::of_nodes(mesh, unit, nodes, profiles, triangles, ids, header.has_neighbors);
+        update(&mut nodes, &placed.triangles, &mut profiles, &[], Pieces::ONE);
+        let tree = Self::of_nodes(mesh, unit, nodes, profiles, placed, ids, header.has_neighbors);
         Ok(Self { built_cost: header.cost, ..tree })
     }
 }

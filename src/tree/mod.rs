@@ -46,6 +46,7 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 use fork::Pieces;
 use glam::{Mat3, Vec3};
 use orientation::Orientation;
+use place::Placed;
 use profile::Profiles;
 
 /// A mesh with its bounding volume tree.
@@ -55,6 +56,8 @@ pub struct Tree {
     unit: Unit,
     nodes: Box<[Node]>,
     triangles: Box<[Triangle]>,
+    /// The vertices of each triangle, in tree order.
+    corners: Box<[[u32; 3]]>,
     /// Input id of each triangle, in tree order.
     ids: Box<[u32]>,
     profiles: Profiles,
@@ -85,7 +88,7 @@ pub struct TreeStats {
     pub alpha_per_level: Vec<Vec3>,
     /// Bytes of the nodes.
     pub bytes_nodes: usize,
-    /// Bytes of the triangles as the fast filter reads them, and of their ids.
+    /// Bytes of the triangles as the fast filter reads them, of the numbers of their vertices, and of their ids.
     pub bytes_triangles: usize,
     /// Bytes of the mesh.
     pub bytes_mesh: usize,
@@ -120,20 +123,20 @@ impl Tree {
         let unit = Unit::of(&mesh);
         let whole = if options.orientations { align::align(&unit, &mesh) } else { Orientation::IDENTITY };
         let binary = binary::build(&mesh, &unit, &whole, options.effort, pieces);
-        let (mut plan, mut triangles) = (Plan::default(), Box::default());
+        let (mut plan, mut placed) = (Plan::default(), Placed::default());
         pieces.join(
             [1, 1],
             |_| plan = Plan::of(&binary, &whole),
-            |pieces| triangles = unit.triangles(&mesh, &binary.order, pieces),
+            |pieces| placed = Placed::of(&mesh, unit, &binary.order, pieces),
         );
         let parts = plan.parts(pieces);
         if options.orientations && options.effort != Effort::Fast {
-            assign::choose_orientations(&mut plan, &triangles, options.effort, &parts, pieces);
+            assign::choose_orientations(&mut plan, &placed.triangles, options.effort, &parts, pieces);
         }
         let mut nodes = plan.nodes;
         let mut profiles = Profiles::room(&mut nodes);
-        update::update(&mut nodes, &triangles, &mut profiles, &parts, pieces);
-        Self::of_nodes(mesh, unit, nodes, profiles, triangles, binary.order.into(), options.neighbors)
+        update::update(&mut nodes, &placed.triangles, &mut profiles, &parts, pieces);
+        Self::of_nodes(mesh, unit, nodes, profiles, placed, binary.order.into(), options.neighbors)
     }
 
     /// The tree of finished nodes.
@@ -142,14 +145,15 @@ impl Tree {
         unit: Unit,
         nodes: Box<[Node]>,
         profiles: Profiles,
-        triangles: Box<[Triangle]>,
+        Placed { corners, triangles }: Placed,
         ids: Box<[u32]>,
         keep_neighbors: bool,
     ) -> Self {
         let neighbors = if keep_neighbors { adjacency::neighbors(&mesh, &ids, &nodes) } else { Box::default() };
         let (built_cost, identity) = (profiles.cost, next_identity());
+        let lineage = identity;
         let tree =
-            Self { mesh, unit, nodes, triangles, ids, profiles, neighbors, built_cost, identity, lineage: identity };
+            Self { mesh, unit, nodes, triangles, corners, ids, profiles, neighbors, built_cost, identity, lineage };
         debug_assert_eq!(tree.validate(), Ok(()));
         tree
     }
@@ -194,7 +198,7 @@ impl Tree {
             nodes_per_level,
             alpha_per_level,
             bytes_nodes: size_of_val(&*self.nodes),
-            bytes_triangles: size_of_val(&*self.triangles) + size_of_val(&*self.ids),
+            bytes_triangles: size_of_val(&*self.triangles) + size_of_val(&*self.corners) + size_of_val(&*self.ids),
             bytes_mesh: self.mesh.bytes(),
             bytes_profiles: size_of_val(&*self.profiles.levels),
             bytes_neighbors: size_of_val(&*self.neighbors),

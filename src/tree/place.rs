@@ -10,22 +10,36 @@ use alloc::vec::Vec;
 use glam::Mat3A;
 use wide::f32x4;
 
-impl Unit {
+/// Triangles of a mesh in some order.
+#[derive(Default)]
+pub(super) struct Placed {
+    /// The numbers of their vertices. Those of the mesh lie all over memory: here a refit reads one after the other.
+    pub corners: Box<[[u32; 3]]>,
+    pub triangles: Box<[Triangle]>,
+}
+
+impl Placed {
     /// The triangles of `mesh` with the numbers `ids`.
-    pub(super) fn triangles(self, mesh: &Mesh, ids: &[u32], pieces: Pieces) -> Box<[Triangle]> {
+    pub fn of(mesh: &Mesh, unit: Unit, ids: &[u32], pieces: Pieces) -> Self {
+        let mut corners = alloc::vec![[0; 3]; ids.len()].into_boxed_slice();
         let mut triangles = alloc::vec![Triangle([[0.0; 4]; 3]); ids.len()].into_boxed_slice();
         let size = pieces.size(ids.len());
-        let jobs = ids.chunks(size).zip(triangles.chunks_mut(size)).collect();
-        pieces.each(jobs, |(ids, triangles)| self.place(mesh, ids, triangles));
-        triangles
+        let jobs = ids.chunks(size).zip(corners.chunks_mut(size)).zip(triangles.chunks_mut(size)).collect();
+        pieces.each(jobs, |((ids, corners), triangles)| {
+            ids.iter().zip(&mut *corners).for_each(|(&id, corners)| *corners = mesh.triangles()[id as usize]);
+            unit.place(mesh, corners, triangles);
+        });
+        Self { corners, triangles }
     }
+}
 
-    /// Computes `triangles`, which are those of `mesh` with the numbers `ids`.
-    pub(super) fn place(self, mesh: &Mesh, ids: &[u32], triangles: &mut [Triangle]) {
-        let (unit, corners, instructions) = (self, mesh.triangles(), Instructions::detect());
+impl Unit {
+    /// Computes `triangles`, whose corners are the vertices of `mesh` with the numbers `corners`.
+    pub(super) fn place(self, mesh: &Mesh, corners: &[[u32; 3]], triangles: &mut [Triangle]) {
+        let (unit, instructions) = (self, Instructions::detect());
         match mesh.vertices() {
-            Vertices::F32(vertices) => instructions.run(Place { unit, vertices, corners, ids, triangles }),
-            Vertices::F64(vertices) => instructions.run(Place { unit, vertices, corners, ids, triangles }),
+            Vertices::F32(vertices) => instructions.run(Place { unit, vertices, corners, triangles }),
+            Vertices::F64(vertices) => instructions.run(Place { unit, vertices, corners, triangles }),
         }
     }
 
@@ -47,7 +61,6 @@ struct Place<'m, V> {
     unit: Unit,
     vertices: &'m [V],
     corners: &'m [[u32; 3]],
-    ids: &'m [u32],
     triangles: &'m mut [Triangle],
 }
 
@@ -56,20 +69,14 @@ impl<V: Vertex> Kernel for Place<'_, V> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self { unit, vertices, corners, ids, triangles } = self;
-        // Numbers of vertices come from all over memory: fetched first, so that many are on the way at once.
-        let mut near = [[0; 3]; 32];
-        for (triangles, ids) in triangles.chunks_mut(near.len()).zip(ids.chunks(near.len())) {
-            for (near, &id) in near.iter_mut().zip(ids) {
-                *near = corners[id as usize];
-            }
-            let (twos, rest) = triangles.as_chunks_mut();
-            for (two, [one, other]) in twos.iter_mut().zip(near.as_chunks().0) {
-                *two = place_two(points(lanes, &unit, vertices, [one, other]));
-            }
-            if let [triangle] = rest {
-                [*triangle, _] = place_two(points(lanes, &unit, vertices, [&near[ids.len() - 1]; 2]));
-            }
+        let Self { unit, vertices, corners, triangles } = self;
+        let (twos, rest) = triangles.as_chunks_mut();
+        let (corners, corners_rest) = corners.as_chunks();
+        for (two, [one, other]) in twos.iter_mut().zip(corners) {
+            *two = place_two(points(lanes, &unit, vertices, [one, other]));
+        }
+        if let ([triangle], [corners]) = (rest, corners_rest) {
+            [*triangle, _] = place_two(points(lanes, &unit, vertices, [corners; 2]));
         }
     }
 }
@@ -116,14 +123,10 @@ fn points<L: Lanes, V: Vertex>(lanes: L, unit: &Unit, vertices: &[V], [one, othe
 
 #[inline(always)]
 fn place_two<L: Lanes>([a, b, c]: [D8<L>; 3]) -> [Triangle; 2] {
-    let p = a.narrow();
-    let (e, f) = ((b - a).narrow().store(), (c - a).narrow().store());
-    let (p, rest) = (p.store(), (a - p.widen()).narrow().store());
-    unrolled!(i in [0, 4] => Triangle([
-        [p[i], p[i + 1], p[i + 2], e[i]],
-        [e[i + 1], e[i + 2], f[i], f[i + 1]],
-        [f[i + 2], rest[i], rest[i + 1], rest[i + 2]],
-    ]))
+    let first = a.narrow();
+    let rows = F8::packed([first, (b - a).narrow(), (c - a).narrow(), (a - first.widen()).narrow()]);
+    let rows = per_axis!(k => rows[k].halves());
+    unrolled!(i in [0, 1] => Triangle(per_axis!(k => rows[k][i].to_array())))
 }
 
 /// The boxes of the triangles with these corners, which are numbers `id` and `id + 1`.

@@ -53,7 +53,7 @@ impl Tree {
 
     fn follow_mesh(&mut self) {
         self.unit = Unit::of(&self.mesh);
-        self.unit.place(&self.mesh, &self.ids, &mut self.triangles);
+        self.unit.place(&self.mesh, &self.corners, &mut self.triangles);
         update(&mut self.nodes, &self.triangles, &mut self.profiles, &[], Pieces::ONE);
         // A stopped query of the old boxes may not go on among the new ones.
         self.identity = next_identity();

@@ -140,6 +140,18 @@ impl Lanes for Avx2 {
         ]
     }
     #[inline(always)]
+    fn pack(self, [x, y, z, w]: [__m256; 4]) -> [__m256; 3] {
+        let avx = self.avx;
+        [
+            avx._mm256_blend_ps::<0b1000_1000>(x, avx._mm256_permute_ps::<0b00_00_00_00>(y)),
+            avx._mm256_shuffle_ps::<0b01_00_10_01>(y, z),
+            avx._mm256_blend_ps::<0b0001_0001>(
+                avx._mm256_permute_ps::<0b10_01_00_00>(w),
+                avx._mm256_permute_ps::<0b10_10_10_10>(z),
+            ),
+        ]
+    }
+    #[inline(always)]
     fn splat_d(self, x: f64) -> [__m256d; 2] {
         [self.avx._mm256_set1_pd(x); 2]
     }

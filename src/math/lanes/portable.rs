@@ -144,6 +144,14 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
         core::array::from_fn(|i| halves.map(|columns| columns[i]))
     }
     #[inline(always)]
+    fn pack(self, rows: [F<N>; 4]) -> [F<N>; 3] {
+        let halves: [_; N] = core::array::from_fn(|half| {
+            let [[a, b, c, _], [d, e, f, _], [g, h, i, _], [j, k, l, _]] = rows.map(|row| row[half].to_array());
+            [f32x4::new([a, b, c, d]), f32x4::new([e, f, g, h]), f32x4::new([i, j, k, l])]
+        });
+        core::array::from_fn(|i| halves.map(|packed| packed[i]))
+    }
+    #[inline(always)]
     fn splat_d(self, x: f64) -> D<N> {
         [[f64x2::splat(x); 2]; N]
     }

@@ -1,0 +1,114 @@
+//! One look at all vertices: whether they may be used, the box around them, the least magnitude of a coordinate.
+
+use crate::math::denormals::Number;
+use crate::math::lanes::{Instructions, Kernel, Lanes};
+use crate::math::{Aabb, tolerance::COORDINATE_LIMIT};
+use core::marker::PhantomData;
+
+pub(super) struct Survey {
+    /// Whether all coordinates are within the limit.
+    pub is_good: bool,
+    /// Around all of them, if they are good.
+    pub aabb: Aabb,
+    /// As [`super::Mesh::least_exponent`].
+    pub least_exponent: i32,
+}
+
+/// Looks at the points that `of` makes of `vertices`.
+pub(super) fn survey<V: Copy, N: Number>(vertices: &[V], of: impl Fn(V) -> [N; 3]) -> Survey {
+    Instructions::detect().run(Look { vertices, of, number: PhantomData })
+}
+
+struct Look<'v, V, F, N> {
+    vertices: &'v [V],
+    of: F,
+    number: PhantomData<N>,
+}
+
+impl<V: Copy, N: Number, F: Fn(V) -> [N; 3]> Kernel for Look<'_, V, F, N> {
+    type Output = Survey;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) -> Survey {
+        let mut seen = Seen {
+            min: [N::INFINITY; 12],
+            max: [N::NEG_INFINITY; 12],
+            least: [N::ALL_BITS; 12],
+            greatest: [N::NO_BITS; 12],
+        };
+        let (fours, rest) = self.vertices.as_chunks();
+        for &[a, b, c, d] in fours {
+            seen.note([(self.of)(a), (self.of)(b), (self.of)(c), (self.of)(d)]);
+        }
+        for &vertex in rest {
+            seen.note([(self.of)(vertex); 4]);
+        }
+        seen.survey()
+    }
+}
+
+/// What was seen of four vertices at a time, one coordinate a lane.
+struct Seen<N: Number> {
+    min: [N; 12],
+    max: [N; 12],
+    least: [N::Bits; 12],
+    greatest: [N::Bits; 12],
+}
+
+impl<N: Number> Seen<N> {
+    #[inline(always)]
+    fn note(&mut self, vertices: [[N; 3]; 4]) {
+        for (k, &x) in vertices.as_flattened().iter().enumerate() {
+            self.min[k] = if x < self.min[k] { x } else { self.min[k] };
+            self.max[k] = if self.max[k] < x { x } else { self.max[k] };
+            self.least[k] = self.least[k].min(x.rank());
+            self.greatest[k] = self.greatest[k].max(x.magnitude());
+        }
+    }
+
+    fn survey(self) -> Survey {
+        let points =
+            |numbers: [N; 12]| [0, 3, 6, 9].map(|i| [numbers[i], numbers[i + 1], numbers[i + 2]].map(Into::into));
+        let greatest = self.greatest.into_iter().max().map(N::of_magnitude);
+        let least = self.least.into_iter().min().unwrap_or(N::ALL_BITS);
+        Survey {
+            is_good: greatest.is_none_or(|greatest| greatest.into() <= COORDINATE_LIMIT),
+            aabb: Aabb { min: Aabb::from_points(points(self.min)).min, max: Aabb::from_points(points(self.max)).max },
+            least_exponent: N::exponent(least),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec::Vec;
+
+    /// Against one number after the other, for all numbers of vertices around whole chunks.
+    #[test]
+    fn a_survey_sees_every_coordinate() {
+        for count in 0..=9 {
+            for (place, odd) in [f64::NAN, f64::NEG_INFINITY, -1e302, 5e-324, 0.0, -7.5].into_iter().enumerate() {
+                let mut vertices: Vec<[f64; 3]> =
+                    (0..count).map(|i| [f64::from(i) - 4.0, 0.25, -2.0 - f64::from(i)]).collect();
+                if let Some(x) = vertices.as_flattened_mut().iter_mut().nth_back(place) {
+                    *x = odd;
+                }
+                let numbers = vertices.as_flattened();
+                let found = survey(&vertices, |vertex| vertex);
+                let is_good = numbers.iter().all(|x| x.abs() <= COORDINATE_LIMIT);
+                assert_eq!(found.is_good, is_good, "{vertices:?}");
+                let least = numbers.iter().map(|x| x.rank()).min();
+                assert_eq!(found.least_exponent, f64::exponent(least.unwrap_or(u64::MAX)));
+                if is_good {
+                    assert_eq!(found.aabb, Aabb::from_points(vertices.iter().copied()));
+                }
+                let narrow: Vec<[f32; 3]> = vertices.iter().map(|vertex| vertex.map(|x| x as f32)).collect();
+                assert_eq!(
+                    survey(&narrow, |vertex| vertex).is_good,
+                    narrow.as_flattened().iter().all(|x| x.is_finite())
+                );
+            }
+        }
+    }
+}
