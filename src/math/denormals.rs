@@ -64,8 +64,8 @@ macro_rules! number {
 number!(f32, u32, 127);
 number!(f64, u64, 1023);
 
-/// Whether all numbers are zero or have magnitudes with an [`exponent`](Number::exponent) of no less than `exponent`, from -1022 to 1023. In a few
-/// instructions each, without a branch.
+/// Whether log2 of the magnitude of each number, rounded down, is no less than `exponent`, from -1022 to 1023; zeros pass. In a
+/// few instructions each, without a branch.
 #[inline]
 pub(crate) fn none_below<const N: usize>(numbers: &[f64; N], exponent: i32) -> bool {
     let least = ((exponent + 1023) as u64) << 53;

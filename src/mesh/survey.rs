@@ -3,7 +3,6 @@
 use crate::math::denormals::Number;
 use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::math::{Aabb, tolerance::COORDINATE_LIMIT};
-use core::marker::PhantomData;
 
 pub(super) struct Survey {
     /// Whether all coordinates are within the limit.
@@ -16,16 +15,15 @@ pub(super) struct Survey {
 
 /// Looks at the points that `of` makes of `vertices`.
 pub(super) fn survey<V: Copy, N: Number>(vertices: &[V], of: impl Fn(V) -> [N; 3]) -> Survey {
-    Instructions::detect().run(Look { vertices, of, number: PhantomData })
+    Instructions::detect().run(Look { vertices, of })
 }
 
-struct Look<'v, V, F, N> {
+struct Look<'v, V, F> {
     vertices: &'v [V],
     of: F,
-    number: PhantomData<N>,
 }
 
-impl<V: Copy, N: Number, F: Fn(V) -> [N; 3]> Kernel for Look<'_, V, F, N> {
+impl<V: Copy, N: Number, F: Fn(V) -> [N; 3]> Kernel for Look<'_, V, F> {
     type Output = Survey;
 
     #[inline(always)]

@@ -247,14 +247,10 @@ impl Front {
         }
         self.stack.copy_within(..height, queued);
         self.height += queued;
-        let mut at = queued;
-        for bucket in self.occupied.iter().enumerate().flat_map(|(i, &mask)| bits(mask).map(move |bit| 64 * i + bit)) {
-            let mut slot = self.lists[bucket].0;
-            while slot != NONE {
-                let Entry { pair, next, .. } = self.arena[slot as usize];
-                at -= 1;
-                (self.stack[at], slot) = (pair, next);
-            }
+        for (place, pair) in
+            self.stack[..queued].iter_mut().rev().zip(in_queue(&self.arena, &self.lists, &self.occupied))
+        {
+            *place = pair;
         }
         self.clear_queue();
     }
@@ -305,14 +301,23 @@ impl Front {
 
     /// All pairs: those of the stack from its top on, then the queued ones.
     pub fn iter(&self) -> impl Iterator<Item = Pair> + '_ {
-        let lists = self.lists.iter().map(|(head, _)| *head).filter(|&head| head != NONE);
-        let entry = |slot: &u32| self.arena[*slot as usize].next;
-        let queued = lists.flat_map(move |head| {
-            core::iter::successors(Some(head), move |slot| Some(entry(slot)).filter(|&next| next != NONE))
-        });
-        let pairs = self.paths.iter().map(|(pair, _)| pair).chain(self.stack[..self.height].iter().rev());
-        pairs.copied().chain(queued.map(|slot| self.arena[slot as usize].pair))
+        let paths = self.paths.iter().map(|(pair, _)| *pair);
+        let stack = self.stack[..self.height].iter().rev().copied();
+        paths.chain(stack).chain(in_queue(&self.arena, &self.lists, &self.occupied))
     }
+}
+
+/// The queued pairs, in the order in which they would be popped.
+fn in_queue<'f>(
+    arena: &'f [Entry],
+    lists: &'f [(u32, u32); BUCKETS],
+    occupied: &'f [u64; BUCKETS / 64],
+) -> impl Iterator<Item = Pair> + 'f {
+    let entry = |slot: u32| (slot != NONE).then(|| &arena[slot as usize]);
+    let buckets = occupied.iter().enumerate().flat_map(|(i, &mask)| bits(mask).map(move |bit| 64 * i + bit));
+    buckets
+        .flat_map(move |bucket| core::iter::successors(entry(lists[bucket].0), move |last| entry(last.next)))
+        .map(|entry| entry.pair)
 }
 
 /// Room for 63 siblings on each level of both trees, the children of the pair that found the queue full, and what was left

@@ -4,7 +4,6 @@
 //! are. Open edges, cracks and soups lead nowhere; where many triangles share an edge, two and two of them are neighbors.
 
 use super::wide::Node;
-use crate::mesh::Mesh;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
@@ -68,21 +67,19 @@ struct Edge {
     edge: u32,
 }
 
-/// The neighbors of all triangles (tree order). Expected `O(n)` time and memory.
+/// The neighbors of all triangles (tree order), whose `corners` are numbers below `vertices`. Expected `O(n)` time and memory.
 ///
 /// Edges leave their list when they are met again, and their place is used anew: in the order of the tree few are open at a
 /// time, so that all of it stays in the cache.
-pub(super) fn neighbors(mesh: &Mesh, ids: &[u32], nodes: &[Node]) -> Box<[Neighbors]> {
+pub(super) fn neighbors(corners: &[[u32; 3]], vertices: usize, ids: &[u32], nodes: &[Node]) -> Box<[Neighbors]> {
     let alone = |&id: &u32| Neighbors { across: [Across::NOTHING; 3], first: 0, id };
     let mut all: Box<[Neighbors]> = ids.iter().map(alone).collect();
     for node in nodes.iter().filter(|node| node.is_cluster) {
         all[node.triangle_range()].iter_mut().for_each(|neighbors| neighbors.first = node.first_triangle);
     }
-    let corners = |triangle: u32| mesh.triangles()[ids[triangle as usize] as usize];
-    let mut lists = alloc::vec![NONE; mesh.vertex_count()];
+    let mut lists = alloc::vec![NONE; vertices];
     let (mut open, mut free): (Vec<Edge>, _) = (Vec::new(), NONE);
-    for triangle in 0..ids.len() as u32 {
-        let [p, q, r] = corners(triangle);
+    for (triangle, &[p, q, r]) in (0..).zip(corners) {
         for (edge, [from, to, apex]) in (0..).zip([[p, q, r], [q, r, p], [r, p, q]]) {
             let (list, high) = (&mut lists[from.min(to) as usize], from.max(to));
             let (mut at, mut before) = (*list, NONE);
@@ -107,7 +104,7 @@ pub(super) fn neighbors(mesh: &Mesh, ids: &[u32], nodes: &[Node]) -> Box<[Neighb
                 open[before as usize].next = next;
             }
             open[at as usize].next = core::mem::replace(&mut free, at);
-            let there = corners(other);
+            let there = corners[other as usize];
             let same_direction = there[of_other as usize] == from;
             let there = there[(of_other as usize + 2) % 3];
             all[triangle as usize].across[edge as usize] = Across::new(other, of_other, same_direction, there);
@@ -120,7 +117,7 @@ pub(super) fn neighbors(mesh: &Mesh, ids: &[u32], nodes: &[Node]) -> Box<[Neighb
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
+    use crate::mesh::{Mesh, shapes};
     use crate::tree::{BuildOptions, Tree};
 
     fn tree(mesh: Mesh) -> Tree {

@@ -149,7 +149,10 @@ impl Tree {
         ids: Box<[u32]>,
         keep_neighbors: bool,
     ) -> Self {
-        let neighbors = if keep_neighbors { adjacency::neighbors(&mesh, &ids, &nodes) } else { Box::default() };
+        let neighbors = match keep_neighbors {
+            true => adjacency::neighbors(&corners, mesh.vertex_count(), &ids, &nodes),
+            false => Box::default(),
+        };
         let (built_cost, identity) = (profiles.cost, next_identity());
         let lineage = identity;
         let tree =

@@ -162,3 +162,43 @@ impl Vertex for [f64; 3] {
         D8::load(lanes, &[a, b, c, 0.0, d, e, f, 0.0])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    /// Both instruction sets, even and odd numbers of triangles, f32 and f64 vertices, against one coordinate after the other.
+    #[test]
+    fn a_placed_triangle_is_its_first_corner_its_edges_and_what_rounding_left() {
+        let narrow = shapes::torus_knot(2, 3, 0.2, 8);
+        let wide = Mesh::from_f64(
+            (0..narrow.vertex_count()).map(|i| narrow.vertex(i) * 0.1),
+            narrow.triangles().iter().copied(),
+        );
+        for mesh in [narrow, wide.unwrap()] {
+            let unit = Unit::of(&mesh);
+            for (instructions, count) in
+                [Instructions::detect(), Instructions::PORTABLE].into_iter().flat_map(|set| [7, 8].map(|n| (set, n)))
+            {
+                let corners = &mesh.triangles()[..count];
+                let mut triangles = alloc::vec![Triangle([[0.0; 4]; 3]); count];
+                let placed = &mut triangles[..];
+                match mesh.vertices() {
+                    Vertices::F32(vertices) => {
+                        instructions.run(Place { unit, vertices, corners, triangles: placed });
+                    }
+                    Vertices::F64(vertices) => {
+                        instructions.run(Place { unit, vertices, corners, triangles: placed });
+                    }
+                }
+                for (i, triangle) in triangles.iter().enumerate() {
+                    let [a, b, c] = mesh.triangle(i).map(|corner| unit.point(corner));
+                    let first = a.as_vec3();
+                    let parts = [first, (b - a).as_vec3(), (c - a).as_vec3(), (a - first.as_dvec3()).as_vec3()];
+                    assert_eq!(triangle.0.as_flattened(), parts.map(|part| part.to_array()).as_flattened());
+                }
+            }
+        }
+    }
+}
