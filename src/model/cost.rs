@@ -135,6 +135,9 @@ pub(crate) const WORK_PER_MERGED_PAIR: u64 = 10;
 pub(crate) const WORK_PER_PAIR_APART: u64 = 15;
 pub(crate) const WORK_PER_LISTED_PAIR: u64 = 80;
 
+/// Work of listing a pair that was found to meet before the broad phase.
+pub(crate) const WORK_PER_FOUND_PAIR: u64 = 25;
+
 /// Work of making room for a pair, and for its contacts.
 pub(crate) const WORK_PER_STATE: u64 = 600;
 pub(crate) const WORK_PER_TOUCH: u64 = 3000;

@@ -294,6 +294,18 @@ impl<'t> Query<'t> {
     /// Prepares the workspace for a run from the roots.
     #[inline(always)]
     pub(crate) fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, strategy: Strategy) {
+        self.begin_after(0, workspace, memory, strategy);
+    }
+
+    /// The same, where so many of the latest witnesses were tested already and do not meet.
+    #[inline(always)]
+    pub(crate) fn begin_after(
+        &self,
+        refuted: usize,
+        workspace: &mut Workspace,
+        memory: Option<&PairMemory>,
+        strategy: Strategy,
+    ) {
         workspace.clear();
         workspace.run.begin(self.key(), strategy);
         let remembered = memory.filter(|memory| memory.last_verdict() != Some(false) && memory.is_of(self.a, self.b));
@@ -303,8 +315,9 @@ impl<'t> Query<'t> {
             WarmStart::Paths => workspace.witnesses.extend(witnesses.iter().copied()),
             WarmStart::Witnesses => {
                 // They wait like any other triangle pairs, and so are tested first.
-                workspace.waiting.extend(&witnesses[..witnesses.len().min(WITNESSES)]);
-                workspace.testing = !witnesses.is_empty();
+                let latest = &witnesses[..witnesses.len().min(WITNESSES)];
+                workspace.waiting.extend(&latest[refuted.min(latest.len())..]);
+                workspace.testing = workspace.waiting.len() > 0;
             }
         }
         let are_apart = memory.is_some_and(|memory| memory.clearance(self.a, self.b, &self.b_in_a) > 0.0);
@@ -321,7 +334,7 @@ impl<'t> Query<'t> {
             workspace.front.push(Pair::new(0, 0));
         }
         // Where triangles met last, others near them are likely to meet now: they are visited first.
-        if let Some(&[x, y]) = workspace.waiting.as_slice().first() {
+        if let (WarmStart::Witnesses, Some(&[x, y])) = (strategy.warm_start, witnesses.first()) {
             let (x, y) = (self.a.nodes_above(x), self.b.nodes_above(y));
             workspace.front.push(Pair::new(x[0], y[0]));
             workspace.front.push(Pair::new(x[1], y[1]));

@@ -211,6 +211,16 @@ impl Report {
         }
     }
 
+    /// Adds a pair that meets.
+    #[inline(always)]
+    pub(super) fn push_found(&mut self, [a, b]: [BodyId; 2], witness: [u32; 2]) {
+        let verdict = Verdict::Intersecting { witness };
+        self.pairs.push(PairReport { a, b, verdict, found: 1, complete: true, probability: 1.0, recall: 1.0, age: 0 });
+        self.decided += 1;
+        self.intersecting += 1;
+        self.complete += 1;
+    }
+
     /// Counts what was spent.
     pub(super) fn spend(&mut self, spent: Spent) {
         self.work += spent.work;

@@ -40,7 +40,7 @@ const SLACK: f64 = 0.05;
 
 /// Newcomers of a generation where time or work is limited: at least `GENERATION`; one for each `GENERATION_PART` known pairs
 /// (to find the pairs of one takes about as long as to merge that many); and as many as there is room for.
-const GENERATION: usize = 16;
+const GENERATION: usize = 64;
 const GENERATION_PART: usize = 64;
 const WORK_PER_NEWCOMER: u64 = 1_000;
 
@@ -108,12 +108,14 @@ impl Broad {
     }
 
     /// Whether another body was in the slot when the pairs known were found.
+    #[inline(always)]
     fn is_another(&self, body: u32) -> bool {
         let proxy = &self.proxies[body as usize];
         proxy.next == Change::Body || !self.purged && proxy.news == Change::Body
     }
 
     /// Whether what is known of a pair is of another body than it has now.
+    #[inline(always)]
     pub fn is_of_another(&self, bodies: &Bodies, pair: [u32; 2]) -> bool {
         pair.into_iter().any(|body| bodies.facts(body).is_another() || self.is_another(body))
     }

@@ -4,6 +4,7 @@
 //! of work it does not matter which thread runs it, or when.
 
 use super::question::Question;
+use super::retest::WITNESSES;
 use super::spent::Spent;
 use super::state::PairState;
 use super::touch::{MOST_CONTACTS, Touch};
@@ -163,7 +164,9 @@ impl PairState {
     #[inline(always)]
     fn answer(&mut self, question: &Question, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, deadline, workspace, held, .. } = desk;
-        let resumed = question.resume_or_begin(*held, workspace, &self.memory, round.to_the_end);
+        // They were tested before the broad phase.
+        let refuted = if self.is_lost(round.frame) { WITNESSES } else { 0 };
+        let resumed = question.resume_or_begin(*held, workspace, &self.memory, round.to_the_end, refuted);
         let mut before = resumed.unwrap_or_default();
         loop {
             deadline.spend(WORK_PER_QUERY);

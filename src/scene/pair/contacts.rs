@@ -15,7 +15,7 @@ impl PairState {
         let Desk { bodies, round, deadline, workspace, held, patches, .. } = desk;
         let (Some(touch), Some(patches)) = (&mut self.touch, patches) else { return Ended::NotBegun };
         let (key, frame) = (self.turn.key, round.frame);
-        let resumed = question.resume_or_begin(*held, workspace, &self.memory, round.to_the_end);
+        let resumed = question.resume_or_begin(*held, workspace, &self.memory, round.to_the_end, 0);
         deadline.spend(WORK_PER_QUERY);
         self.turn.spent.work += WORK_PER_QUERY;
         let answer = question.go_on(workspace, &mut self.memory, deadline);

@@ -121,11 +121,15 @@ impl<'t> Question<'t> {
         workspace: &mut Workspace,
         memory: &PairMemory,
         to_the_end: bool,
+        refuted: usize,
     ) -> Option<Spent> {
         if held && self.is_stopped_in(workspace) {
             return Some(Spent::of(workspace));
         }
-        self.begin(workspace, memory, to_the_end);
+        match self {
+            Self::Meet(query) => query.begin_after(refuted, workspace, Some(memory), query.strategy(to_the_end)),
+            _ => self.begin(workspace, memory, to_the_end),
+        }
         None
     }
 

@@ -45,8 +45,8 @@ impl Job {
     }
 }
 
-/// What is expected of a question, unless nothing depends on it, and its rank. `nearness`: of a pair that may be the closest of
-/// two groups, 1 where it meets and 0 where it is as far away as they are at most.
+/// What is expected of a question, and its rank; nothing, unless something depends on it. `nearness`: of a pair that may be the
+/// closest of two groups, 1 where it meets and 0 where it is as far away as they are at most.
 #[inline(always)]
 pub(crate) fn outlook(
     frame: &Frame,
@@ -56,13 +56,15 @@ pub(crate) fn outlook(
     nearness: Option<f32>,
     expects: bool,
 ) -> (Forecast, u64) {
+    if !expects {
+        return (Forecast::default(), 0);
+    }
     let [x, y] = frame.bodies.facts_of(key);
     let special = x.is_special | y.is_special;
     // A distance takes about four times as long.
     let scale = if special { 2.0 } else { 1.0 };
     let sizes = [scale * x.size, scale * y.size];
     let forecast = match kind {
-        _ if !expects => Forecast::default(),
         TurnKind::Contacts => Forecast::of_contacts(state, sizes),
         TurnKind::Meet => Forecast::new(state, sizes, frame.number),
     };

@@ -5,9 +5,10 @@
 
 use super::job::{Job, outlook};
 use super::pairs::Pairs;
+use super::revisit::Meeting;
 use super::tally::Tallies;
 use super::turns::RoundRobin;
-use crate::model::cost::{WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
+use crate::model::cost::{WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
 use crate::query::{Deadline, Verdict};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::Bodies;
@@ -30,7 +31,7 @@ pub(crate) struct Listing<'l> {
     pub turns: &'l mut RoundRobin,
     pub tallies: &'l mut Tallies,
     /// Pairs that were found to meet before anything else, ascending.
-    pub found: &'l [PairKey],
+    pub found: &'l [Meeting],
     /// Pairs whose contacts are asked for, as they met when it was last decided.
     pub touching: usize,
     /// Pairs of groups that are not listed, and of which something is kept.
@@ -76,7 +77,7 @@ impl<'l> Listing<'l> {
         let known = self.pairs.len();
         let start = if self.turns.cut { self.pairs.place(self.turns.cursor) } else { 0 };
         // What was found is paid for, wherever it is listed.
-        deadline.spend(self.found.len() as u64 * WORK_PER_LISTED_PAIR);
+        deadline.spend(self.found.len() as u64 * WORK_PER_FOUND_PAIR);
         let mut end = self.walk(start..known, deadline);
         let mut seen = end - start + self.walk_found(end..known);
         if start > 0 {
@@ -114,15 +115,16 @@ impl<'l> Listing<'l> {
                 return place;
             }
             let pair = self.candidate(place);
+            if let Some(&meeting) = self.found.get(paid).filter(|meeting| meeting.key == pair.key) {
+                paid += 1;
+                self.list_found(pair, meeting);
+                continue;
+            }
             let listed = match Facts::are_special(pair.facts) {
                 true => self.list::<true>(pair, settled, forecasts),
                 false => self.list::<false>(pair, settled, forecasts),
             };
-            if self.found.get(paid) == Some(&pair.key) {
-                paid += 1;
-            } else {
-                deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
-            }
+            deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
         }
         places.end
     }
@@ -133,14 +135,16 @@ impl<'l> Listing<'l> {
             return 0;
         }
         let (mut seen, mut place) = (0, places.start);
-        for &key in &self.found[self.first_found(places.start)..] {
+        let found = self.found;
+        for &meeting in &found[self.first_found(places.start)..] {
+            let key = meeting.key;
             place = self.pairs.place_from(place, key);
             if place >= places.end {
                 break;
             }
             let pair = self.candidate(place);
             if pair.key == key {
-                self.list::<false>(pair, false, true);
+                self.list_found(pair, meeting);
                 seen += 1;
             }
         }
@@ -150,13 +154,26 @@ impl<'l> Listing<'l> {
     /// Of the pairs that were found, the first one from a place on.
     fn first_found(&self, place: usize) -> usize {
         let first = self.pairs.key(place);
-        self.found.partition_point(|&key| key < first)
+        self.found.partition_point(|meeting| meeting.key < first)
     }
 
     #[inline(always)]
     fn candidate(&self, place: usize) -> Candidate<'l> {
         let key = self.pairs.key(place);
         Candidate { place, key, facts: self.frame.bodies.facts_of(key) }
+    }
+
+    /// Lists a pair that was found to meet: all that is told of it is known.
+    #[inline(always)]
+    fn list_found(&mut self, pair: Candidate, meeting: Meeting) {
+        if self.frame.bodies.contact_requests.any() {
+            // But where it touches.
+            self.list::<false>(pair, false, true);
+            return;
+        }
+        let changed = pair.facts[0].changed.max(pair.facts[1].changed);
+        self.turns.list(pair.key, changed == self.frame.number);
+        self.report.push_found(pair.ids(), meeting.witness);
     }
 
     /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than whether it meets.

@@ -66,10 +66,11 @@ use share::Share;
 use tally::Tallies;
 use turns::RoundRobin;
 
-/// When the steps before the broad phase end ([`revisit`]), in eighths of the time of a frame: tests of last witnesses, if
+/// When the steps before the broad phase end ([`revisit`]), in sixteenths of the time of a frame: tests of last witnesses, if
 /// nothing comes after them; and searches.
-const TEST: u32 = 4;
-const SEARCH: u32 = 6;
+const TEST: u32 = 8;
+const SEARCH: u32 = 13;
+const PARTS: u32 = 16;
 
 /// At most this part of a frame is kept for listing the pairs that were found to meet before it.
 const LIST_OF_FOUND: u32 = 4;
@@ -158,7 +159,7 @@ impl Schedule {
             .map_or(u64::MAX, |work| work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work())));
         let searches = cut && frame.threads == 1 && frame.budget.work.is_none();
         let part = if searches { SEARCH } else { TEST };
-        let end = whole.map(|[began, limit]| began.saturating_add(limit / 8 * part));
+        let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * part));
         let mut deadline = Deadline::of_a_part(end, work, frame.clock);
         self.revisit.test(frame, broad, pairs, cut, &mut deadline);
         let [began, limit] = whole?;

@@ -1,6 +1,6 @@
 //! How fast the frames of a scene go on this machine, as measured, so that what is left of a frame can be shared.
 
-use crate::model::cost::{TYPICAL_UNIT, WORK_PER_LISTED_PAIR};
+use crate::model::cost::{TYPICAL_UNIT, WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR};
 use core::time::Duration;
 
 /// Nanoseconds of a unit of work of the list, of dealing a job to a batch, and of collecting it, before they are measured.
@@ -85,7 +85,7 @@ impl Overhead {
 
     /// The time in which so many pairs are listed.
     pub fn listing(&self, pairs: usize) -> Duration {
-        Duration::from_nanos((self.listing * (pairs as u64 * WORK_PER_LISTED_PAIR) as f64) as u64)
+        Duration::from_nanos((self.listing * (pairs as u64 * WORK_PER_FOUND_PAIR) as f64) as u64)
     }
 
     /// Of a job, from the list to the report.

@@ -16,6 +16,7 @@ use crate::scene::room::{Room, reserve};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::mem;
+use core::ops::Range;
 
 /// The slot of a pair whose boxes are apart, and of one whose boxes overlap but that had no turn yet.
 const APART: u32 = u32::MAX;
@@ -44,6 +45,18 @@ struct Known {
 const MET: u32 = 1 << 31;
 
 const _: () = assert!(size_of::<Known>() == 16);
+
+impl Known {
+    /// Whether a query of it was ever begun since their boxes overlap.
+    fn is_begun(&self) -> bool {
+        self.slot < BLANK
+    }
+
+    /// Whether it met when it was last decided.
+    fn met(&self) -> bool {
+        self.is_begun() && self.since & MET != 0
+    }
+}
 
 /// How far a portion of new pairs is merged: places of the next of those known, and of those found.
 #[derive(Clone, Copy, Debug, Default)]
@@ -157,15 +170,18 @@ impl Pairs {
         self.at(place).slot != APART
     }
 
-    /// The same, and whether it met when it was last decided.
-    pub fn met(&self, place: usize) -> bool {
-        let known = self.at(place);
-        known.slot < BLANK && known.since & MET != 0
+    /// The first of some places whose pair met when it was last decided.
+    pub fn next_met(&self, places: Range<usize>) -> Option<usize> {
+        let split = self.merged.len();
+        let merged = &self.merged[places.start.min(split)..places.end.min(split)];
+        let known = &self.known[self.merge.known..][places.start.max(split) - split..places.end.max(split) - split];
+        merged.iter().chain(known).position(Known::met).map(|at| places.start + at)
     }
 
-    /// Whether a query of a pair was ever begun since their boxes overlap.
-    pub fn is_begun(&self, place: usize) -> bool {
-        self.at(place).slot < BLANK
+    /// Whether a pair did not, and a query of it was begun since their boxes overlap, or was not.
+    pub fn is_unmet(&self, place: usize, is_begun: bool) -> bool {
+        let known = self.at(place);
+        known.is_begun() == is_begun && !known.met()
     }
 
     /// What is known about a pair whose boxes overlap.

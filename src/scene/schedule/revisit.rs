@@ -19,14 +19,23 @@ use crate::scene::pair::state::Turn;
 use crate::scene::room::reserve;
 use alloc::vec::Vec;
 
-/// A frame looks at this many known pairs at least, or at so many for each test of the last frame.
-const LEAST: usize = 1024;
+/// A frame looks for pairs that met among this many known ones at least, or among so many for each test of the last frame. For
+/// so many of them it finds at most one that rests: listing these leaves less for the others.
+const LEAST: usize = 8192;
 const PER_TEST: usize = 8;
+const PER_REST: usize = 16;
+
+/// A pair that was found to meet, and two triangles that do.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Meeting {
+    pub key: PairKey,
+    pub witness: [u32; 2],
+}
 
 #[derive(Debug, Default)]
 pub(crate) struct Revisit {
     /// The pairs that were found to meet in this frame, ascending.
-    pub found: Vec<PairKey>,
+    pub found: Vec<Meeting>,
     /// Places of pairs whose witnesses are lost.
     lost: Vec<u32>,
     /// Tests of this frame, and what its searches spent.
@@ -68,56 +77,55 @@ impl Revisit {
         if !cut && frame.bodies.changed == 0 {
             return;
         }
-        let (known, start) = (pairs.len(), pairs.place(self.next));
+        let (known, mut place) = (pairs.len(), pairs.place(self.next));
         let mut retest = Retest::new();
-        let mut seen = 0;
         // Those from a place on, then those before it; both ascend.
-        let mut from = 0;
-        for place in (start..known).chain(0..start).take(most) {
-            if place == 0 {
+        let (mut left, mut resting, mut from) = (most.min(known), most / PER_REST, 0);
+        while left > 0 {
+            if place == known {
                 self.flush(&mut retest, from, frame, pairs);
-                from = self.found.len();
+                (place, from) = (0, self.found.len());
             }
-            if pairs.met(place) {
-                let room = self.found.capacity().min(self.lost.capacity());
-                let taken = self.found.len().max(self.lost.len()) + retest.len();
-                self.is_full = taken >= room;
-                if self.is_full || !deadline.has_room(WORK_PER_WITNESS) {
-                    break;
-                }
-                let key = pairs.key(place);
-                let rests = pairs.state(place, frame.number).completed >= frame.changed(key);
-                if (cut || !rests) && is_plain(key, frame, broad) {
-                    if rests {
-                        self.find(key, from);
-                    } else if self.visit(place, &mut retest, frame, pairs) {
-                        self.tests += 1;
-                        deadline.spend(WORK_PER_WITNESS);
+            let end = known.min(place + left);
+            let met = pairs.next_met(place..end);
+            left -= met.unwrap_or(end) - place;
+            place = met.unwrap_or(end);
+            if met.is_none() {
+                continue;
+            }
+            let room = self.found.capacity().min(self.lost.capacity());
+            let taken = self.found.len().max(self.lost.len()) + retest.len();
+            self.is_full = taken >= room;
+            if self.is_full || !deadline.has_room(WORK_PER_WITNESS) {
+                break;
+            }
+            let key = pairs.key(place);
+            let state = pairs.state(place, frame.number);
+            let rests = state.completed >= frame.changed(key);
+            if (cut || !rests) && is_plain(key, frame, broad) {
+                if rests {
+                    if resting == 0 {
+                        break;
                     }
-                }
-                if retest.is_full() {
-                    self.flush(&mut retest, from, frame, pairs);
+                    resting -= 1;
+                    state.decided = frame.number;
+                    let verdict = state.verdict;
+                    self.find(key, verdict, from);
+                } else if !state.is_lost(frame.number) && retest.add([place, 0], key, state, frame.bodies) {
+                    self.tests += 1;
+                    deadline.spend(WORK_PER_WITNESS);
+                } else {
+                    self.lost.push(place as u32);
                 }
             }
-            seen += 1;
+            if retest.is_full() {
+                self.flush(&mut retest, from, frame, pairs);
+            }
+            (place, left) = (place + 1, left - 1);
         }
         self.flush(&mut retest, from, frame, pairs);
-        if seen < known {
-            self.next = pairs.key((start + seen) % known);
-        }
+        self.next = if place < known { pairs.key(place) } else { 0 };
         self.found.rotate_left(from);
-    }
-
-    /// Whether there is something to test of a pair that met.
-    #[inline]
-    fn visit(&mut self, place: usize, retest: &mut Retest, frame: &Frame, pairs: &mut Pairs) -> bool {
-        let key = pairs.key(place);
-        let state = pairs.state(place, frame.number);
-        let is_tested = !state.is_lost(frame.number) && retest.add([place, 0], key, state, frame.bodies);
-        if !is_tested {
-            self.lost.push(place as u32);
-        }
-        is_tested
     }
 
     /// Tests the pairs that wait. Those that meet are found, and come after the first `from` others.
@@ -128,7 +136,7 @@ impl Revisit {
                 let state = pairs.state(place, frame.number);
                 if hits >> lane & 1 != 0 {
                     state.note_test(Some(witness), frame.number);
-                    self.find(key, from);
+                    self.find(key, Verdict::Intersecting { witness }, from);
                 } else if number + 1 == WITNESSES || !retest.add([place, number + 1], key, state, frame.bodies) {
                     state.note_test(None, frame.number);
                     self.lost.push(place as u32);
@@ -137,10 +145,14 @@ impl Revisit {
         }
     }
 
-    /// Takes note of a pair that meets, among those after the first `from`.
-    fn find(&mut self, key: PairKey, from: usize) {
-        let at = from + self.found[from..].partition_point(|&other| other < key);
-        self.found.insert(at, key);
+    /// Takes note of a pair if it meets, among those after the first `from`.
+    fn find(&mut self, key: PairKey, verdict: Verdict, from: usize) {
+        let Verdict::Intersecting { witness } = verdict else { return };
+        let others = &self.found[from..];
+        // Most come in order.
+        let is_last = others.last().is_none_or(|last| last.key < key);
+        let at = if is_last { others.len() } else { others.partition_point(|other| other.key < key) };
+        self.found.insert(from + at, Meeting { key, witness });
     }
 
     /// Asks whether the pairs meet that were lost, then those that were never asked, and then all others that are known, each in
@@ -166,7 +178,7 @@ impl Revisit {
         for (turn, is_begun) in [(1, false), (2, true)] {
             let (known, start) = (pairs.len(), pairs.place(self.turns[turn]));
             for place in (start..known).chain(0..start) {
-                if pairs.is_begun(place) != is_begun || pairs.met(place) {
+                if !pairs.is_unmet(place, is_begun) {
                     continue;
                 }
                 if !self.has_room(deadline) {
@@ -193,13 +205,11 @@ impl Revisit {
         if frame.changed(key) < number {
             return false;
         }
-        if !pairs.overlapped(place) {
-            let [a, b] = bodies_of(key).map(|body| broad.bounds(body));
-            if !a.intersects(b) {
-                return false;
-            }
-            pairs.overlapping(place, true, number);
+        let [a, b] = bodies_of(key).map(|body| broad.bounds(body));
+        if !a.intersects(b) {
+            return false;
         }
+        pairs.overlapping(place, true, number);
         let state = pairs.state(place, number);
         state.completed < number && is_plain(key, frame, broad) && !state.stays_apart(frame.bodies, key, number)
     }
@@ -221,15 +231,14 @@ impl Revisit {
         let (held, looks_ahead) = (false, true);
         state.run(&mut Desk { bodies, round, deadline, workspace, held, patches: None, looks_ahead });
         self.searches.add(state.turn.spent);
-        if matches!(state.standing(number).verdict, Verdict::Intersecting { .. }) {
-            self.find(key, 0);
-        }
+        self.find(key, state.standing(number).verdict, 0);
         let is_blank = state.turn.is_blank;
         pairs.put_back(place, state, is_blank);
     }
 }
 
 /// Whether all that is asked of a pair is if the bodies meet that it was found for.
+#[inline]
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
     !bodies.is_special(key) && bodies.may_meet(pair) && !broad.is_of_another(bodies, pair)

@@ -1,7 +1,7 @@
 //! What the broad phase may spend of a frame.
 
 use super::pace::Overhead;
-use crate::model::cost::{BROAD_PHASE_WORK, WORK_PER_LISTED_PAIR};
+use crate::model::cost::{BROAD_PHASE_WORK, WORK_PER_FOUND_PAIR};
 use crate::query::{Budget, Clock, Deadline};
 use core::hint::black_box;
 use core::time::Duration;
@@ -45,7 +45,7 @@ pub(crate) struct Share<'c> {
 impl<'c> Share<'c> {
     /// Of what is left of a frame: when that begins, and how long it is, if its time is limited; `found` pairs are known to meet.
     pub fn new(budget: Budget, left: Option<[Duration; 2]>, found: usize, clock: &'c dyn Clock) -> Self {
-        let of_found = found as u64 * WORK_PER_LISTED_PAIR;
+        let of_found = found as u64 * WORK_PER_FOUND_PAIR;
         let work = budget.work.map(|work| work.saturating_add(BROAD_PHASE_WORK).saturating_sub(of_found));
         // Otherwise the compiler computes with what is missing before it is asked for, which valgrind reports.
         let [started, limit] = black_box(left.unwrap_or_default());
