@@ -46,13 +46,16 @@ pub(super) struct Distance {
     direction: Direction,
     /// The least key of children met by a dive.
     guess: f32,
+    /// The node pair that is being opened.
+    pair: Pair,
 }
 
 impl Distance {
     pub fn new(relation: &Relation, interval: &Interval) -> Self {
         // To begin with, that of the middles.
         let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
-        let mut distance = Self { cut: 0.0, doubt: 0.0, direction, guess: f32::INFINITY };
+        let pair = Pair::new(0, 0);
+        let mut distance = Self { cut: 0.0, doubt: 0.0, direction, guess: f32::INFINITY, pair };
         distance.update(relation, interval);
         distance
     }
@@ -102,6 +105,7 @@ impl Question for Traversal<'_, '_, Distance> {
             }
             Origin::Stack => {}
         }
+        self.question.pair = pair;
         expand(lanes, pair, [self.a, self.b], self.relation, &mut gaps, self);
         let search = &mut self.workspace.search;
         if self.origin != Origin::Path {
@@ -317,6 +321,7 @@ impl Sink for Traversal<'_, '_, Distance> {
 
     #[inline(always)]
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
+        let hits = if hits.count_ones() > WIDTH as u32 && self.puts_back() { self.put_back(hits) } else { hits };
         let search = &mut self.workspace.search;
         search.wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
         if search.is_diving {
@@ -337,6 +342,38 @@ impl Traversal<'_, '_, Distance> {
             let key = self.keys.as_flattened()[bit];
             self.queue_by_room(child(bit as u32), key, root(self.question.cut));
         }
+    }
+
+    /// Whether of many triangle pairs the closest are looked at first: where one distance is asked for, by the queue.
+    #[inline(always)]
+    fn puts_back(&self) -> bool {
+        let is_alone = self.workspace.contacts.margin().is_none();
+        is_alone && self.origin != Origin::Path && !self.strategy.deepest_first && !self.strategy.largest_first
+    }
+
+    /// Takes the rows with the closest boxes of these triangle pairs of two clusters, until they are eight pairs, and puts the
+    /// cluster pair back with the other rows: most of these don't matter any more when it is their turn. Rows with boxes that
+    /// overlap stay, since nothing is proven of them.
+    #[inline(never)]
+    fn put_back(&mut self, hits: u64) -> u64 {
+        let row_of = |row: usize| hits & 0xff << (WIDTH * row);
+        let least = |row| bits(row_of(row)).map(|bit| self.keys.as_flattened()[bit]).fold(f32::INFINITY, f32::min);
+        let mut rows: [_; WIDTH] = core::array::from_fn(|row| (least(row), row));
+        rows.sort_unstable_by(|(x, i), (y, j)| x.total_cmp(y).then(i.cmp(j)));
+        let (mut taken, mut left) = (0_u64, None);
+        let mut pair = Pair { alive: [0, self.question.pair.alive[1]], ..self.question.pair };
+        for (key, row) in rows {
+            if key <= 0.0 || taken.count_ones() < WIDTH as u32 {
+                taken |= row_of(row);
+            } else if row_of(row) != 0 {
+                pair.alive[0] |= 1 << row;
+                left.get_or_insert(key);
+            }
+        }
+        if let Some(key) = left {
+            self.place(pair, key, &mut (0.0, None));
+        }
+        taken
     }
 
     /// The bit of the least key.
