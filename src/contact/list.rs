@@ -18,6 +18,8 @@ pub(crate) struct ContactList {
     /// Their places: those that are sorted, nearest first, then the latest.
     order: Vec<Place>,
     sorted: usize,
+    /// For the sorting: where the contacts of each part of the margin begin.
+    starts: Vec<u32>,
     /// Whether the call has a budget of time.
     is_timed: bool,
     /// Most contacts at a time, if there is room for them.
@@ -47,10 +49,11 @@ impl ContactList {
         let contacts = contacts.min(u32::MAX as usize);
         self.contacts.reserve(contacts.saturating_sub(self.contacts.len()));
         self.order.reserve(contacts.saturating_sub(self.order.len()));
+        self.starts.reserve(contacts.saturating_sub(self.starts.len()));
     }
 
     pub fn capacity(&self) -> usize {
-        self.contacts.capacity().min(self.order.capacity())
+        self.contacts.capacity().min(self.order.capacity()).min(self.starts.capacity())
     }
 
     /// Forgets all contacts, and what is looked for.
@@ -80,10 +83,17 @@ impl ContactList {
     /// Whether contacts are looked for, and there is no room for any more.
     #[inline(always)]
     pub fn is_full(&self) -> bool {
-        self.margin.is_some() && self.order.len() >= self.limit.min(self.capacity())
+        self.margin.is_some() && self.room() == 0
+    }
+
+    /// How many more there is room for.
+    #[inline(always)]
+    pub fn room(&self) -> usize {
+        self.limit.min(self.capacity()).saturating_sub(self.order.len())
     }
 
     /// Adds a contact; there must be room.
+    #[inline]
     pub fn push(&mut self, contact: Contact) {
         debug_assert!(!self.is_full());
         if self.order.is_empty() {
@@ -101,7 +111,7 @@ impl ContactList {
         let mut end = core::mem::replace(&mut self.sorted, self.order.len());
         let latest = &mut self.order[end..];
         if latest.len() > BLOCK || end == 0 {
-            return self.order.sort_unstable();
+            return self.sort_all();
         }
         latest.sort_unstable();
         let latest: ArrayVec<Place, BLOCK> = latest.iter().copied().collect();
@@ -110,6 +120,38 @@ impl ContactList {
             self.order.copy_within(at..end, at + before + 1);
             self.order[at + before] = new;
             end = at;
+        }
+    }
+
+    /// Sorts all: each into its part of the margin, of which there are as many as contacts, then those of each part. Expected
+    /// linear time where distances are spread over the margin.
+    fn sort_all(&mut self) {
+        let Self { contacts, order, starts, .. } = self;
+        let Some(margin) = self.margin.filter(|margin| *margin > 0.0) else { return order.sort_unstable() };
+        let count = order.len();
+        let parts_per_length = count as f64 / margin;
+        let part = |place: &Place| ((f64::from_bits(place.distance) * parts_per_length) as usize).min(count - 1);
+        starts.clear();
+        starts.resize(count, 0);
+        order.iter().for_each(|place| starts[part(place)] += 1);
+        let mut end = 0;
+        for start in starts.iter_mut() {
+            end += *start;
+            *start = end;
+        }
+        // Each moves down from the end of its part to its place.
+        for (index, contact) in contacts.iter().enumerate().take(count) {
+            let place = Place::new(contact, index);
+            let start = &mut starts[part(&place)];
+            *start -= 1;
+            order[*start as usize] = place;
+        }
+        let mut end = count;
+        for start in starts.iter().rev().map(|start| *start as usize) {
+            if end - start > 1 {
+                order[start..end].sort_unstable();
+            }
+            end = start;
         }
     }
 

@@ -49,6 +49,12 @@ impl Contact {
         Some(Self { triangles, points, normal, distance: 0.0, segment: Some(segment) })
     }
 
+    /// Of triangles that do not meet and are known to be parted in a direction.
+    #[inline]
+    pub(crate) fn parted(triangles: [u32; 2], &Closest { points, direction, high, .. }: &Closest) -> Self {
+        Self { triangles, points, normal: direction, distance: high, segment: None }
+    }
+
     /// Of triangles with these corners that do not meet.
     pub(crate) fn apart(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2], found: &Closest) -> Self {
         let Closest { points, direction, high, .. } = *found;

@@ -146,6 +146,8 @@ pub(crate) trait Lanes: Copy {
     fn add_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
     fn sub_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
     fn mul_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
+    fn div_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
+    fn sqrt_q(self, a: Self::Q) -> Self::Q;
     fn less_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
     fn and_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
     fn or_q(self, a: Self::Q, b: Self::Q) -> Self::Q;

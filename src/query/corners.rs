@@ -31,7 +31,7 @@ impl Corners {
     pub fn of(&mut self, tree: &Tree, triangle: u32, place: impl Fn(DVec3) -> DVec3) -> &[DVec3; 3] {
         let slot = triangle as usize % WIDTH;
         if self.triangles[slot] != triangle {
-            let [p, q, r] = tree.mesh().triangle(tree.ids()[triangle as usize] as usize);
+            let [p, q, r] = tree.corners(triangle);
             self.corners[slot] = [place(p), place(q), place(r)];
             self.triangles[slot] = triangle;
         }

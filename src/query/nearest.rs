@@ -9,8 +9,8 @@
 //! those that may be closer than the closest so far. Those that may only raise the lower bound are put off to the end.
 //!
 //! Contacts ([`super::contacts`]) are the same question with a limit and without an interval that closes in: each pair within
-//! the limit goes to a list. So are certificates that are narrowed ([`super::narrow`]), of which the list has the triangles
-//! only.
+//! the limit goes to a list, and those that are apart are looked at in `f64` four at a time, by the features that `f32` has
+//! found closest. So are certificates that are narrowed ([`super::narrow`]), of which the list has the triangles only.
 
 use super::boxes::Keys;
 use super::expand::{Sink, expand};
@@ -18,7 +18,7 @@ use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
 use super::outcome::{LEVELS, Stats, StopReason};
 use super::queue::{Origin, Pair};
-use super::search::{Bounded, DIVE, least_key, root};
+use super::search::{Bounded, DIVE, Linked, TOGETHER, least_key, root};
 use super::traversal::{Question, Traversal};
 use super::triangle_pairs::rows;
 use super::views::Relation;
@@ -28,10 +28,10 @@ use crate::math::bits;
 use crate::math::lanes::{Column, F8, Lanes};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
-    WORK_PER_LOOKUP, WORK_PER_SEGMENT,
+    WORK_PER_FEATURES, WORK_PER_LOOKUP, WORK_PER_SEGMENT,
 };
 use crate::tree::WIDTH;
-use crate::triangle::distance::{closest, distances};
+use crate::triangle::distance::{Chosen, Four, closest, distances};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
 use glam::DVec3;
@@ -130,6 +130,8 @@ impl Question for Traversal<'_, '_, Distance> {
         let search = &mut self.workspace.search;
         if let Some(proposed) = search.proposed.pop() {
             self.consider(proposed);
+        } else if search.is_linked() {
+            self.test_linked(lanes);
         } else if !search.waiting.is_empty() {
             self.test_batch(lanes);
         } else if let Some(left) = search.put_off.pop() {
@@ -151,7 +153,7 @@ impl Traversal<'_, '_, Distance> {
         if self.strategy.largest_first {
             found.len() == found.capacity()
         } else {
-            contacts.is_full() && !search.proposed.is_empty()
+            contacts.is_full() && !(search.proposed.is_empty() && search.linked.is_empty())
         }
     }
 
@@ -171,8 +173,63 @@ impl Traversal<'_, '_, Distance> {
         stats.work += count as u64 * WORK_PER_DISTANCE_TEST;
         // Boxes may have proven more: what is proven stays so.
         let proven = F8::load(lanes, &keys).max(F8::splat(lanes, 0.0)).sqrt() * F8::splat(lanes, 1.0 - f32::EPSILON);
-        let low = F8::load(lanes, &found.low).max(proven).store();
-        self.propose(&pairs[..count], &low, &found.about);
+        let low = F8::load(lanes, &found.low).max(proven);
+        if self.workspace.contacts.margin().is_some() && !self.strategy.largest_first {
+            let meet = !F8::splat(lanes, 0.0).less(low).mask();
+            // More than the root, which is rounded.
+            let cut = F8::splat(lanes, self.question.cut).sqrt() * F8::splat(lanes, 1.0 + 4.0 * f32::EPSILON);
+            let near = (low.less(cut).mask() | meet) & ((1 << count) - 1);
+            self.link(&pairs, &low.store(), near, meet, &found.closest);
+        } else {
+            self.propose(&pairs[..count], &low.store(), &found.about);
+        }
+    }
+
+    /// Pairs that may be within the margin wait for their closest points, those that may meet for an exact test.
+    #[inline(never)]
+    fn link(&mut self, pairs: &[[u32; 2]; WIDTH], low: &[f32; WIDTH], near: u32, meet: u32, chosen: &Chosen) {
+        let search = &mut self.workspace.search;
+        search.interval.pass_rest();
+        for i in bits(near) {
+            let i = i % WIDTH;
+            let bounded = Bounded { pair: pairs[i], low: low[i] };
+            if meet >> i & 1 == 0 {
+                search.linked.push(Linked { bounded, closest: chosen.of(i) });
+            } else {
+                search.proposed.push(bounded);
+            }
+        }
+    }
+
+    /// Closest points of a few linked pairs, as far as there is room for the contacts.
+    #[inline(never)]
+    fn test_linked<L: Lanes>(&mut self, lanes: L) {
+        let Workspace { search, contacts, corners: [of_a, of_b], run, .. } = &mut *self.workspace;
+        let count = search.linked.len().min(TOGETHER).min(contacts.room());
+        let linked = &search.linked[search.linked.len() - count..];
+        let mut four = Four::NONE;
+        for (i, Linked { bounded: Bounded { pair, .. }, closest }) in linked.iter().enumerate() {
+            let a = of_a.of(self.a, pair[0], |v| v);
+            let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
+            four.set(i, *closest, [a, b]);
+        }
+        let found = lanes.run(&four);
+        run.stats.work += count as u64 * WORK_PER_FEATURES;
+        let margin = contacts.margin().unwrap_or(0.0);
+        for (i, Linked { bounded, .. }) in linked.iter().enumerate() {
+            let Some(found) = found.of(i) else {
+                search.proposed.push(*bounded);
+                continue;
+            };
+            if found.low.max(f64::from(bounded.low) * self.relation.unit) <= margin {
+                let ids = [self.a.ids()[bounded.pair[0] as usize], self.b.ids()[bounded.pair[1] as usize]];
+                contacts.push(Contact::parted(ids, &found));
+                run.stats.work += WORK_PER_CONTACT;
+                run.found += 1;
+            }
+        }
+        search.linked.truncate(search.linked.len() - count);
+        self.deadline.look_next();
     }
 
     /// What may be closest is looked at next, the most likely first; what may only bound the distance is put off.

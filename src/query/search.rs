@@ -5,6 +5,7 @@ use super::interval::Interval;
 use super::queue::{BUCKETS, Front, Pair};
 use crate::math::bits;
 use crate::tree::WIDTH;
+use crate::triangle::distance::Features;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
@@ -22,6 +23,16 @@ pub(super) struct Bounded {
     pub low: f32,
 }
 
+/// A pair that is about as close as two of its features, and apart.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Linked {
+    pub bounded: Bounded,
+    pub closest: Features,
+}
+
+/// Pairs whose closest points are computed together.
+pub(super) const TOGETHER: usize = 4;
+
 /// The state of a distance query in a workspace.
 #[derive(Clone, Debug)]
 pub(super) struct Search {
@@ -36,6 +47,8 @@ pub(super) struct Search {
     pub waiting: ArrayVec<Bounded, { WIDTH * (WIDTH + 1) }>,
     /// Pairs that may be the closest after that test; the most likely is the last.
     pub proposed: ArrayVec<Bounded, WIDTH>,
+    /// Pairs within the margin of a contact query, until there are enough.
+    pub linked: ArrayVec<Linked, { TOGETHER + WIDTH }>,
     pub put_off: Box<ArrayVec<Bounded, PUT_OFF>>,
     /// The least key of pairs that were dropped when their turn came. Its root is taken once, at the end of a call.
     pub dropped: f32,
@@ -52,6 +65,7 @@ impl Search {
             dive: None,
             waiting: ArrayVec::new_const(),
             proposed: ArrayVec::new_const(),
+            linked: ArrayVec::new_const(),
             put_off: Box::default(),
             dropped: f32::INFINITY,
             first_bucket: None,
@@ -67,6 +81,7 @@ impl Search {
         self.dropped = f32::INFINITY;
         self.waiting.clear();
         self.proposed.clear();
+        self.linked.clear();
         self.put_off.clear();
     }
 
@@ -81,11 +96,13 @@ impl Search {
         }
     }
 
-    /// Begins with all that another search has left, except its dive.
+    /// Begins with all that another search has left, except its dive, and one pair at a time.
     pub fn copy_from(&mut self, other: &Self) {
         self.waiting.clone_from(&other.waiting);
         self.proposed.clone_from(&other.proposed);
         self.put_off.clone_from(&other.put_off);
+        // One of both is empty.
+        self.put_off.extend(other.linked.iter().map(|left| left.bounded));
         (self.interval, self.is_used, self.dropped) = (other.interval, true, other.dropped);
     }
 
@@ -130,7 +147,13 @@ impl Search {
     /// Whether enough triangle pairs wait for a test to be worth a batch.
     #[inline(always)]
     pub fn is_due(&self) -> bool {
-        !self.proposed.is_empty() || self.waiting.len() >= WIDTH
+        !self.proposed.is_empty() || self.waiting.len() >= WIDTH || self.linked.len() >= TOGETHER
+    }
+
+    /// Whether closest points should be computed next.
+    #[inline(always)]
+    pub fn is_linked(&self) -> bool {
+        self.linked.len() >= TOGETHER || !self.linked.is_empty() && self.waiting.is_empty()
     }
 
     /// Whether no dive and no triangle pair is left.
@@ -140,7 +163,8 @@ impl Search {
 
     /// All triangle pairs that are left.
     pub fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.waiting.iter().chain(&self.proposed).chain(&*self.put_off).map(|left| left.pair)
+        let linked = self.linked.iter().map(|left| &left.bounded);
+        self.waiting.iter().chain(&self.proposed).chain(&*self.put_off).chain(linked).map(|left| left.pair)
     }
 
     /// Tells the interval what is proven of all pairs that are left, with A's unit of this length; of the pair at hand, if
@@ -154,7 +178,8 @@ impl Search {
         // Also for an empty mesh, where nothing was begun.
         self.is_used = true;
         let waiting = self.waiting.iter().map(|left| root(left.low));
-        let others = self.proposed.iter().chain(&*self.put_off).map(|left| left.low);
+        let linked = self.linked.iter().map(|left| &left.bounded);
+        let others = self.proposed.iter().chain(&*self.put_off).chain(linked).map(|left| left.low);
         self.interval
             .raise(f64::from(waiting.chain(others).fold(nodes.min(at_hand).min(root(self.dropped)), f32::min)) * unit);
     }

@@ -44,7 +44,7 @@ use alloc::vec::Vec;
 use collapse::Plan;
 use core::sync::atomic::{AtomicUsize, Ordering};
 use fork::Pieces;
-use glam::{Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 use orientation::Orientation;
 use place::Placed;
 use profile::Profiles;
@@ -226,6 +226,14 @@ impl Tree {
 
     pub(crate) fn triangles(&self) -> &[Triangle] {
         &self.triangles
+    }
+
+    /// The corners of a triangle (in tree order), as [`Mesh::triangle`] has them.
+    #[inline]
+    pub(crate) fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        // Not by `map`, which is a call.
+        let ([a, b, c], vertices) = (self.corners[triangle as usize], self.mesh.vertices());
+        [vertices.get(a as usize), vertices.get(b as usize), vertices.get(c as usize)]
     }
 
     /// The parent of the cluster that has a triangle (in tree order), and the cluster.

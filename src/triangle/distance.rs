@@ -12,6 +12,7 @@
 //! lie inside of. With it nine tenths of a gap of 1e-4 of the size of the triangles are proven in `f32`.
 //!
 //! - [`distances`]: eight pairs at a time in `f32`, from the triangles of two trees.
+//! - [`Four`]: four pairs in `f64`, with the points, if the features that `f32` has found are the closest.
 //! - [`closest`]: one pair in `f64`, with the points.
 //!
 //! All error bounds are derived in `docs/numerics.md`. Both take constant time.
@@ -20,6 +21,7 @@ mod batch;
 #[cfg(all(test, feature = "std"))]
 #[path = "../../tests/common/exact_distance.rs"]
 pub(crate) mod exact_distance;
+mod four;
 mod pair;
 #[cfg(all(test, feature = "std"))]
 #[path = "../../tests/common/pairs.rs"]
@@ -30,5 +32,8 @@ mod tests;
 #[cfg(all(test, feature = "std"))]
 pub(crate) use batch::Distances;
 pub(in crate::triangle) use batch::Pair;
-pub(crate) use batch::distances;
+pub(crate) use batch::{Chosen, distances};
+#[cfg(all(test, feature = "std"))]
+pub(crate) use four::Face;
+pub(crate) use four::{Features, Four};
 pub(crate) use pair::{Closest, closest};

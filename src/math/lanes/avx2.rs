@@ -50,7 +50,7 @@ impl Lanes for Avx2 {
     lanewise!(add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps, max _mm256_max_ps, min _mm256_min_ps,
         and _mm256_and_ps, or _mm256_or_ps; add_d _mm256_add_pd, sub_d _mm256_sub_pd, mul_d _mm256_mul_pd, div_d _mm256_div_pd,
         max_d _mm256_max_pd, min_d _mm256_min_pd, and_d _mm256_and_pd, or_d _mm256_or_pd;
-        add_q _mm256_add_pd, sub_q _mm256_sub_pd, mul_q _mm256_mul_pd, and_q _mm256_and_pd, or_q _mm256_or_pd,
+        add_q _mm256_add_pd, sub_q _mm256_sub_pd, mul_q _mm256_mul_pd, div_q _mm256_div_pd, and_q _mm256_and_pd, or_q _mm256_or_pd,
         max_q _mm256_max_pd, min_q _mm256_min_pd);
 
     #[inline(always)]
@@ -194,6 +194,10 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn store_q(self, x: __m256d) -> [f64; 4] {
         cast(x)
+    }
+    #[inline(always)]
+    fn sqrt_q(self, a: __m256d) -> __m256d {
+        self.avx._mm256_sqrt_pd(a)
     }
     #[inline(always)]
     fn inverse_root_q(self, a: __m256d) -> __m256d {

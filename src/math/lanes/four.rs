@@ -1,7 +1,7 @@
 //! Four lanes of `f64`.
 
 use super::{Column, Lanes, columns, operators};
-use core::ops::{Add, Mul, Neg, Sub};
+use core::ops::{Add, Div, Mul, Neg, Sub};
 use wide::f32x4;
 
 /// Four `f64` of the instruction set `L`: what is done one at a time.
@@ -25,6 +25,10 @@ impl<L: Lanes> D4<L> {
     #[inline(always)]
     pub fn store(self) -> [f64; 4] {
         self.1.store_q(self.0)
+    }
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        Self(self.1.sqrt_q(self.0), self.1)
     }
     /// What the inverse of the root is at least, and no more than 7 % less, of positive normal numbers: in a few cycles, where a
     /// root and a quotient take forty.
@@ -53,5 +57,5 @@ impl<L: Lanes> D4<L> {
     }
 }
 
-operators!(D4: Add add add_q, Sub sub sub_q, Mul mul mul_q);
+operators!(D4: Add add add_q, Sub sub sub_q, Mul mul mul_q, Div div div_q);
 columns!(D4, f64: max max_q, min min_q, less less_q, and and_q, or or_q; abs_q, mask_q);

@@ -61,7 +61,7 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     lanewise!(add Add::add, sub Sub::sub, mul Mul::mul, div Div::div, max f32x4::fast_max, min f32x4::fast_min,
         and BitAnd::bitand, or BitOr::bitor, less |a, b| a.simd_lt(b); add_d Add::add, sub_d Sub::sub, mul_d Mul::mul,
         div_d Div::div, max_d f64x2::fast_max, min_d f64x2::fast_min, and_d BitAnd::bitand, or_d BitOr::bitor,
-        less_d |a, b| a.simd_lt(b); add_q Add::add, sub_q Sub::sub, mul_q Mul::mul, max_q f64x2::fast_max,
+        less_d |a, b| a.simd_lt(b); add_q Add::add, sub_q Sub::sub, mul_q Mul::mul, div_q Div::div, max_q f64x2::fast_max,
         min_q f64x2::fast_min, and_q BitAnd::bitand, or_q BitOr::bitor, less_q |a, b| a.simd_lt(b));
 
     #[inline(always)]
@@ -197,6 +197,10 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     fn store_q(self, x: Q) -> [f64; 4] {
         let [[a, b], [c, d]] = x.map(f64x2::to_array);
         [a, b, c, d]
+    }
+    #[inline(always)]
+    fn sqrt_q(self, a: Q) -> Q {
+        a.map(f64x2::sqrt)
     }
     #[inline(always)]
     fn inverse_root_q(self, a: Q) -> Q {

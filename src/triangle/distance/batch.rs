@@ -1,5 +1,6 @@
 //! Eight pairs at a time in `f32`, relative to the first corners of A's triangles, where cancellation has been done in `f64`.
 
+use super::four::{Face, Features};
 use crate::math::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::triangle::batch::{EDGE_SLOP, Placement, Rows, Transposed, UNDERFLOW, first_corner, rotate};
@@ -11,6 +12,45 @@ pub(crate) struct Distances {
     pub low: [f32; 8],
     /// About the distance of the closest features. Not proven, and meaningless if the triangles meet.
     pub about: [f32; 8],
+    /// Which features these are.
+    pub closest: Chosen,
+}
+
+/// The closest features of eight pairs, a bit each: both bits of the order of the corners of A and B, and whose face it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Chosen {
+    orders: [[u32; 2]; 2],
+    face: [u32; 2],
+}
+
+impl Chosen {
+    /// Edges: the second and the third of A and of B where a mask is set.
+    #[inline(always)]
+    fn edges<L: Lanes>([of_a, of_b]: [[F8<L>; 2]; 2]) -> Self {
+        let [[a, b], [c, d]] = [[of_a[0].mask(), of_a[1].mask()], [of_b[0].mask(), of_b[1].mask()]];
+        Self { orders: [[a & !b, b], [c & !d, d]], face: [0; 2] }
+    }
+
+    /// Where a face of one side is closer to a corner of the other: the second or the third where a mask is set.
+    #[inline(always)]
+    fn or_face<L: Lanes>(&mut self, side: usize, closer: F8<L>, [second, third]: [F8<L>; 2]) {
+        let (closer, second, third) = (closer.mask(), second.mask(), third.mask());
+        let [low, high] = &mut self.orders[1 - side];
+        *low = *low & !closer | third & closer;
+        *high = *high & !closer | (second | third) & closer;
+        self.face[side] = closer;
+    }
+
+    #[inline]
+    pub fn of(&self, pair: usize) -> Features {
+        let bit = |mask: u32| (mask >> pair) as u8 & 1;
+        let order = |[low, high]: [u32; 2]| bit(low) + 2 * bit(high);
+        let face = match self.face.map(bit) {
+            [0, 0] => Face::Nobodys,
+            [_, side] => Face::Of { side },
+        };
+        Features { orders: [order(self.orders[0]), order(self.orders[1])], face }
+    }
 }
 
 /// The distances of `a[i]` and `b[i]` for the eight lanes.
@@ -22,9 +62,10 @@ pub(crate) fn distances<L: Lanes>(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placem
     let (of_a, of_b) = (edges(lanes, zero, p), edges(lanes, q, f));
     let mut closest = closest_edges(lanes, &of_a, &of_b);
     let (one, two) = (add(q, f[0]), add(q, f[1]));
-    closest.or_face(lanes, p, of_a[0].inverse, [q, one, two]);
-    closest.or_face(lanes, f, of_b[0].inverse, [sub(zero, q), sub(p[0], q), sub(p[1], q)]);
-    Distances { low: pair.gap(lanes, closest.direction).store(), about: closest.square.sqrt().store() }
+    closest.or_face(lanes, 0, p, of_a[0].inverse, [q, one, two]);
+    closest.or_face(lanes, 1, f, of_b[0].inverse, [sub(zero, q), sub(p[0], q), sub(p[1], q)]);
+    let low = pair.gap(lanes, closest.direction).store();
+    Distances { low, about: closest.square.sqrt().store(), closest: closest.chosen }
 }
 
 /// Squared lengths below this (A's units) count as this: no edge is so short and known.
@@ -116,6 +157,7 @@ struct Closest<L: Lanes> {
     square: F8<L>,
     /// In which they part the triangles, up to its sign and length.
     direction: V8<L>,
+    chosen: Chosen,
 }
 
 /// An edge of eight triangles.
@@ -182,11 +224,11 @@ impl<L: Lanes> Link<L> {
 fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Closest<L> {
     let links = per_axis!(i => per_axis!(j => a[i].link(lanes, &b[j])));
     let squares = per_axis!(i => links[i][0].square.min(links[i][1].square).min(links[i][2].square));
-    let [second, third] = least(squares);
+    let of_a @ [second, third] = least(squares);
     let of_edge = per_axis!(j => Link::select(third, &links[2][j], &Link::select(second, &links[1][j], &links[0][j])));
     let d = select(third, a[2].step, select(second, a[1].step, a[0].step));
     let d_square = third.select(a[2].square, second.select(a[1].square, a[0].square));
-    let [second, third] = least(per_axis!(j => of_edge[j].square));
+    let of_b @ [second, third] = least(per_axis!(j => of_edge[j].square));
     let link = Link::select(third, &of_edge[2], &Link::select(second, &of_edge[1], &of_edge[0]));
     let e = select(third, b[2].step, select(second, b[1].step, b[0].step));
     let e_inverse = third.select(b[2].inverse, second.select(b[1].inverse, b[0].inverse));
@@ -201,18 +243,19 @@ fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Clos
     // Edges closer to parallel than 1e-3 have no second direction.
     let square = dot(d, d).max(d_square * F8::splat(lanes, 1e-6));
     let direction = sub(across, scaled(d, dot(across, d) / square));
-    Closest { square: link.square, direction }
+    let chosen = Chosen::edges([of_a, of_b]);
+    Closest { square: link.square, direction, chosen }
 }
 
 impl<L: Lanes> Closest<L> {
     /// A face, with the edges `x` and `y` from its first corner and `1 / |x|^2`, against the corners of the other triangle,
     /// relative to that: only the one closest to the plane can be the closest point, as from the others a way leads closer.
     #[inline(always)]
-    fn or_face(&mut self, lanes: L, [x, y]: [V8<L>; 2], inverse: F8<L>, corners: [V8<L>; 3]) {
+    fn or_face(&mut self, lanes: L, side: usize, [x, y]: [V8<L>; 2], inverse: F8<L>, corners: [V8<L>; 3]) {
         let y = scaled(y, inverse);
         let normal = cross(x, y);
         let heights = per_axis!(v => dot(normal, corners[v]).abs());
-        let [second, third] = least(heights);
+        let chosen @ [second, third] = least(heights);
         let corner = select(third, corners[2], select(second, corners[1], corners[0]));
         let height = heights[0].min(heights[1]).min(heights[2]);
         let area = dot(normal, normal).max(F8::splat(lanes, UNDERFLOW));
@@ -223,5 +266,6 @@ impl<L: Lanes> Closest<L> {
         let closer = is_over.and(square.less(self.square));
         self.square = closer.select(square, self.square);
         self.direction = select(closer, normal, self.direction);
+        self.chosen.or_face(side, closer, chosen);
     }
 }
