@@ -6,11 +6,13 @@
 //! compare with; it leaves no trace.
 //!
 //! Triangles go through two tests: eight pairs at a time in `f32` for lower bounds, and one pair at a time in `f64`, for
-//! those that may be closer than the closest so far. Those that may only raise the lower bound are put off to the end.
+//! those that may be closer than the closest so far, by the features that `f32` has found closest. Those that may only raise
+//! the lower bound are put off to the end. Of many pairs of two clusters the closest are tested, and the cluster pair is put
+//! back with the others.
 //!
 //! Contacts ([`super::contacts`]) are the same question with a limit and without an interval that closes in: each pair within
-//! the limit goes to a list, and those that are apart are looked at in `f64` four at a time, by the features that `f32` has
-//! found closest. So are certificates that are narrowed ([`super::narrow`]), of which the list has the triangles only.
+//! the limit goes to a list, and those that are apart are looked at in `f64` four at a time. So are certificates that are
+//! narrowed ([`super::narrow`]), of which the list has the triangles only.
 
 use super::boxes::Keys;
 use super::expand::{Sink, expand};
@@ -18,7 +20,7 @@ use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
 use super::outcome::{LEVELS, Stats, StopReason};
 use super::queue::{Origin, Pair};
-use super::search::{Bounded, DIVE, Linked, TOGETHER, least_key, root};
+use super::search::{Bounded, DIVE, TOGETHER, least_key, root};
 use super::traversal::{Question, Traversal};
 use super::triangle_pairs::rows;
 use super::views::Relation;
@@ -28,13 +30,16 @@ use crate::math::bits;
 use crate::math::lanes::{Column, F8, Lanes};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION,
-    WORK_PER_FEATURES, WORK_PER_LOOKUP, WORK_PER_SEGMENT,
+    WORK_PER_FEATURES, WORK_PER_FEATURES_ALONE, WORK_PER_LOOKUP, WORK_PER_SEGMENT,
 };
 use crate::tree::WIDTH;
-use crate::triangle::distance::{Chosen, Four, closest, distances};
+use crate::triangle::distance::{Chosen, Distances, Four, closest, distances};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
 use glam::DVec3;
+
+/// Triangle pairs of two clusters that are not all tested at once.
+const MANY: u32 = 16;
 
 /// How far apart two surfaces are.
 pub(super) struct Distance {
@@ -46,13 +51,16 @@ pub(super) struct Distance {
     direction: Direction,
     /// The least key of children met by a dive.
     guess: f32,
+    /// The node pair that is being opened.
+    pair: Pair,
 }
 
 impl Distance {
     pub fn new(relation: &Relation, interval: &Interval) -> Self {
         // To begin with, that of the middles.
         let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
-        let mut distance = Self { cut: 0.0, doubt: 0.0, direction, guess: f32::INFINITY };
+        let pair = Pair::new(0, 0);
+        let mut distance = Self { cut: 0.0, doubt: 0.0, direction, guess: f32::INFINITY, pair };
         distance.update(relation, interval);
         distance
     }
@@ -102,6 +110,7 @@ impl Question for Traversal<'_, '_, Distance> {
             }
             Origin::Stack => {}
         }
+        self.question.pair = pair;
         expand(lanes, pair, [self.a, self.b], self.relation, &mut gaps, self);
         let search = &mut self.workspace.search;
         if self.origin != Origin::Path {
@@ -125,13 +134,13 @@ impl Question for Traversal<'_, '_, Distance> {
         }
         let search = &mut self.workspace.search;
         if let Some(proposed) = search.proposed.pop() {
-            self.consider(proposed);
+            self.consider(lanes, proposed);
         } else if search.is_linked() {
             self.test_linked(lanes);
         } else if !search.waiting.is_empty() {
             self.test_batch(lanes);
         } else if let Some(left) = search.put_off.pop() {
-            self.consider(left);
+            self.consider(lanes, left);
         }
         let search = &self.workspace.search;
         let last = self.workspace.front.is_empty();
@@ -177,7 +186,7 @@ impl Traversal<'_, '_, Distance> {
             let near = (low.less(cut).mask() | meet) & ((1 << count) - 1);
             self.link(&pairs, &low.store(), near, meet, &found.closest);
         } else {
-            self.propose(&pairs[..count], &low.store(), &found.about);
+            self.propose(&pairs[..count], &low.store(), &found);
         }
     }
 
@@ -188,9 +197,9 @@ impl Traversal<'_, '_, Distance> {
         search.interval.pass_rest();
         for i in bits(near) {
             let i = i % WIDTH;
-            let bounded = Bounded { pair: pairs[i], low: low[i] };
+            let bounded = Bounded { pair: pairs[i], low: low[i], closest: chosen.of(i) };
             if meet >> i & 1 == 0 {
-                search.linked.push(Linked { bounded, closest: chosen.of(i) });
+                search.linked.push(bounded);
             } else {
                 search.proposed.push(bounded);
             }
@@ -204,7 +213,7 @@ impl Traversal<'_, '_, Distance> {
         let count = search.linked.len().min(TOGETHER).min(contacts.room());
         let linked = &search.linked[search.linked.len() - count..];
         let mut four = Four::NONE;
-        for (i, Linked { bounded: Bounded { pair, .. }, closest }) in linked.iter().enumerate() {
+        for (i, Bounded { pair, closest, .. }) in linked.iter().enumerate() {
             let a = of_a.of(self.a, pair[0], |v| v);
             let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
             four.set(i, *closest, [a, b]);
@@ -212,7 +221,7 @@ impl Traversal<'_, '_, Distance> {
         let found = lanes.run(&four);
         run.stats.work += count as u64 * WORK_PER_FEATURES;
         let margin = contacts.margin().unwrap_or(0.0);
-        for (i, Linked { bounded, .. }) in linked.iter().enumerate() {
+        for (i, bounded) in linked.iter().enumerate() {
             let Some(found) = found.of(i) else {
                 search.proposed.push(*bounded);
                 continue;
@@ -230,7 +239,7 @@ impl Traversal<'_, '_, Distance> {
 
     /// What may be closest is looked at next, the most likely first; what may only bound the distance is put off.
     #[inline(never)]
-    fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], about: &[f32; WIDTH]) {
+    fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], found: &Distances) {
         let search = &mut self.workspace.search;
         let closer = (search.interval.high() / self.relation.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
         let mut order = ArrayVec::<usize, WIDTH>::new();
@@ -243,10 +252,10 @@ impl Traversal<'_, '_, Distance> {
             }
         }
         // Whatever the sign of what is no number.
-        let about = about.map(|about| if about < f32::INFINITY { about } else { f32::INFINITY });
+        let about = found.about.map(|about| if about < f32::INFINITY { about } else { f32::INFINITY });
         order.sort_unstable_by(|&i, &j| about[j].total_cmp(&about[i]).then(j.cmp(&i)));
         for i in order {
-            let proposed = Bounded { pair: pairs[i], low: low[i] };
+            let proposed = Bounded { pair: pairs[i], low: low[i], closest: found.closest.of(i) };
             if low[i] > 0.0 && about[i] > closer && !search.put_off.is_full() {
                 search.put_off.push(proposed);
             } else {
@@ -256,7 +265,8 @@ impl Traversal<'_, '_, Distance> {
     }
 
     /// Looks at a pair in `f64`, unless it does not matter any more.
-    fn consider(&mut self, Bounded { pair, low }: Bounded) {
+    #[inline(never)]
+    fn consider<L: Lanes>(&mut self, lanes: L, Bounded { pair, low, closest: features }: Bounded) {
         let workspace = &mut *self.workspace;
         let interval = &mut workspace.search.interval;
         let is_settled = interval.nearest().is_some_and(|(nearest, _)| nearest == pair);
@@ -287,14 +297,22 @@ impl Traversal<'_, '_, Distance> {
             }
             return;
         }
-        let mut found = closest(a, b);
-        stats.work += WORK_PER_CLOSEST_POINTS;
+        let known = if proven > 0.0 {
+            stats.work += WORK_PER_FEATURES_ALONE;
+            lanes.run(&Four::one(features, [a, b])).of(0)
+        } else {
+            None
+        };
+        let mut found = known.unwrap_or_else(|| {
+            stats.work += WORK_PER_CLOSEST_POINTS;
+            closest(a, b)
+        });
+        found.low = found.low.max(proven);
         let meet = found.low == 0.0 && {
             stats.exact_tests += 1;
             stats.work += WORK_PER_EXACT_TEST;
             triangles_intersect(a, b)
         };
-        found.low = found.low.max(proven);
         workspace.search.interval.settle(pair, &found, meet);
         self.question.update(self.relation, &workspace.search.interval);
     }
@@ -374,6 +392,7 @@ impl Sink for Traversal<'_, '_, Distance> {
 
     #[inline(always)]
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
+        let hits = if hits.count_ones() > MANY && self.puts_back() { self.put_back(hits) } else { hits };
         let search = &mut self.workspace.search;
         search.wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
         if search.is_diving {
@@ -394,6 +413,38 @@ impl Traversal<'_, '_, Distance> {
             let key = self.keys.as_flattened()[bit];
             self.queue_by_room(child(bit as u32), key, root(self.question.cut));
         }
+    }
+
+    /// Whether of many triangle pairs the closest are looked at first: where one distance is asked for, by the queue.
+    #[inline(always)]
+    fn puts_back(&self) -> bool {
+        let is_alone = self.workspace.contacts.margin().is_none();
+        is_alone && self.origin != Origin::Path && !self.strategy.deepest_first && !self.strategy.largest_first
+    }
+
+    /// Takes the rows with the closest boxes of these triangle pairs of two clusters, until they are eight pairs, and puts the
+    /// cluster pair back with the other rows: most of these don't matter any more when it is their turn. Rows with boxes that
+    /// overlap stay, since nothing is proven of them.
+    #[inline(never)]
+    fn put_back(&mut self, hits: u64) -> u64 {
+        let row_of = |row: usize| hits & 0xff << (WIDTH * row);
+        let least = |row| bits(row_of(row)).map(|bit| self.keys.as_flattened()[bit]).fold(f32::INFINITY, f32::min);
+        let mut rows: [_; WIDTH] = core::array::from_fn(|row| (least(row), row));
+        rows.sort_unstable_by(|(x, i), (y, j)| x.total_cmp(y).then(i.cmp(j)));
+        let (mut taken, mut left) = (0_u64, None);
+        let mut pair = Pair { alive: [0, self.question.pair.alive[1]], ..self.question.pair };
+        for (key, row) in rows {
+            if key <= 0.0 || taken.count_ones() < WIDTH as u32 {
+                taken |= row_of(row);
+            } else if row_of(row) != 0 {
+                pair.alive[0] |= 1 << row;
+                left.get_or_insert(key);
+            }
+        }
+        if let Some(key) = left {
+            self.place(pair, key, &mut (0.0, None));
+        }
+        taken
     }
 
     /// The bit of the least key.

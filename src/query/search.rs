@@ -21,13 +21,15 @@ pub(super) struct Bounded {
     pub pair: [u32; 2],
     /// Of pairs that wait for the first test, a key: the square. Of others, the distance, A's units.
     pub low: f32,
+    /// The features that this test found closest.
+    pub closest: Features,
 }
 
-/// A pair that is about as close as two of its features, and apart.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Linked {
-    pub bounded: Bounded,
-    pub closest: Features,
+impl Bounded {
+    /// A pair of which nothing is known.
+    pub const fn unknown(pair: [u32; 2]) -> Self {
+        Self { pair, low: 0.0, closest: Features::ANY }
+    }
 }
 
 /// Pairs whose closest points are computed together.
@@ -48,7 +50,7 @@ pub(super) struct Search {
     /// Pairs that may be the closest after that test; the most likely is the last.
     pub proposed: ArrayVec<Bounded, WIDTH>,
     /// Pairs within the margin of a contact query, until there are enough.
-    pub linked: ArrayVec<Linked, { TOGETHER + WIDTH }>,
+    pub linked: ArrayVec<Bounded, { TOGETHER + WIDTH }>,
     pub put_off: Box<ArrayVec<Bounded, PUT_OFF>>,
     /// The least key of pairs that were dropped when their turn came. Its root is taken once, at the end of a call.
     pub dropped: f32,
@@ -89,7 +91,7 @@ impl Search {
     pub fn begin(&mut self, interval: Interval, guess: Option<[u32; 2]>) {
         (self.interval, self.is_used) = (interval, true);
         match guess {
-            Some(pair) => self.proposed.push(Bounded { pair, low: 0.0 }),
+            Some(pair) => self.proposed.push(Bounded::unknown(pair)),
             // With a limit there is something to compare with already.
             None if interval.has_limit() => {}
             None => (self.is_diving, self.dive) = (true, Some(Pair::new(0, 0))),
@@ -102,7 +104,7 @@ impl Search {
         self.proposed.clone_from(&other.proposed);
         self.put_off.clone_from(&other.put_off);
         // One of both is empty.
-        self.put_off.extend(other.linked.iter().map(|left| left.bounded));
+        self.put_off.extend(other.linked.iter().copied());
         (self.interval, self.is_used, self.dropped) = (other.interval, true, other.dropped);
     }
 
@@ -118,7 +120,8 @@ impl Search {
     pub fn wait(&mut self, hits: u64, first: [u32; 2], key: impl Fn(usize) -> f32) {
         for bit in bits(hits) {
             let low = key(bit);
-            self.waiting.push(Bounded { pair: [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8], low });
+            let pair = [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8];
+            self.waiting.push(Bounded { low, ..Bounded::unknown(pair) });
         }
     }
 
@@ -163,8 +166,7 @@ impl Search {
 
     /// All triangle pairs that are left.
     pub fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        let linked = self.linked.iter().map(|left| &left.bounded);
-        self.waiting.iter().chain(&self.proposed).chain(&*self.put_off).chain(linked).map(|left| left.pair)
+        self.waiting.iter().chain(&self.proposed).chain(&*self.put_off).chain(&self.linked).map(|left| left.pair)
     }
 
     /// Tells the interval what is proven of all pairs that are left, with A's unit of this length; of the pair at hand, if
@@ -178,8 +180,7 @@ impl Search {
         // Also for an empty mesh, where nothing was begun.
         self.is_used = true;
         let waiting = self.waiting.iter().map(|left| root(left.low));
-        let linked = self.linked.iter().map(|left| &left.bounded);
-        let others = self.proposed.iter().chain(&*self.put_off).chain(linked).map(|left| left.low);
+        let others = self.proposed.iter().chain(&*self.put_off).chain(&self.linked).map(|left| left.low);
         self.interval
             .raise(f64::from(waiting.chain(others).fold(nodes.min(at_hand).min(root(self.dropped)), f32::min)) * unit);
     }

@@ -29,10 +29,8 @@ mod pairs;
 #[cfg(all(test, feature = "std"))]
 mod tests;
 
-#[cfg(all(test, feature = "std"))]
-pub(crate) use batch::Distances;
 pub(in crate::triangle) use batch::Pair;
-pub(crate) use batch::{Chosen, distances};
+pub(crate) use batch::{Chosen, Distances, distances};
 #[cfg(all(test, feature = "std"))]
 pub(crate) use four::Face;
 pub(crate) use four::{Features, Four};

@@ -328,7 +328,7 @@ impl Workspace {
     /// Prepares the buffers for a piece of a motion, in which these triangles may meet.
     fn begin_piece(&mut self, guess: Option<[u32; 2]>) {
         self.front.clear();
-        self.search.begin_pairs(guess.map(|pair| Bounded { pair, low: f32::NEG_INFINITY }));
+        self.search.begin_pairs(guess.map(|pair| Bounded { low: f32::NEG_INFINITY, ..Bounded::unknown(pair) }));
         self.testing = guess.is_some();
         self.front.push(Pair::new(0, 0));
     }

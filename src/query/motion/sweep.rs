@@ -185,13 +185,13 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let Sweep { piece, cut, .. } = &self.question;
         let Middle { relation, glide } = self.question.middle();
         let first = search.proposed.pop();
-        if let Some(Bounded { pair, low }) = first.filter(|_| glide.spin == 0.0) {
+        if let Some(Bounded { pair, low, .. }) = first.filter(|_| glide.spin == 0.0) {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             state.followed = Some(Followed::new(pair, [piece.time(low), piece.end], 1.0));
             return;
         }
         let (pairs, keys, count) = match first {
-            Some(Bounded { pair, low }) => ([pair; WIDTH], [low; WIDTH], WIDTH),
+            Some(Bounded { pair, low, .. }) => ([pair; WIDTH], [low; WIDTH], WIDTH),
             None => search.pop_batch(*cut, |low| state.pass(piece.time(low))),
         };
         if count == 0 {
@@ -209,7 +209,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         }
         let piece = &self.question.piece;
         match first {
-            Some(Bounded { pair, low }) => {
+            Some(Bounded { pair, low, .. }) => {
                 let (first, last) = (alive.trailing_zeros(), alive.ilog2());
                 let from = piece.time(larger_known(enter[first as usize % WIDTH], low));
                 let until = piece.end_of_part(last, WIDTH as u32);
@@ -236,7 +236,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
     fn propose(&mut self, pairs: &[[u32; 2]], keys: &[f32; WIDTH], enter: &[f32; WIDTH], alive: u32) {
         let mut proposed: ArrayVec<Bounded, WIDTH> = (0..pairs.len())
             .filter(|i| alive >> i & 1 != 0)
-            .map(|i| Bounded { pair: pairs[i], low: larger_known(enter[i], keys[i]) })
+            .map(|i| Bounded { low: larger_known(enter[i], keys[i]), ..Bounded::unknown(pairs[i]) })
             .collect();
         proposed.sort_unstable_by(|x, y| y.low.total_cmp(&x.low).then(y.pair.cmp(&x.pair)));
         self.workspace.search.proposed = proposed;

@@ -15,6 +15,10 @@ pub(crate) struct Features {
     pub face: Face,
 }
 
+impl Features {
+    pub const ANY: Self = Self { orders: [0; 2], face: Face::Nobodys };
+}
+
 /// Whose face it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Face {
@@ -36,6 +40,14 @@ pub(crate) struct Four {
 }
 
 impl Four {
+    /// One pair alone.
+    #[inline]
+    pub fn one(features: Features, triangles: [&[DVec3; 3]; 2]) -> Self {
+        let mut four = Self::NONE;
+        four.set(0, features, triangles);
+        four
+    }
+
     pub const NONE: Self = Self { corners: [[[[0.0; 4]; 3]; 3]; 2], faces: [0.0; 4], turned: 0 };
 
     #[inline]
