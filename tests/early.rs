@@ -191,7 +191,7 @@ fn a_finished_march_takes_little_more_than_a_plain_query() {
         for threshold in [10.0, 100.0, 1e9] {
             let limited = work(case.query().queue_threshold(threshold), &mut workspace);
             let early = work(case.early().queue_threshold(threshold), &mut workspace);
-            assert!(limited == early && early as f64 <= 1.35 * plain as f64, "{plain}, {limited}, {early}");
+            assert!(limited.max(early) as f64 <= 1.35 * plain as f64, "{plain}, {limited}, {early}");
         }
         let unlimited = run(&case.query(), &mut workspace, Budget::unlimited());
         let bare = case.bare();

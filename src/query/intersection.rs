@@ -85,12 +85,10 @@ impl<O: Opener> Question for Traversal<'_, '_, Intersection<'_, O>> {
         if self.room() == 0 {
             return Some(StopReason::PairsFull);
         }
+        self.end_march();
         if self.workspace.march.is_due() {
             self.march_on(lanes);
         } else {
-            if self.strategy.march.goes_on() {
-                self.march_while_it_pays();
-            }
             self.test_triangles(lanes);
         }
         self.workspace.testing = self.goes_on_testing();
@@ -180,11 +178,15 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         }
     }
 
-    /// Follows no more curves once they are not worth their steps.
+    /// Follows no more curves once the traversal has done its share of the work.
     #[inline(always)]
-    fn march_while_it_pays(&mut self) {
-        let Workspace { march, run, .. } = &*self.workspace;
-        if !march.pays(run.found, run.stats.work) {
+    fn end_march(&mut self) {
+        let Workspace { march, run, front, .. } = &*self.workspace;
+        if let Marching::Within(work_per_pair) = self.strategy.march
+            && run.found > 0
+            && run.stats.work - march.work > work_per_pair * front.len() as u64
+        {
+            self.workspace.march.stop();
             self.strategy.march = Marching::Over;
             self.workspace.run.strategy = self.strategy;
             self.workspace.drop_known([self.a, self.b]);

@@ -190,7 +190,7 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
             return workspace.doubtful.push(pair);
         }
         if self.strategy.march.goes_on() && workspace.run.found == 0 {
-            self.strategy = self.strategy.after_first_hit(workspace.front.is_queue_empty());
+            self.strategy = self.strategy.after_first_hit();
             workspace.run.strategy = self.strategy;
             workspace.front.queue_to_stack();
         }

@@ -4,8 +4,8 @@
 //! tests has ends from which the curve is followed ([`Curve`]), pair by pair, until it comes to one that is known or
 //! to the border of a surface, or it is not certain how it goes on. What is found so is reported at once, and not tested when
 //! the traversal comes to it ([`known`](super::known)); but the traversal goes everywhere all the same, and so the answer
-//! does not depend on where the marches led. A step costs more than the test that it saves, so a run marches only as long as
-//! pairs are dear to the traversal ([`March::pays`]).
+//! does not depend on where the marches led. A step costs more than the test that it saves, and the sooner it leads to a pair the
+//! more it is worth, so a run marches only in its first part ([`Marching`](super::strategy::Marching)).
 //!
 //! Here is what waits to be followed; the steps are in [`follow`](super::follow).
 
@@ -14,10 +14,6 @@ use crate::math::Pose;
 use crate::tree::Tree;
 use crate::triangle::curve::Curve;
 use arrayvec::ArrayVec;
-
-/// Least work of the traversal for each pair that it comes to, for curves to be followed. A pair that was followed takes some
-/// 50 units more than a test, so this bounds by how much a finished run is longer.
-const LEAST_WORK_PER_PAIR: u64 = 210;
 
 /// Hits whose ends wait; those beyond are not followed.
 const HITS: usize = 64;
@@ -90,12 +86,6 @@ impl March {
     pub fn stop(&mut self) {
         self.hits.clear();
         self.ends.iter_mut().for_each(|end| end.follows = false);
-    }
-
-    /// Whether curves are worth their steps in a run that has found so many pairs with so much work.
-    #[inline(always)]
-    pub fn pays(&self, found: u64, work: u64) -> bool {
-        work - self.work >= LEAST_WORK_PER_PAIR * (found - self.followed + self.passed)
     }
 
     /// Whether there is something to follow.

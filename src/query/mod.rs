@@ -174,9 +174,9 @@ impl<'t> Query<'t> {
     }
 
     /// For experiments: node pairs of which fewer BV tests than this are expected are finished depth-first at once instead
-    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 128, where hits lead along the
-    /// contact 1,024 (32 with [`Query::early`]), and infinity for the first hit in the default order: there a stack with the
-    /// deepest of siblings on top finds it sooner than the queue (`docs/benchmarks.md`).
+    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 128 (48 with [`Query::early`]), and
+    /// infinity for the first hit in the default order, and where hits lead along the contact: a stack with the deepest of
+    /// siblings on top finds the first hit sooner than the queue (`docs/benchmarks.md`).
     #[must_use]
     pub fn queue_threshold(mut self, bv_tests: f32) -> Self {
         // The larger of NaN and 0 is 0.
@@ -324,11 +324,11 @@ impl<'t> Query<'t> {
         if are_apart || self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
-        if strategy.queues() {
-            let (roots, paths) = (Pair::new(0, 0), (1u32 << workspace.witnesses.len()) - 1);
-            if !workspace.front.follow(roots, paths as u16) {
-                workspace.front.queue(roots, 0.0, 0, true);
-            }
+        let paths = (1u32 << workspace.witnesses.len()) - 1;
+        if workspace.front.follow(Pair::new(0, 0), paths as u16) {
+            // The first of the paths.
+        } else if strategy.queues() {
+            workspace.front.queue(Pair::new(0, 0), 0.0, 0, true);
         } else {
             // Made where it is stored: copied in one piece, it would have to wait until the pieces are in the cache.
             workspace.front.push(Pair::new(0, 0));

@@ -276,13 +276,15 @@ impl Front {
         self.arena.len() - self.queued as usize
     }
 
-    /// Whether no pair waits in the queue.
-    pub fn is_queue_empty(&self) -> bool {
-        self.queued == 0
+    /// Number of pairs.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.paths.len() + self.height + self.queued as usize
     }
 
+    #[inline(always)]
     pub fn is_empty(&self) -> bool {
-        self.paths.is_empty() && self.height == 0 && self.queued == 0
+        self.len() == 0
     }
 
     /// Most pairs that waited in the queue at once.
@@ -402,7 +404,7 @@ mod tests {
         let mut front = Front::new(8);
         fill(&mut front);
         front.queue_to_stack();
-        assert!(front.is_queue_empty() && front.peak() == 5 && front.iter().count() == 7);
+        assert!(front.queued == 0 && front.peak() == 5 && front.iter().count() == 7);
         assert_eq!(drain(&mut front), [9, 8, 3, 1, 0, 4, 2]);
         // Not while paths are followed.
         fill(&mut front);

@@ -6,16 +6,18 @@ use super::order::Order;
 use super::triangle_pairs::PATIENCE;
 use crate::tree::WIDTH;
 
-/// Node pairs that are expected to take at least so many BV tests wait in the queue, if there is one: by default, where curves
-/// are followed from the first hit (it leads to more than a better place for it would), and where much should be known early.
+/// Node pairs that are expected to take at least so many BV tests wait in the queue, if there is one: by default, and where much
+/// should be known early. Where curves are followed by default there is none: they lead to more than its order would.
 const QUEUE_THRESHOLD: f32 = 128.0;
-const CURVES_QUEUE_THRESHOLD: f32 = 1024.0;
-const EARLY_QUEUE_THRESHOLD: f32 = 32.0;
+const EARLY_QUEUE_THRESHOLD: f32 = 48.0;
 
-/// Triangle pairs that wait before they are tested, where the first hit should come soon: if curves are followed from it, and if
-/// the run ends with it.
-const BATCH_BEFORE_CURVES: usize = 4;
-const BATCH_BEFORE_END: usize = 2;
+/// Work of the traversal for each node pair on the front up to which curves are followed, by default and where much should be
+/// known early. A pair takes some 800 units, so this is about an eighth and a fifth of all.
+const CURVES_WORK_PER_PAIR: u64 = 112;
+const EARLY_WORK_PER_PAIR: u64 = 200;
+
+/// Triangle pairs that wait before they are tested, where the first hit should come soon.
+const BATCH_BEFORE_HIT: usize = 2;
 
 /// The choices of a run. All give the same finished answer; they differ in speed and in what a stopped run has found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,8 +40,8 @@ pub(crate) struct Strategy {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Marching {
     Never,
-    /// As long as they are worth their steps.
-    WhileItPays,
+    /// As long as the traversal has done no more work than this for each node pair on the front.
+    Within(u64),
     /// No more. What was found along curves is known.
     Over,
 }
@@ -48,7 +50,7 @@ impl Marching {
     /// Whether curves are followed.
     #[inline(always)]
     pub fn goes_on(self) -> bool {
-        self == Self::WhileItPays
+        matches!(self, Self::Within(_))
     }
 }
 
@@ -106,13 +108,10 @@ impl Strategy {
         let stops = budget.work.is_some() || is_short;
         let is_early = is_short || options.early && !budget.is_unlimited();
         let marches = can_march && default_order && options.mode == Mode::All && (is_early || stops);
-        if marches {
-            strategy.march = Marching::WhileItPays;
-        }
-        let default_threshold = match (marches, is_early) {
-            (false, _) => QUEUE_THRESHOLD,
-            (true, false) => CURVES_QUEUE_THRESHOLD,
-            (true, true) => EARLY_QUEUE_THRESHOLD,
+        let (default_threshold, work_per_pair) = match (marches, is_early) {
+            (false, _) => (QUEUE_THRESHOLD, 0),
+            (true, false) => (f32::INFINITY, CURVES_WORK_PER_PAIR),
+            (true, true) => (EARLY_QUEUE_THRESHOLD, EARLY_WORK_PER_PAIR),
         };
         strategy.queue_threshold = match (options.order, options.mode) {
             (Order::DepthFirst, _) => f32::INFINITY,
@@ -121,12 +120,14 @@ impl Strategy {
             _ => options.queue_threshold.unwrap_or(default_threshold),
         };
         if marches {
-            strategy.batch = BATCH_BEFORE_CURVES;
-        } else if stops && default_order && options.mode == Mode::Any {
-            strategy.batch = BATCH_BEFORE_END;
+            strategy.march = Marching::Within(work_per_pair);
+            strategy.deepest_first = true;
+        }
+        if marches || stops && default_order && options.mode == Mode::Any {
+            strategy.batch = BATCH_BEFORE_HIT;
         }
         if options.mode == Mode::All {
-            if strategy.queues() && default_order {
+            if (strategy.queues() || marches) && default_order {
                 strategy.warm_start = WarmStart::Paths;
             }
             if budget.is_unlimited() {
@@ -137,12 +138,10 @@ impl Strategy {
         strategy
     }
 
-    /// For what comes after the first hit of a run that marches, with or without pairs left in the queue: where to look
-    /// first matters less from then on, since the curve that was found is followed, and a queue costs time. Without any the
-    /// run is soon over.
-    pub fn after_first_hit(self, is_queue_empty: bool) -> Self {
-        let march = if is_queue_empty { Marching::Never } else { self.march };
-        Self { queue_threshold: f32::INFINITY, batch: WIDTH, march, ..self }
+    /// For what comes after the first hit of a run that marches: where to look first matters less from then on, since the
+    /// curve that was found is followed, and to choose costs time.
+    pub fn after_first_hit(self) -> Self {
+        Self { queue_threshold: f32::INFINITY, deepest_first: false, batch: WIDTH, ..self }
     }
 
     /// Whether the first hit should come so soon that the second of siblings has its place too, and deep triangle pairs are
