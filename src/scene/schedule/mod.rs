@@ -195,22 +195,22 @@ impl Schedule {
         let rest = self.rest.times(1.0) + estimates.unwrap_or_default();
         let end = frame.end(rest);
         let mut round = Round { frame: frame.number, mode: frame.mode, to_the_end: true, end };
-        let (mut shared, mut lap) = (false, None);
+        let mut lap = None;
         frame.lap(&mut lap);
         let total = self.left(frame, end.zip(lap), 0);
         let least = frame.bodies.least_work();
         for number in 0..ROUNDS {
             let left = self.left(frame, end.zip(lap), report.work);
             let open = self.open;
-            // Nothing comes before the guaranteed share, not even what it costs to plan another round.
-            let planning = if shared { number * WORK_PER_PLANNED_PAIR * open as u64 } else { 0 };
+            // Of work, nothing comes before the guaranteed share, not even what it costs to plan another round.
+            let rounds = if end.is_some() { number + 1 } else { number };
+            let planning = rounds * WORK_PER_PLANNED_PAIR * open as u64;
             if open == 0 || left < LEAST_WORK + planning {
                 break;
             }
             let reserve = if left == u64::MAX { 0 } else { left.min((total / GUARANTEED).max(least)) };
             self.find_homes();
             self.plan(frame, &mut round, left, reserve, pairs);
-            shared = true;
             let dealt = self.batches.iter().map(|batch| batch.turns.len()).sum();
             round.end = frame.end(rest + self.overhead.collecting(dealt));
             let dealing = frame.lap(&mut lap);
