@@ -12,8 +12,8 @@ const QUEUE_THRESHOLD: f32 = 128.0;
 const EARLY_QUEUE_THRESHOLD: f32 = 48.0;
 
 /// Work of the traversal for each node pair on the front up to which curves are followed, by default and where much should be
-/// known early. A pair takes some 800 units, so this is about an eighth and a fifth of all.
-const CURVES_WORK_PER_PAIR: u64 = 112;
+/// known early. A pair takes some 800 units, so this is about a fourteenth and a fourth of all.
+const CURVES_WORK_PER_PAIR: u64 = 56;
 const EARLY_WORK_PER_PAIR: u64 = 200;
 
 /// Triangle pairs that wait before they are tested, where the first hit should come soon.
