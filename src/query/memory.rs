@@ -94,7 +94,8 @@ impl PairMemory {
     }
 
     /// Knows nothing, and will know no clearance.
-    pub(crate) fn without_clearance() -> Self {
+    #[doc(hidden)]
+    pub fn without_clearance() -> Self {
         Self {
             trees: None,
             witnesses: ArrayVec::new(),

@@ -89,7 +89,8 @@ impl<'c> Truths<'c> {
         let mut workspace = Workspace::new();
         let (mut bounds, mut memories) = (Vec::new(), Vec::new());
         for (pose, truth) in truth.iter().enumerate() {
-            let mut memory = PairMemory::new();
+            // What is told are the closest triangles, and nothing that would be proven at once.
+            let mut memory = PairMemory::without_clearance();
             let query = query(case, pose, OURS).absolute_tolerance(0.0);
             let Distance { low, high, .. } = query.run_with_memory(&mut workspace, &mut memory, Budget::unlimited());
             let known = case.distances.get(pose).map(|&distance| [distance; 2]);
