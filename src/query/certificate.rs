@@ -143,7 +143,10 @@ impl<'w> Certificate<'w> {
 
     fn open(&self) -> impl Iterator<Item = Open> + 'w {
         let workspace = self.workspace;
-        let triangles = workspace.waiting.as_slice().iter().chain(&workspace.doubtful).copied();
+        // Some that wait were found along a curve since.
+        let trees = [self.a, self.b];
+        let is_open = move |pair: &[u32; 2]| !workspace.march.knows(trees, *pair);
+        let triangles = workspace.waiting.as_slice().iter().chain(&workspace.doubtful).copied().filter(is_open);
         let followed = workspace.motion.followed.iter().map(|followed| followed.pair);
         let in_meshes = |[i, j]: [u32; 2]| [self.a.ids()[i as usize], self.b.ids()[j as usize]];
         let triangles = triangles.chain(workspace.search.pairs()).chain(followed);

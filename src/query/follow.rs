@@ -162,10 +162,10 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
 impl Workspace {
     /// Takes out of the triangle pairs that wait, or are in doubt, those that are known by now.
     pub(super) fn drop_known(&mut self, trees: [&Tree; 2]) {
-        let March { known, passed, .. } = &mut self.march;
+        let march = &mut self.march;
         let mut is_new = |&pair: &[u32; 2]| {
-            let is_known = known.has([0, 1].map(|side| trees[side].neighbors()[pair[side] as usize].first), pair);
-            *passed += u64::from(is_known);
+            let is_known = march.knows(trees, pair);
+            march.passed += u64::from(is_known);
             !is_known
         };
         self.waiting.retain(&mut is_new);

@@ -94,6 +94,13 @@ impl March {
         self.ends[0].follows | self.ends[1].follows | !self.hits.is_empty()
     }
 
+    /// Whether a pair was found already.
+    #[inline(always)]
+    pub fn knows(&self, trees: [&Tree; 2], pair: [u32; 2]) -> bool {
+        let first = || [0, 1].map(|side| trees[side].neighbors()[pair[side] as usize].first);
+        !self.known.is_empty() && self.known.has(first(), pair)
+    }
+
     /// Takes out of these pairs of two clusters the known ones, to which the traversal has come now.
     #[inline(always)]
     pub fn pass(&mut self, hits: u64, first: [u32; 2]) -> u64 {
