@@ -95,15 +95,17 @@ fn bounds_close_in(table: &str) {
     assert_eq!(lines, 6 * 3 * 9);
 }
 
-/// The best order has found at least the pairs of every other by each budget, and a first contact as often.
+/// The best order has found at least the pairs of every other by each budget, and a first contact as often. For all pairs the
+/// default follows curves, and so is no order of visits.
 fn no_order_is_ahead_of_the_best(summary: &str) {
     let figure = |name: &str| figure(summary, name);
     for percent in [1, 2, 5, 10, 20, 30, 50, 70, 100] {
         for what in ["any", "recall"] {
             let best = figure(&format!("{what}@{percent}% oracle"));
-            for order in
-                ["penetration", "depth-first", "low-alpha", "overlap-volume", "breadth-first", "random", "cut-off"]
-            {
+            let marches = |order: &&str| what == "recall" && *order == "penetration";
+            let orders =
+                ["penetration", "depth-first", "low-alpha", "overlap-volume", "breadth-first", "random", "cut-off"];
+            for order in orders.iter().filter(|order| !marches(order)) {
                 let reached = figure(&format!("{what}@{percent}% {order}"));
                 assert!(reached <= best, "{what}@{percent}% {order}: {reached} > {best}");
             }
