@@ -57,10 +57,10 @@ impl Contact {
 
     /// Of triangles with these corners that do not meet.
     pub(crate) fn apart(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2], found: &Closest) -> Self {
-        let Closest { points, direction, high, .. } = *found;
+        let Closest { points, direction, .. } = *found;
         let between = || unit(points[0] - points[1]).unwrap_or_else(|| parting(face_normal(a), face_normal(b)));
         let normal = if direction == DVec3::ZERO { between() } else { direction };
-        Self { triangles, points, normal, distance: high, segment: None }
+        Self { normal, ..Self::parted(triangles, found) }
     }
 }
 

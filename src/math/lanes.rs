@@ -386,6 +386,11 @@ pub(crate) fn sub<N: Column>(a: [N; 3], b: [N; 3]) -> [N; 3] {
 }
 
 #[inline(always)]
+pub(crate) fn scaled<N: Column>(a: [N; 3], factor: N) -> [N; 3] {
+    per_axis!(k => a[k] * factor)
+}
+
+#[inline(always)]
 pub(crate) fn dot<N: Copy + Add<Output = N> + Mul<Output = N>>(a: [N; 3], b: [N; 3]) -> N {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -8,7 +8,7 @@ use super::boxes::Boxes;
 use super::queue::Pair;
 use super::triangle_pairs::rows;
 use super::views::{rounding, transposed};
-use crate::math::lanes::{Column, D4, F8, Kernel, Lanes, cross, dot, per_axis};
+use crate::math::lanes::{Column, D4, F8, Kernel, Lanes, cross, dot, per_axis, scaled};
 use crate::math::tolerance::ROUNDING;
 use crate::math::{Pose, larger, smaller};
 use crate::tree::{Node, Tree, Unit, WIDTH, power_of_two};
@@ -60,7 +60,7 @@ pub(super) struct Placing<'t> {
 #[inline(always)]
 fn units<L: Lanes>(lanes: L, vectors: [D4<L>; 3]) -> [D4<L>; 3] {
     let factor = dot(vectors, vectors).max(D4::splat(lanes, 1e-280)).inverse_root();
-    per_axis!(k => vectors[k] * factor)
+    scaled(vectors, factor)
 }
 
 /// Not beyond what the other mesh reaches.

@@ -8,7 +8,7 @@ use super::moments::{Surfaces, Symmetric, TINY, per_entry};
 use super::options::Effort;
 use super::unit::Triangle;
 use super::wide::WIDTH;
-use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis, sums};
+use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis, scaled, sums};
 use arrayvec::ArrayVec;
 use glam::{Mat3A, Vec3A};
 
@@ -163,7 +163,7 @@ impl<L: Lanes> Sides<L> {
 #[inline(always)]
 fn unit<L: Lanes>(lanes: L, v: V8<L>) -> (V8<L>, F8<L>) {
     let scale = F8::splat(lanes, 1.0) / dot(v, v).sqrt();
-    (per_axis!(k => v[k] * scale), scale.less(F8::splat(lanes, f32::INFINITY)))
+    (scaled(v, scale), scale.less(F8::splat(lanes, f32::INFINITY)))
 }
 
 #[inline(always)]
@@ -205,7 +205,7 @@ fn dominant<L: Lanes>(lanes: L, mut m: Symmetric<L>) -> V8<L> {
     let column = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
     let v = of_largest([xx, yy, zz], &column);
     let scale = one / (dot(v, v) + tiny).sqrt();
-    per_axis!(k => v[k] * scale)
+    scaled(v, scale)
 }
 
 /// The vector that belongs to the largest value.

@@ -15,7 +15,7 @@
 //! - [`Four`]: four pairs in `f64`, with the points, if the features that `f32` has found are the closest.
 //! - [`closest`]: one pair in `f64`, with the points.
 //!
-//! All error bounds are derived in `docs/numerics.md`. Both take constant time.
+//! All error bounds are derived in `docs/numerics.md`. All take constant time.
 
 mod batch;
 #[cfg(all(test, feature = "std"))]

@@ -3,7 +3,7 @@
 
 use super::beam::{Beam, CUBE_MARGIN, LARGEST_SLOP, LEAST_COMPONENT, MARGIN, NEAR};
 use crate::math::Ray;
-use crate::math::lanes::{Column, D8, F8, Lanes, V8, per_axis, per_lane};
+use crate::math::lanes::{Column, D8, F8, Lanes, V8, per_axis, per_lane, scaled};
 use crate::query::expand::transposed;
 use crate::tree::{Node, Tree, Unit, WIDTH, lane, power_of_two};
 use crate::triangle::ray::EXPONENTS;
@@ -85,7 +85,7 @@ impl<L: Lanes> Volley<L> {
         let least = sizes[0].min(sizes[1]).min(sizes[2]);
         let power = size.and(splat(f64::INFINITY));
         let inverse_power = splat(1.0) / power;
-        let direction = per_axis!(k => direction[k] * inverse_power);
+        let direction = scaled(direction, inverse_power);
         let (of_unit, per_unit) = (inverse_power * splat(power_of_two(unit.exponent)), power * scale);
 
         let reach = origin[0].abs().max(origin[1].abs()).max(origin[2].abs());

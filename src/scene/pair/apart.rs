@@ -121,7 +121,7 @@ impl PairState {
         }
         self.apart = -((frame + PAUSE) as f64);
         let question = Question::apart(pair, b_in_a, limit);
-        question.begin(workspace, &self.memory, round.to_the_end);
+        question.begin(workspace, &self.memory, round.to_the_end, 0);
         deadline.spend(WORK_PER_QUERY);
         let answer = question.go_on(workspace, &mut self.memory, deadline);
         self.turn.spent.add(Spent::of(workspace));

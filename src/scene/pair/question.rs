@@ -126,18 +126,16 @@ impl<'t> Question<'t> {
         if held && self.is_stopped_in(workspace) {
             return Some(Spent::of(workspace));
         }
-        match self {
-            Self::Meet(query) => query.begin_after(refuted, workspace, Some(memory), query.strategy(to_the_end)),
-            _ => self.begin(workspace, memory, to_the_end),
-        }
+        self.begin(workspace, memory, to_the_end, refuted);
         None
     }
 
-    /// Prepares a workspace for a run, which is expected to get to its end or not.
+    /// Prepares a workspace for a run, which is expected to get to its end or not. So many of the latest witnesses are known not
+    /// to meet.
     #[inline]
-    pub fn begin(&self, workspace: &mut Workspace, memory: &PairMemory, to_the_end: bool) {
+    pub fn begin(&self, workspace: &mut Workspace, memory: &PairMemory, to_the_end: bool, refuted: usize) {
         match self {
-            Self::Meet(query) => query.begin(workspace, Some(memory), query.strategy(to_the_end)),
+            Self::Meet(query) => query.begin_after(refuted, workspace, Some(memory), query.strategy(to_the_end)),
             Self::Distance(query) => query.begin(workspace, Some(memory)),
             Self::Motion(query) => query.start(workspace, Some(memory)),
             Self::Contacts(query) => query.begin(workspace),

@@ -1,7 +1,7 @@
 //! Eight pairs at a time in `f32`, relative to the first corners of A's triangles, where cancellation has been done in `f64`.
 
 use super::four::{Face, Features};
-use crate::math::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, sub};
+use crate::math::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, scaled, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::triangle::batch::{EDGE_SLOP, Placement, Rows, Transposed, UNDERFLOW, first_corner, rotate};
 
@@ -72,11 +72,6 @@ pub(crate) fn distances<L: Lanes>(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placem
 const LEAST_SQUARE: f32 = 1e-28;
 /// 2^90: where the error of a gap is less, none of the terms that it is a rounding of is near overflow.
 const LARGEST_ERROR: f32 = f32::from_bits((127 + 90) << 23);
-
-#[inline(always)]
-fn scaled<L: Lanes>(a: V8<L>, s: F8<L>) -> V8<L> {
-    per_axis!(k => a[k] * s)
-}
 
 /// `a` where the mask is set, else `b`.
 #[inline(always)]

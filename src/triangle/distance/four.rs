@@ -4,7 +4,7 @@
 //! numbers are bad, the bounds lie apart: then nothing is said, and the pair is one for [`closest`](super::closest).
 
 use super::pair::Closest;
-use crate::math::lanes::{Column, D4, Kernel, Lanes, add, cross, dot, per_axis, sub};
+use crate::math::lanes::{Column, D4, Kernel, Lanes, add, cross, dot, per_axis, scaled, sub};
 use glam::DVec3;
 
 /// Which features of two triangles are closest: an edge of each, or a face and a corner.
@@ -152,11 +152,6 @@ impl Kernel for &Four {
             turned: self.turned,
         }
     }
-}
-
-#[inline(always)]
-fn scaled<L: Lanes>(a: V4<L>, s: D4<L>) -> V4<L> {
-    per_axis!(k => a[k] * s)
 }
 
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! Eight pairs at a time in `f32`.
 
 use super::Glide;
-use crate::math::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, sub};
+use crate::math::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, scaled, sub};
 use crate::math::tolerance::ROUNDING;
 use crate::triangle::batch::{Placement, Rows, Transposed, UNDERFLOW};
 use crate::triangle::distance::Pair;
@@ -91,7 +91,7 @@ impl<L: Lanes> Gliding<L> {
         self.of.q = add(self.of.q, way);
         let turned = [sub(self.ways[1], self.ways[0]), sub(self.ways[2], self.ways[0])];
         for (edge, turned) in self.of.f.iter_mut().zip(turned) {
-            *edge = add(*edge, per_axis!(k => turned[k] * twice));
+            *edge = add(*edge, scaled(turned, twice));
         }
         let quarter = F8::splat(lanes, 0.25);
         self.ways = per_axis!(j => per_axis!(k => self.ways[j][k] * eighth + change[k] * quarter));
