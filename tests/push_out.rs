@@ -193,9 +193,9 @@ fn a_deadline_leaves_what_is_proven() {
     let mut workspace = Workspace::new();
     let mut stops = [0, 0];
     for case in cases() {
-        for exponent in 0..24 {
+        for step in 0..48 {
             let clock = ManualClock::ticking(Duration::from_nanos(100));
-            let limit = Duration::from_nanos(100 << exponent);
+            let limit = Duration::from_nanos(100).mul_f64((0.5 * f64::from(step)).exp2());
             let found = case.query().run_with(&mut workspace, Budget::time(limit), &clock);
             let distance = case.proven_distance(&found);
             assert!(matches!(found.stop, StopReason::Deadline | StopReason::Finished), "{}: {found:?}", case.name);

@@ -27,6 +27,11 @@ pub(crate) fn length(v: glam::DVec3) -> f64 {
     if largest == 0.0 { 0.0 } else { largest * (v / largest).length() }
 }
 
+/// A time in nanoseconds; not by way of an integer of 128 bits, which takes as long as a look at the clock.
+pub(crate) fn nanoseconds(time: core::time::Duration) -> f64 {
+    time.as_secs() as f64 * 1e9 + f64::from(time.subsec_nanos())
+}
+
 /// The positions of the bits of a mask, lowest first.
 #[inline(always)]
 pub(crate) fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {

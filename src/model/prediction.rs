@@ -6,6 +6,7 @@
 use super::constants::{
     ALL_AFTER, ALL_LEFT, ANY_AFTER, ANY_LEFT, OPENINGS_OF_BV_TESTS, ROOT_MOST, TRIANGLE_TESTS_OF_BV_TESTS,
 };
+use super::cost::Counts;
 use super::front::FrontSummary;
 use libm::{exp2, log2};
 
@@ -78,12 +79,6 @@ fn all_by_front(front: &FrontSummary) -> Quantiles {
     Quantiles::ordered(ALL_LEFT.map(|w| exp2(dot(&w, &x))), front.probed)
 }
 
-/// The 90 % quantile of a whole query, from the [`super::front::pair_cost`] of its roots at the deepest, without a look at
-/// where they are.
-pub fn most(root_cost: f64) -> f64 {
-    power_law(ROOT_MOST, root_cost.max(1.0))
-}
-
 /// BV tests left in a query that ends with the first intersection, if there is one with this probability.
 pub fn any_left(front: &FrontSummary, probability: f64, previous: Option<f64>) -> Quantiles {
     if front.is_done() {
@@ -96,14 +91,21 @@ pub fn any_left(front: &FrontSummary, probability: f64, previous: Option<f64>) -
     previous.map_or(model, |previous| with_history(model, previous, front.bv_tests, ANY_AFTER))
 }
 
-/// BV tests of a whole query that finds all intersections, by the previous one of the pair alone.
-pub fn all_after(previous: f64) -> Quantiles {
-    with_history(Quantiles::default(), previous, 0.0, ALL_AFTER)
+/// The logarithm (base 2) of the 90 % quantile of BV tests of a whole query that finds all intersections, from the
+/// [`super::front::pair_cost`] of its roots at the deepest, without a look at where they are.
+pub fn most(root_cost: f64) -> f64 {
+    let [intercept, slope] = ROOT_MOST;
+    intercept + slope * log2(root_cost.max(1.0))
 }
 
-/// The same for a query that ends with the first intersection.
-pub fn any_after(previous: f64) -> Quantiles {
-    with_history(Quantiles::default(), previous, 0.0, ANY_AFTER)
+/// The same, but by the previous query of the pair alone.
+pub fn most_of_all_after(previous: f64) -> f64 {
+    log2(previous.max(1.0)) + ALL_AFTER[2]
+}
+
+/// The same, of a query that ends with the first intersection.
+pub fn most_of_any_after(previous: f64) -> f64 {
+    log2(previous.max(1.0)) + ANY_AFTER[2]
 }
 
 /// Quantiles of the model and of `log2(now / previous)`, blended: on coherent motion the cost of the previous query of a pair
@@ -121,18 +123,16 @@ pub(super) fn with_history(model: Quantiles, previous: f64, used: f64, changes: 
     Quantiles::ordered([after(model.p10, low), after(model.p50, middle), after(model.p90, high)], 0.0)
 }
 
-/// Opened node pairs among so many BV tests, by a power law; at most one a test.
-pub fn openings(bv_tests: f64) -> f64 {
-    power_law(OPENINGS_OF_BV_TESTS, bv_tests).min(bv_tests)
-}
-
-/// Triangle tests that go with so many BV tests, by a power law.
-pub fn triangle_tests(bv_tests: f64) -> f64 {
-    power_law(TRIANGLE_TESTS_OF_BV_TESTS, bv_tests)
-}
-
-fn power_law([intercept, slope]: [f64; 2], x: f64) -> f64 {
-    if x > 0.0 { exp2(intercept + slope * log2(x)) } else { 0.0 }
+/// The counts of a query, from the logarithm (base 2) of its BV tests, by power laws: triangle tests, and opened node pairs, at
+/// most one a BV test.
+pub fn counts(log2_bv_tests: f64) -> Counts {
+    let power_law = |[intercept, slope]: [f64; 2]| exp2(intercept + slope * log2_bv_tests);
+    let bv_tests = exp2(log2_bv_tests);
+    Counts {
+        bv_tests,
+        triangle_tests: power_law(TRIANGLE_TESTS_OF_BV_TESTS),
+        box_updates: power_law(OPENINGS_OF_BV_TESTS).min(bv_tests),
+    }
 }
 
 pub(super) fn dot(w: &[f64], x: &[f64]) -> f64 {

@@ -90,7 +90,7 @@ impl<'t> PushOutQuery<'t> {
     /// nothing that could be resumed.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> PushOut {
-        budget.by_system_clock(|clock| self.run_with(workspace, budget, clock))
+        self.run_with(workspace, budget, &crate::SystemClock)
     }
 
     /// [`PushOutQuery::run`] by a clock of the caller's.

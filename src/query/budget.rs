@@ -45,13 +45,6 @@ impl Budget {
         Self { poll_interval: work, ..self }
     }
 
-    /// Runs by the clock of the system if time is limited. Otherwise no clock is asked, and to make that of the system, which
-    /// looks at it, would cost up to a twentieth of a small query.
-    #[cfg(feature = "std")]
-    pub(crate) fn by_system_clock<R>(self, run: impl FnOnce(&dyn Clock) -> R) -> R {
-        if self.time.is_some() { run(&SystemClock::default()) } else { run(&ManualClock::new()) }
-    }
-
     /// Whether nothing can end the call early.
     pub(crate) fn is_unlimited(self) -> bool {
         self.time.is_none() && self.work.is_none()
@@ -64,22 +57,17 @@ pub trait Clock {
     fn now(&self) -> Duration;
 }
 
-/// The monotonic clock of the operating system, about 25 ns a look.
+/// The monotonic clock of the operating system, about 25 ns a look. All of a program tell the time since the first look.
 #[cfg(feature = "std")]
-#[derive(Clone, Copy, Debug)]
-pub struct SystemClock(std::time::Instant);
-
-#[cfg(feature = "std")]
-impl Default for SystemClock {
-    fn default() -> Self {
-        Self(std::time::Instant::now())
-    }
-}
+#[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
+pub struct SystemClock;
 
 #[cfg(feature = "std")]
 impl Clock for SystemClock {
     fn now(&self) -> Duration {
-        self.0.elapsed()
+        static FIRST_LOOK: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+        FIRST_LOOK.get_or_init(std::time::Instant::now).elapsed()
     }
 }
 

@@ -91,7 +91,7 @@ impl<'t> ContactQuery<'t> {
     /// some; later ones do not allocate. It does not lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Contacts {
-        budget.by_system_clock(|clock| self.run_with(workspace, budget, clock))
+        self.run_with(workspace, budget, &crate::SystemClock)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -102,7 +102,7 @@ impl<'t> ContactQuery<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Contacts, ResumeError> {
-        budget.by_system_clock(|clock| self.resume_with(workspace, budget, clock))
+        self.resume_with(workspace, budget, &crate::SystemClock)
     }
 
     /// [`ContactQuery::run`] by a clock of the caller's.

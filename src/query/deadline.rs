@@ -7,8 +7,10 @@
 
 use super::budget::{Budget, Clock};
 use super::outcome::StopReason;
+use crate::math::nanoseconds;
 use crate::model::cost::{
-    FIRST_TO_SLOWEST, MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART, SLOWEST_TO_MEAN, SLOWEST_UNIT,
+    FIRST_TO_SLOWEST, LONGEST_STEP, MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART, SLOWEST_TO_MEAN,
+    SLOWEST_UNIT,
 };
 use core::time::Duration;
 
@@ -40,13 +42,17 @@ pub(crate) struct Deadline<'c> {
 }
 
 impl<'c> Deadline<'c> {
-    /// The end of a budget that begins now.
+    /// The end of a budget that begins now. Unless it is so short that it might be over before the first step, its start is the
+    /// first look.
     #[inline(always)]
     pub fn of(budget: Budget, clock: &'c dyn Clock) -> Self {
         let started = budget.time.map(|_| clock.now());
         let end = started.zip(budget.time).map(|(now, limit)| now.saturating_add(limit));
         let left = budget.work.unwrap_or(u64::MAX);
-        Self { started, poll_interval: budget.poll_interval.max(1), reserve: 0, ..Self::at(end, left, clock) }
+        let poll_interval = budget.poll_interval.max(1);
+        let first = budget.time.map_or(u64::MAX, |limit| (nanoseconds(limit) / SLOWEST_UNIT) as u64 / FIRST_TO_SLOWEST);
+        let (safe, first_look) = if first < poll_interval { (0, None) } else { (first, started) };
+        Self { started, first_look, safe, poll_interval, reserve: 0, ..Self::at(end, left, clock) }
     }
 
     /// The end at a moment of the clock, if any, and after so much work, the last step of a query included.
@@ -147,10 +153,11 @@ impl<'c> Deadline<'c> {
         self.left.min(self.safe)
     }
 
-    /// Looks at the clock before the next step, however far the end.
-    pub fn look_next(&mut self) {
+    /// Allows for a step that may take some dozen times as long as its work tells: near the end, the clock is asked after it.
+    pub fn allow_for_long_step(&mut self) {
         if self.is_timed() {
-            self.next_look = 0;
+            self.safe = self.safe.saturating_sub(LONGEST_STEP);
+            self.next_look = self.next_look.saturating_sub(LONGEST_STEP);
         }
     }
 
@@ -172,10 +179,10 @@ impl<'c> Deadline<'c> {
     fn safe_work(&mut self) -> Option<u64> {
         let (end, now) = (self.end?, self.clock.now());
         let first = *self.first_look.get_or_insert(now);
-        let mean = now.saturating_sub(first).as_nanos() as f64 / self.done.max(1) as f64;
+        let mean = nanoseconds(now.saturating_sub(first)) / self.done.max(1) as f64;
         let left = end.checked_sub(now).filter(|left| !left.is_zero())?;
         let [slowest, to_mean] = self.slowest;
-        Some((left.as_nanos() as f64 / slowest.max(to_mean * mean)) as u64)
+        Some((nanoseconds(left) / slowest.max(to_mean * mean)) as u64)
     }
 }
 
@@ -202,6 +209,20 @@ mod tests {
         assert_eq!(fourth - third, 4_463, "49 us at eight times 1.37 ns a unit");
         clock.advance(Duration::from_micros(49));
         assert_eq!(deadline.stop(fourth), Some(StopReason::Deadline));
+    }
+
+    #[test]
+    fn after_long_steps_the_clock_is_asked_only_near_the_end() {
+        let clock = ManualClock::new();
+        let mut deadline = Deadline::of(Budget::time(Duration::from_micros(200)), &clock);
+        deadline.begin(0);
+        for _ in 0..2 {
+            deadline.allow_for_long_step();
+            assert!(deadline.next_look > 0, "8,333 units cannot pass the end, and two long steps are as long as 6,000");
+        }
+        deadline.allow_for_long_step();
+        clock.advance(Duration::from_micros(200));
+        assert_eq!(deadline.stop(0), Some(StopReason::Deadline));
     }
 
     #[test]

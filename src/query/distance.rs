@@ -121,7 +121,7 @@ impl<'t> DistanceQuery<'t> {
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Distance {
-        budget.by_system_clock(|clock| self.run_with(workspace, None, budget, clock))
+        self.run_with(workspace, None, budget, &crate::SystemClock)
     }
 
     /// [`DistanceQuery::run`] with what is remembered of the pair from the frame before, and will be for the next: the
@@ -129,7 +129,7 @@ impl<'t> DistanceQuery<'t> {
     /// ([`PairMemory::clearance`]).
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Distance {
-        budget.by_system_clock(|clock| self.run_with(workspace, Some(memory), budget, clock))
+        self.run_with(workspace, Some(memory), budget, &crate::SystemClock)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -140,7 +140,7 @@ impl<'t> DistanceQuery<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Distance, ResumeError> {
-        budget.by_system_clock(|clock| self.resume_with(workspace, None, budget, clock))
+        self.resume_with(workspace, None, budget, &crate::SystemClock)
     }
 
     /// [`DistanceQuery::run`] by a clock of the caller's, with or without a memory.

@@ -12,6 +12,7 @@ use super::queue::Pair;
 use super::views::Relation;
 use super::workspace::{ResumeError, Workspace};
 use crate::math::lanes::Instructions;
+use crate::math::nanoseconds;
 use crate::model::closing::{self, Closing};
 use crate::model::confidence;
 use crate::model::cost::{CostModel, Counts};
@@ -36,7 +37,7 @@ impl Prediction {
     fn of(bv_tests: Quantiles) -> Self {
         Self {
             bv_tests,
-            triangle_tests: bv_tests.map(prediction::triangle_tests),
+            triangle_tests: bv_tests.map(|n| counts(n).triangle_tests),
             work: bv_tests.map(|n| counts(n).work()),
         }
     }
@@ -49,13 +50,9 @@ impl Prediction {
     }
 }
 
-/// The other counts that usually go with so many BV tests.
+/// The counts that usually go with so many BV tests.
 fn counts(bv_tests: f64) -> Counts {
-    Counts {
-        bv_tests,
-        triangle_tests: prediction::triangle_tests(bv_tests),
-        box_updates: prediction::openings(bv_tests),
-    }
+    if bv_tests > 0.0 { prediction::counts(libm::log2(bv_tests)) } else { Counts::default() }
 }
 
 /// What can be said of a stopped query: see [`Query::estimate`].
@@ -210,10 +207,10 @@ impl Query<'_> {
         let roots = pair_cost([a.self_cost, b.self_cost], 1.0);
         let most = match (self.previous(memory), self.options.mode) {
             (None, _) => prediction::most(roots.into()),
-            (Some(previous), Mode::All) => prediction::all_after(previous).p90,
-            (Some(previous), Mode::Any) => prediction::any_after(previous).p90,
+            (Some(previous), Mode::All) => prediction::most_of_all_after(previous),
+            (Some(previous), Mode::Any) => prediction::most_of_any_after(previous),
         };
-        cost_model.time(&counts(most)) <= limit.as_nanos() as f64
+        cost_model.time(&prediction::counts(most)) <= nanoseconds(limit)
     }
 }
 

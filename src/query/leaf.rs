@@ -168,7 +168,7 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST;
         // The one step whose time differs a hundredfold.
-        self.deadline.look_next();
+        self.deadline.allow_for_long_step();
         if self.workspace.contacts.margin().is_some() {
             let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
             if let Some(contact) = Contact::touching(ids, [a, b]) {

@@ -4,7 +4,7 @@ use super::Query;
 use super::budget::{Budget, Clock};
 use super::options::Mode;
 use super::workspace::Workspace;
-use crate::math::Pose;
+use crate::math::{Pose, nanoseconds};
 use crate::mesh::shapes;
 use crate::model::cost::{CostModel, Counts};
 use crate::model::least_squares::least_squares;
@@ -25,7 +25,7 @@ impl CostModel {
     /// Takes a few milliseconds.
     #[cfg(feature = "std")]
     pub fn measure() -> Self {
-        Self::measure_with(&super::SystemClock::default())
+        Self::measure_with(&crate::SystemClock)
     }
 
     /// The same with a clock of the caller's. The default model, if the clock stands still.
@@ -46,7 +46,7 @@ impl CostModel {
                     counts = core::hint::black_box(outcome).stats.counts();
                 }
                 features.push([counts.bv_tests, counts.triangle_tests, counts.box_updates, 1.0]);
-                times.push(least.as_nanos() as f64);
+                times.push(nanoseconds(least));
             }
         }
         Self::fitted(&features, &times)

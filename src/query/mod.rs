@@ -80,8 +80,9 @@ pub use ray::{RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery};
 pub(crate) use strategy::Strategy;
 pub use workspace::{ResumeError, Workspace};
 
-use crate::math::Pose;
+use crate::math::{Pose, nanoseconds};
 use crate::model::confidence::DEFAULT_PRIOR;
+use crate::model::cost::Counts;
 use crate::tree::{Tree, WIDTH};
 use certificate::Place;
 use intersection::{Intersection, Overlapping};
@@ -190,14 +191,14 @@ impl<'t> Query<'t> {
     /// [`Budget::poll_interval`] units of work. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Outcome {
-        budget.by_system_clock(|clock| self.run_with(workspace, None, budget, clock))
+        self.run_with(workspace, None, budget, &crate::SystemClock)
     }
 
     /// [`Query::run`] with what is remembered of the pair from the frame before, and will be for the next. As long as B stays
     /// within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known without a search.
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Outcome {
-        budget.by_system_clock(|clock| self.run_with(workspace, Some(memory), budget, clock))
+        self.run_with(workspace, Some(memory), budget, &crate::SystemClock)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -208,7 +209,7 @@ impl<'t> Query<'t> {
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Outcome, ResumeError> {
-        budget.by_system_clock(|clock| self.resume_with(workspace, None, budget, clock))
+        self.resume_with(workspace, None, budget, &crate::SystemClock)
     }
 
     /// [`Query::resume`] with what is remembered of the pair.
@@ -222,7 +223,7 @@ impl<'t> Query<'t> {
         memory: &mut PairMemory,
         budget: Budget,
     ) -> Result<Outcome, ResumeError> {
-        budget.by_system_clock(|clock| self.resume_with(workspace, Some(memory), budget, clock))
+        self.resume_with(workspace, Some(memory), budget, &crate::SystemClock)
     }
 
     /// [`Query::run`] by a clock of the caller's, with or without a memory.
@@ -343,13 +344,14 @@ impl<'t> Query<'t> {
 
     /// Spends a budget on the run in the workspace; learns what it costs.
     fn spend(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, deadline: &mut Deadline) -> Outcome {
-        let before = deadline.is_timed().then(|| workspace.counts());
+        let before = if workspace.run.stopped { workspace.counts() } else { Counts::default() };
         let stop = self.advance(workspace, memory, deadline);
-        if let (Some(before), Some(elapsed)) = (before, deadline.elapsed()) {
+        let elapsed = deadline.elapsed();
+        if let Some(elapsed) = elapsed {
             let done = workspace.counts().since(&before);
-            workspace.cost_model = workspace.cost_model.learned(&done, elapsed.as_nanos() as f64);
+            workspace.cost_model = workspace.cost_model.learned(&done, nanoseconds(elapsed));
         }
-        workspace.run.took(deadline.elapsed());
+        workspace.run.took(elapsed);
         workspace.outcome(stop)
     }
 

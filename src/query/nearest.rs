@@ -234,7 +234,7 @@ impl Traversal<'_, '_, Distance> {
             }
         }
         search.linked.truncate(search.linked.len() - count);
-        self.deadline.look_next();
+        self.deadline.allow_for_long_step();
     }
 
     /// What may be closest is looked at next, the most likely first; what may only bound the distance is put off.
@@ -282,7 +282,7 @@ impl Traversal<'_, '_, Distance> {
         let [of_a, of_b] = &mut workspace.corners;
         let a = of_a.of(self.a, pair[0], |v| v);
         let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
-        self.deadline.look_next();
+        self.deadline.allow_for_long_step();
         if let Some(margin) = workspace.contacts.margin() {
             let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
             if self.strategy.largest_first {

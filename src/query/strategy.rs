@@ -130,8 +130,8 @@ impl Strategy {
             if (strategy.queues() || marches) && default_order {
                 strategy.warm_start = WarmStart::Paths;
             }
-            if budget.is_unlimited() {
-                // Nothing can come too late, so batches may be as full as possible.
+            if !stops {
+                // Nothing is expected to come too late, so batches may be as full as possible.
                 strategy.batch = PATIENCE;
             }
         }

@@ -333,16 +333,15 @@ impl Scene {
     /// takes to list all known pairs once.
     #[cfg(feature = "std")]
     pub fn detect(&mut self, budget: Budget) -> &Report {
-        let clock = SystemClock::default();
         #[cfg(feature = "parallel")]
         if let Some(workers) = self.workers.take() {
-            self.frame(budget, &clock, workers.threads(), |batches, round, bodies, scratch| {
-                workers.run(batches, round, bodies, scratch, clock);
+            self.frame(budget, &SystemClock, workers.threads(), |batches, round, bodies, scratch| {
+                workers.run(batches, round, bodies, scratch);
             });
             self.workers = Some(workers);
             return &self.report;
         }
-        self.detect_with(budget, &clock)
+        self.detect_with(budget, &SystemClock)
     }
 
     /// [`Scene::detect`] by a clock of the caller's, on the calling thread alone.

@@ -120,7 +120,7 @@ impl<'t> MotionQuery<'t> {
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Passage {
-        budget.by_system_clock(|clock| self.run_with(workspace, None, budget, clock))
+        self.run_with(workspace, None, budget, &crate::SystemClock)
     }
 
     /// [`MotionQuery::run`] with what is remembered of the pair, and will be for the next motion: the triangles that met first.
@@ -128,7 +128,7 @@ impl<'t> MotionQuery<'t> {
     /// ([`PairMemory::clearance`]), the motion is free without a search.
     #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Passage {
-        budget.by_system_clock(|clock| self.run_with(workspace, Some(memory), budget, clock))
+        self.run_with(workspace, Some(memory), budget, &crate::SystemClock)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -139,7 +139,7 @@ impl<'t> MotionQuery<'t> {
     /// If the last run in this workspace was not of these trees, this motion and these options, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Passage, ResumeError> {
-        budget.by_system_clock(|clock| self.resume_with(workspace, None, budget, clock))
+        self.resume_with(workspace, None, budget, &crate::SystemClock)
     }
 
     /// [`MotionQuery::run`] by a clock of the caller's, with or without a memory.

@@ -250,7 +250,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return state.pass(followed.from);
         }
-        self.deadline.look_next();
+        self.deadline.allow_for_long_step();
         self.workspace.motion.followed = match followed.phase {
             Phase::Contact(moment) => self.look_for_contact(followed, moment),
             Phase::Window | Phase::Direction => self.narrow(followed),

@@ -194,7 +194,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         if was_exact {
             stats.exact_tests += 1;
             stats.work += WORK_PER_EXACT_TEST;
-            self.deadline.look_next();
+            self.deadline.allow_for_long_step();
         }
         let (t, side) = found?;
         let hit = RayHit { triangle: id, t, side };

@@ -68,7 +68,7 @@ impl<'t> RayQuery<'t> {
     /// room for 4,096 hits, unless [`Workspace::reserve_ray_hits`] has made some; otherwise nothing is allocated.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> RayCast {
-        budget.by_system_clock(|clock| self.run_with(workspace, budget, clock))
+        self.run_with(workspace, budget, &crate::SystemClock)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -79,7 +79,7 @@ impl<'t> RayQuery<'t> {
     /// If the last run in this workspace was not of this tree, this ray and this mode, or is complete.
     #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<RayCast, ResumeError> {
-        budget.by_system_clock(|clock| self.resume_with(workspace, budget, clock))
+        self.resume_with(workspace, budget, &crate::SystemClock)
     }
 
     /// [`RayQuery::run`] by a clock of the caller's.
@@ -157,7 +157,7 @@ impl<'t> RayBatch<'t> {
     /// the two slices is longer, the rest of it is left alone. It does not allocate, lock or panic.
     #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, hits: &mut [Option<RayHit>], budget: Budget) -> RayBatchOutcome {
-        budget.by_system_clock(|clock| self.run_with(workspace, hits, budget, clock))
+        self.run_with(workspace, hits, budget, &crate::SystemClock)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget. `hits` is as long as it was; what is done
@@ -172,7 +172,7 @@ impl<'t> RayBatch<'t> {
         hits: &mut [Option<RayHit>],
         budget: Budget,
     ) -> Result<RayBatchOutcome, ResumeError> {
-        budget.by_system_clock(|clock| self.resume_with(workspace, hits, budget, clock))
+        self.resume_with(workspace, hits, budget, &crate::SystemClock)
     }
 
     /// [`RayBatch::run`] by a clock of the caller's.

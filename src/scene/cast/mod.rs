@@ -36,7 +36,7 @@ impl Scene {
     /// [`SceneError::NoRay`].
     #[cfg(feature = "std")]
     pub fn cast(&mut self, ray: &SceneRay, budget: Budget) -> Result<SceneCast, SceneError> {
-        budget.by_system_clock(|clock| self.cast_with(ray, budget, clock))
+        self.cast_with(ray, budget, &crate::SystemClock)
     }
 
     /// [`Scene::cast`] by a clock of the caller's.

@@ -47,7 +47,7 @@ use super::pair::frame::{Frame, GUARANTEED};
 use super::pair::question::Question;
 use super::report::Report;
 use super::room::reserve;
-use crate::math::Pose;
+use crate::math::{Pose, nanoseconds};
 use crate::model::calibration::Calibration;
 use crate::model::cost::{LEAST_WORK, WORK_PER_PLANNED_PAIR};
 use crate::query::{Deadline, Mode, Query, Workspace};
@@ -219,7 +219,7 @@ impl Schedule {
             let spent = self.collect(frame, [total, least], pairs, report);
             if let (Some(dealing), Some(running), Some(collecting)) = (dealing, running, frame.lap(&mut lap)) {
                 self.overhead.learn_round([dealing, collecting], dealt);
-                self.speed.learn(spent as f64, running.as_nanos() as f64 * frame.threads as f64);
+                self.speed.learn(spent as f64, nanoseconds(running) * frame.threads as f64);
             }
             if spent == 0 {
                 break;
@@ -246,8 +246,8 @@ impl Schedule {
         if let Some(took) = frame.lap(&mut lap) {
             let took = took.saturating_sub(estimating);
             let told = report.pairs.len() + report.distances.len() + report.passages.len() + found.events.len();
-            let most = (2_000 + 10 * told) as f64 + estimates.unwrap_or_default().as_nanos() as f64;
-            self.rest.learn(took.as_nanos() as f64, most);
+            let most = (2_000 + 10 * told) as f64 + nanoseconds(estimates.unwrap_or_default());
+            self.rest.learn(nanoseconds(took), most);
         }
         lap
     }
@@ -325,7 +325,7 @@ impl Schedule {
     /// Work that is left, `spent` being done; `u64::MAX` without a budget.
     fn left(&self, frame: &Frame, until_from: Option<(Duration, Duration)>, spent: u64) -> u64 {
         let time = until_from.map(|(end, now)| end.saturating_sub(now));
-        let work = |time: Duration| (time.as_nanos() as f64 * frame.threads as f64 * self.speed.work_per_nano()) as u64;
+        let work = |time: Duration| (nanoseconds(time) * frame.threads as f64 * self.speed.work_per_nano()) as u64;
         let in_time = time.map_or(u64::MAX, work);
         in_time.min(frame.budget.work.map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
     }

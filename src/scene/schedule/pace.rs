@@ -1,5 +1,6 @@
 //! How fast the frames of a scene go on this machine, as measured, so that what is left of a frame can be shared.
 
+use crate::math::nanoseconds;
 use crate::model::cost::{TYPICAL_UNIT, WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR};
 use core::time::Duration;
 
@@ -72,13 +73,13 @@ impl Default for Overhead {
 
 impl Overhead {
     pub fn learn_list(&mut self, took: Duration, work: u64) {
-        let each = took.as_nanos() as f64 / (work as f64 + NEVER_NONE);
+        let each = nanoseconds(took) / (work as f64 + NEVER_NONE);
         self.listing += (each.min(MOST * LISTING) - self.listing) / 16.0;
     }
 
     /// Of a round: the time in which so many jobs were dealt, and that in which they were collected.
     pub fn learn_round(&mut self, [dealing, collecting]: [Duration; 2], jobs: usize) {
-        let each = |took: Duration| took.as_nanos() as f64 / (jobs as f64 + NEVER_NONE);
+        let each = |took: Duration| nanoseconds(took) / (jobs as f64 + NEVER_NONE);
         self.dealing += (each(dealing).min(MOST * DEALING) - self.dealing) / 16.0;
         self.collecting.learn(each(collecting), MOST * COLLECTING);
     }
@@ -101,6 +102,6 @@ impl Overhead {
     /// Work of a list of as many pairs as can be listed, dealt and collected in `time`.
     pub fn list_work(&self, time: Duration) -> u64 {
         let after = self.of_a_job() / WORK_PER_LISTED_PAIR as f64;
-        (time.as_nanos() as f64 / (self.listing + after)) as u64
+        (nanoseconds(time) / (self.listing + after)) as u64
     }
 }

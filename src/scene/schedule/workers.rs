@@ -20,13 +20,12 @@ struct Task {
     batch: Batch,
     round: Round,
     bodies: Arc<Bodies>,
-    clock: SystemClock,
 }
 
 impl Task {
     /// Lets go of the bodies before the batch is given back: the owner of the scene may then change them.
     fn run(mut self, scratch: &mut Box<Workspace>) -> (usize, Batch) {
-        self.batch.run(&self.bodies, scratch, &self.round, &self.clock);
+        self.batch.run(&self.bodies, scratch, &self.round, &SystemClock);
         (self.index, self.batch)
     }
 }
@@ -101,19 +100,12 @@ impl Workers {
     }
 
     /// Runs all batches that are not empty.
-    pub fn run(
-        &self,
-        batches: &mut [Batch],
-        round: &Round,
-        bodies: &Arc<Bodies>,
-        scratch: &mut Box<Workspace>,
-        clock: SystemClock,
-    ) {
+    pub fn run(&self, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>, scratch: &mut Box<Workspace>) {
         let Shared { begin, end, .. } = &*self.shared;
         let mut tasks = self.shared.lock();
         for (index, batch) in batches.iter_mut().enumerate().rev().filter(|(_, batch)| !batch.turns.is_empty()) {
             let batch = core::mem::take(batch);
-            tasks.waiting.push(Task { index, batch, round: *round, bodies: Arc::clone(bodies), clock });
+            tasks.waiting.push(Task { index, batch, round: *round, bodies: Arc::clone(bodies) });
         }
         let mut away = tasks.waiting.len();
         drop(tasks);
