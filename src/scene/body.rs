@@ -302,6 +302,11 @@ impl Bodies {
         wait(&mut self.facts[index as usize], index, change, &mut self.pending, &mut self.changed);
     }
 
+    /// Whether all boxes are those that the bodies will have in the next frame if nothing changes.
+    pub fn are_settled(&self) -> bool {
+        self.pending.is_empty() && self.settling.is_empty()
+    }
+
     pub fn end_changes(&mut self) {
         while let Some(index) = self.settling.pop() {
             self.set_pending(index, Change::Settle);

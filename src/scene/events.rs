@@ -46,7 +46,7 @@ impl Scene {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn track_contacts(&mut self) {
-        self.events.on = true;
+        (self.events.on, self.is_known) = (true, false);
         self.events.reserve(self.pairs.room(), &mut self.report);
     }
 }

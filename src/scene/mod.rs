@@ -106,6 +106,10 @@ pub struct Scene {
     mode: Mode,
     /// The frame from which on this mode is asked for.
     asked_since: u64,
+    /// Whether the last report holds for the next frame too, unless something changes.
+    is_known: bool,
+    /// Frames so far but those of which all was known: what bodies and pairs count by.
+    busy_frames: u64,
     reach: Reach,
     bodies: Arc<Bodies>,
     broad: Broad,
@@ -127,6 +131,8 @@ impl Scene {
         Self {
             mode: Mode::Any,
             asked_since: 1,
+            is_known: false,
+            busy_frames: 0,
             reach: Reach::Here,
             bodies: Arc::default(),
             broad: Broad::default(),
@@ -146,13 +152,13 @@ impl Scene {
     /// frames found does not answer another question.
     pub fn set_mode(&mut self, mode: Mode) {
         if self.mode != mode {
-            (self.mode, self.asked_since) = (mode, self.next_frame());
+            (self.mode, self.asked_since, self.is_known) = (mode, self.next_frame(), false);
         }
     }
 
     /// Which boxes the broad phase compares from the next frame on; by default, those where the bodies are.
     pub fn set_reach(&mut self, reach: Reach) {
-        self.reach = reach;
+        (self.reach, self.is_known) = (reach, false);
     }
 
     /// The most pairs of near bodies that are kept; by default 1,048,576. A pair takes 56 bytes, and about 500 more from its
@@ -162,6 +168,7 @@ impl Scene {
     /// are kept already stay.
     pub fn set_max_pairs(&mut self, pairs: usize) {
         self.pairs.most = pairs.min(schedule::pairs::LIMIT);
+        self.is_known = false;
     }
 
     /// Shares the work of [`Scene::detect`] among `threads` threads, the caller's included. They wait between frames.
@@ -305,7 +312,8 @@ impl Scene {
     /// ([`Report::unplaced`]), how many have partners that may not be known ([`Report::unpaired`]), and how many known pairs it
     /// did not look at ([`Report::unlisted`]). What it says about the pairs in it is as true as ever. Bodies of an importance
     /// above 0 go first, but for one in four; none waits for ever if budgets allow a step at all. What rests is known after some
-    /// frames, as without a budget.
+    /// frames, as without a budget. If the last frame decided all pairs and nothing has changed since, its report is told again,
+    /// within any budget; unless it tells of distances, motions or where bodies touch, which are looked at in every frame.
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of overlapping boxes, than any
     /// before it, and, to be ready for more, in the 64 frames after it had more bodies than ever. Buffers then get room for
@@ -385,13 +393,14 @@ impl Scene {
     }
 
     fn bodies_mut(&mut self) -> &mut Bodies {
+        self.is_known = false;
         // No worker has a share of them between frames, so nothing is copied.
         Arc::make_mut(&mut self.bodies)
     }
 
     /// The frame in which a change takes effect.
     fn next_frame(&self) -> u64 {
-        self.report.frame + 1
+        self.busy_frames + 1
     }
 
     /// Changes a body in a way that may change its box or its verdicts.

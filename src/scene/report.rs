@@ -200,13 +200,20 @@ impl Report {
         (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
     }
 
-    /// Adds a pair, with what is known about it when the frame begins.
+    /// Adds a pair, with what is known about it when the frame of this number begins.
     #[inline(always)]
-    pub(super) fn push(&mut self, [a, b]: [BodyId; 2], state: &PairState, probability: f32, complete: bool) {
-        let (verdict, age, probability) = (Verdict::Undecided, self.frame - state.decided, f64::from(probability));
+    pub(super) fn push(
+        &mut self,
+        [a, b]: [BodyId; 2],
+        state: &PairState,
+        frame: u64,
+        probability: f32,
+        complete: bool,
+    ) {
+        let (verdict, age, probability) = (Verdict::Undecided, frame - state.decided, f64::from(probability));
         self.pairs.push(PairReport { a, b, verdict, found: 0, complete: false, probability, recall: 0.0, age });
         if complete {
-            let standing = Standing { complete: true, ..state.standing(self.frame) };
+            let standing = Standing { complete: true, ..state.standing(frame) };
             self.note(self.pairs.len() - 1, standing, Spent::default());
         }
     }
@@ -257,6 +264,13 @@ impl Report {
         if self.decided < self.pairs.len() {
             self.worst_age = self.pairs.iter().map(|pair| pair.age).max().unwrap_or(0);
         }
+    }
+
+    /// Whether it would be the same in a frame in which nothing has changed.
+    pub(super) fn is_final(&self) -> bool {
+        let asks_more = !(self.distances.is_empty() && self.group_distances.is_empty() && self.passages.is_empty());
+        let all = self.pairs.len();
+        self.is_whole() && !self.is_full && (self.decided, self.complete) == (all, all) && !asks_more
     }
 
     /// How many known pairs are not decided.

@@ -20,6 +20,10 @@ impl Waiting {
         reserve_queue(&mut self.others, bodies);
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.important.is_empty() && self.others.is_empty()
+    }
+
     pub fn push(&mut self, body: u32, importance: f32) {
         if importance > 0.0 { &mut self.important } else { &mut self.others }.push_back(body);
     }

@@ -4,7 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::common::check;
+use crate::common::random::Random;
 use crate::common::reference::posed_triangles;
+use crate::{nudged, pose, trees};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
     Aabb, Body, BodyId, Budget, Filter, ManualClock, Mode, Motion, Pose, Query, Reach, Report, Scene, SceneError, Tree,
@@ -395,4 +397,79 @@ fn boxes_intersect_where_both_are() {
     let (a, b) = (Aabb::new(DVec3::ZERO, DVec3::ONE), Aabb::new(DVec3::splat(0.5), DVec3::splat(3.0)));
     assert_eq!(a.intersection(&b), Aabb::new(DVec3::splat(0.5), DVec3::ONE));
     assert!(a.intersection(&Aabb::new(DVec3::splat(2.0), DVec3::splat(3.0))).is_empty());
+}
+
+/// A scene that knows it has nothing to do, beside one that is told of a change that is none, and so looks at everything.
+#[test]
+fn frames_in_which_nothing_changed_say_what_a_look_at_all_pairs_says() {
+    let (trees, mut rests) = (trees(), 0);
+    for seed in 0..40 {
+        let mut random = Random::new(seed);
+        let mut scenes = [Scene::new(), Scene::new()];
+        if seed % 2 == 1 {
+            scenes.iter_mut().for_each(Scene::track_contacts);
+        }
+        let mut ids = Vec::<BodyId>::new();
+        for _ in 0..60 {
+            let chosen = if ids.is_empty() { 0 } else { random.below(ids.len()) };
+            match random.below(12) {
+                0 | 1 => {
+                    let body = Body::moving(Arc::clone(&trees[random.below(trees.len())]), pose(2.0, &mut random));
+                    let [id, same] = scenes.each_mut().map(|scene| scene.insert(body.clone()).unwrap());
+                    assert_eq!(id, same);
+                    ids.push(id);
+                }
+                2 if !ids.is_empty() => {
+                    let id = ids.swap_remove(chosen);
+                    scenes.iter_mut().for_each(|scene| drop(scene.remove(id).unwrap()));
+                }
+                3 | 4 if !ids.is_empty() => {
+                    let place = nudged(&scenes[0].body(ids[chosen]).unwrap().pose, &mut random);
+                    scenes.iter_mut().for_each(|scene| scene.set_pose(ids[chosen], place).unwrap());
+                }
+                5 => {
+                    let mode = [Mode::Any, Mode::All][random.below(2)];
+                    scenes.iter_mut().for_each(|scene| scene.set_mode(mode));
+                }
+                6 => {
+                    let reach = [Reach::Here, Reach::Swept][random.below(2)];
+                    scenes.iter_mut().for_each(|scene| scene.set_reach(reach));
+                }
+                _ => {}
+            }
+            if let Some(&id) = ids.first() {
+                scenes[1].set_importance(id, 1.0).unwrap();
+            }
+            let [rested, looked] = scenes.each_mut().map(|scene| {
+                let mut report = detect(scene, Budget::unlimited()).clone();
+                let spent = std::mem::take(&mut report.broad_phase_work);
+                (report.work, report.bv_tests) = (0, 0);
+                (format!("{report:?}"), spent)
+            });
+            assert_eq!(rested.0, looked.0, "seed {seed}");
+            rests += usize::from(rested.1 == 0 && looked.1 > 0);
+        }
+    }
+    assert!(rests > 400, "{rests}");
+}
+
+/// Frames of rest are none in which a pair could have grown older: it was decided in each.
+#[test]
+fn the_age_of_a_pair_begins_with_the_frame_after_its_rest() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let mut scene = Scene::new();
+    scene.track_contacts();
+    let still = scene.insert(Body::moving(Arc::clone(&ball), at(0.0, 0.0, 0.0))).unwrap();
+    let moving = scene.insert(Body::moving(ball, at(1.9, 0.0, 0.0))).unwrap();
+    for frame in 0..10 {
+        let report = detect(&mut scene, if frame == 0 { Budget::unlimited() } else { Budget::work(0) });
+        assert_eq!((report.frame, report.decided, report.contacts[0].age), (frame + 1, 1, frame));
+    }
+    scene.set_pose(moving, at(1.95, 0.0, 0.0)).unwrap();
+    for age in 1..4 {
+        let report = detect(&mut scene, Budget::work(0));
+        assert!(report.pair(still, moving).is_none_or(|pair| pair.age == age), "{report:?}");
+        assert_eq!((report.undecided() > 0 || report.unplaced > 0, report.contacts[0].age), (true, 9 + age));
+    }
+    assert_eq!(detect(&mut scene, Budget::unlimited()).decided, 1);
 }

@@ -220,7 +220,7 @@ impl<'l> Listing<'l> {
             let (listed, place, measures) = (self.report.pairs.len() as u32, place as u32, look.nearness.is_some());
             self.jobs.push(Job { key, listed, place, forecast, rank, home: None, kind, measures, open: true });
         }
-        self.report.push(pair.ids(), state, probability, complete);
+        self.report.push(pair.ids(), state, number, probability, complete);
         if look.is_apart && !complete {
             let apart = Standing { verdict: Verdict::Separated, found: 0, complete: true };
             self.report.note(self.report.pairs.len() - 1, apart, Spent::default());

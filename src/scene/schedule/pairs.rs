@@ -238,6 +238,11 @@ impl Pairs {
         self.touches.lend()
     }
 
+    /// Whether it may be known of pairs where they touch.
+    pub fn tell_touches(&self) -> bool {
+        self.touches.any()
+    }
+
     /// What is known of the contacts of a pair.
     pub fn touch(&self, key: PairKey) -> Option<&Touch> {
         let place = self.place(key);
