@@ -2,7 +2,7 @@
 
 use super::id::{BodyId, MeasureId};
 use super::pair::spent::Spent;
-use super::pair::state::{PairState, Standing};
+use super::pair::state::Standing;
 use crate::names::named;
 use crate::query::{Estimate, Verdict};
 use alloc::vec::Vec;
@@ -200,31 +200,21 @@ impl Report {
         (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
     }
 
-    /// Adds a pair, with what is known about it when the frame of this number begins.
+    /// Adds a pair that is not complete when the frame begins, and was decided so many frames before.
     #[inline(always)]
-    pub(super) fn push(
-        &mut self,
-        [a, b]: [BodyId; 2],
-        state: &PairState,
-        frame: u64,
-        probability: f32,
-        complete: bool,
-    ) {
-        let (verdict, age, probability) = (Verdict::Undecided, frame - state.decided, f64::from(probability));
+    pub(super) fn push_open(&mut self, [a, b]: [BodyId; 2], probability: f32, age: u64) {
+        let (verdict, probability) = (Verdict::Undecided, f64::from(probability));
         self.pairs.push(PairReport { a, b, verdict, found: 0, complete: false, probability, recall: 0.0, age });
-        if complete {
-            let standing = Standing { complete: true, ..state.standing(frame) };
-            self.note(self.pairs.len() - 1, standing, Spent::default());
-        }
     }
 
-    /// Adds a pair that meets.
+    /// Adds a pair of which nothing is left to find, and that was decided so many frames before.
     #[inline(always)]
-    pub(super) fn push_found(&mut self, [a, b]: [BodyId; 2], witness: [u32; 2]) {
-        let verdict = Verdict::Intersecting { witness };
-        self.pairs.push(PairReport { a, b, verdict, found: 1, complete: true, probability: 1.0, recall: 1.0, age: 0 });
-        self.decided += 1;
-        self.intersecting += 1;
+    pub(super) fn push_complete(&mut self, [a, b]: [BodyId; 2], verdict: Verdict, found: u64, age: u64) {
+        let (is_decided, met) = (verdict != Verdict::Undecided, matches!(verdict, Verdict::Intersecting { .. }));
+        let probability = if is_decided { f64::from(u8::from(met)) } else { 0.5 };
+        self.pairs.push(PairReport { a, b, verdict, found, complete: true, probability, recall: 1.0, age });
+        self.decided += usize::from(is_decided);
+        self.intersecting += usize::from(met);
         self.complete += 1;
     }
 

@@ -16,8 +16,6 @@ use crate::scene::broad::Broad;
 use crate::scene::facts::Facts;
 use crate::scene::id::{BodyId, PairKey, bodies_of};
 use crate::scene::pair::frame::Frame;
-use crate::scene::pair::spent::Spent;
-use crate::scene::pair::state::Standing;
 use crate::scene::report::Report;
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -173,7 +171,8 @@ impl<'l> Listing<'l> {
         }
         let changed = pair.facts[0].changed.max(pair.facts[1].changed);
         self.turns.list(pair.key, changed == self.frame.number);
-        self.report.push_found(pair.ids(), meeting.witness);
+        let verdict = Verdict::Intersecting { witness: meeting.witness };
+        self.report.push_complete(pair.ids(), verdict, 1, 0);
     }
 
     /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than whether it meets.
@@ -220,10 +219,14 @@ impl<'l> Listing<'l> {
             let (listed, place, measures) = (self.report.pairs.len() as u32, place as u32, look.nearness.is_some());
             self.jobs.push(Job { key, listed, place, forecast, rank, home: None, kind, measures, open: true });
         }
-        self.report.push(pair.ids(), state, number, probability, complete);
-        if look.is_apart && !complete {
-            let apart = Standing { verdict: Verdict::Separated, found: 0, complete: true };
-            self.report.note(self.report.pairs.len() - 1, apart, Spent::default());
+        let (verdict, found, age) = (state.verdict, state.found, number - state.decided);
+        if complete {
+            let (verdict, found) = if age == 0 { (verdict, found) } else { (Verdict::Undecided, 0) };
+            self.report.push_complete(pair.ids(), verdict, found, age);
+        } else if look.is_apart {
+            self.report.push_complete(pair.ids(), Verdict::Separated, 0, 0);
+        } else {
+            self.report.push_open(pair.ids(), probability, age);
         }
         true
     }
