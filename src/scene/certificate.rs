@@ -44,7 +44,7 @@ impl Scene {
             upper_bound: trees.iter().map(|tree| tree.mesh().len() as u64).product(),
             largest_extent: x.intersection(&y).extents().max_element(),
         };
-        if !self.is_looked_at(a, b)? || self.bodies.last_change(key).max(self.asked_since) > self.busy_frames {
+        if !self.is_looked_at(a, b)? || self.bodies.last_change(key).max(self.asked_since) > self.report.frame {
             return Ok(whole(pair.map(|placed| bounds::at(&placed.body.tree, &placed.body.pose))));
         }
         let Some(pair) = self.report.pair(a, b) else { return Ok(nothing) };

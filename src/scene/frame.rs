@@ -29,31 +29,33 @@ impl Scene {
         if self.is_known {
             return self.tell_again(started, clock);
         }
-        self.busy_frames += 1;
-        let (number, mode, asked_since) = (self.busy_frames, self.mode, self.asked_since);
+        let (number, mode, asked_since, rest) = (self.report.frame, self.mode, self.asked_since, self.rest);
         let Self { pairs, broad, bodies, schedule, scratch, report, .. } = self;
-        let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
+        let frame = Frame { number, mode, asked_since, rest, budget, started, clock, bodies, threads };
         let left = schedule.revisit(&frame, broad, pairs, !report.is_whole(), scratch);
         let mut share = Share::new(budget, left, schedule.found(), clock);
         share.run(Step::Place, |deadline| self.place_changed(deadline));
         let Self { pairs, broad, bodies, schedule, scratch, report, events, .. } = self;
         share.run(Step::Pair, |deadline| {
             pairs.update(broad, bodies, deadline);
-            Arc::make_mut(bodies).begin_groups(broad, number, deadline);
+            Arc::make_mut(bodies).begin_groups(broad, report.frame, deadline);
         });
         (report.unplaced, report.unpaired, report.is_full) = (bodies.changed, broad.open, broad.has_cropped());
-        let frame = Frame { number, mode, asked_since, budget, started, clock, bodies, threads };
+        let frame = Frame { number, mode, asked_since, rest, budget, started, clock, bodies, threads };
         let mut found = Found { broad, pairs, events };
         let execute = |batches: &mut [Batch], round: &Round| execute(batches, round, bodies, scratch);
         let ended = schedule.run(&frame, &mut found, &mut share, report, execute);
         schedule.hand_on(Arc::make_mut(bodies), number);
         report.broad_phase_work = share.spent;
         report.elapsed = ended.zip(started).map(|(ended, started)| ended.saturating_sub(started));
-        self.is_known = report.is_final() && bodies.are_settled() && !pairs.tell_touches();
+        let touches_known = !pairs.tell_touches() || bodies.contact_requests.all && schedule.is_idle;
+        self.is_known = report.is_final() && bodies.are_settled() && touches_known;
+        self.rest = if self.is_known { [number; 2] } else { rest };
     }
 
     /// A frame of which all is known from the one before, since nothing has changed. Only the ages of contacts grow.
     fn tell_again(&mut self, started: Option<Duration>, clock: &dyn Clock) {
+        self.rest[1] = self.report.frame;
         let Self { bodies, broad, report, events, .. } = self;
         (report.work, report.bv_tests, report.broad_phase_work) = (0, 0, 0);
         events.tell(bodies, broad, report);
@@ -74,7 +76,7 @@ impl Scene {
                 self.broad.place(index, Aabb::EMPTY, false, news, importance);
                 continue;
             };
-            let moves = self.reach == Reach::Swept && changed == self.busy_frames && *last != body.pose;
+            let moves = self.reach == Reach::Swept && changed == self.report.frame && *last != body.pose;
             let bounds = match moves {
                 true => bounds::swept(&body.tree, last, &body.pose),
                 false => bounds::at(&body.tree, &body.pose),

@@ -108,8 +108,8 @@ pub struct Scene {
     asked_since: u64,
     /// Whether the last report holds for the next frame too, unless something changes.
     is_known: bool,
-    /// Frames so far but those of which all was known: what bodies and pairs count by.
-    busy_frames: u64,
+    /// The last frame that found all, and the last of those after it in which nothing had changed.
+    rest: [u64; 2],
     reach: Reach,
     bodies: Arc<Bodies>,
     broad: Broad,
@@ -132,7 +132,7 @@ impl Scene {
             mode: Mode::Any,
             asked_since: 1,
             is_known: false,
-            busy_frames: 0,
+            rest: [0; 2],
             reach: Reach::Here,
             bodies: Arc::default(),
             broad: Broad::default(),
@@ -313,7 +313,8 @@ impl Scene {
     /// did not look at ([`Report::unlisted`]). What it says about the pairs in it is as true as ever. Bodies of an importance
     /// above 0 go first, but for one in four; none waits for ever if budgets allow a step at all. What rests is known after some
     /// frames, as without a budget. If the last frame decided all pairs and nothing has changed since, its report is told again,
-    /// within any budget; unless it tells of distances, motions or where bodies touch, which are looked at in every frame.
+    /// within any budget; unless it tells of distances, of motions, or [where some bodies touch](Scene::find_contacts_of), which
+    /// are looked at in every frame.
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of overlapping boxes, than any
     /// before it, and, to be ready for more, in the 64 frames after it had more bodies than ever. Buffers then get room for
@@ -400,7 +401,7 @@ impl Scene {
 
     /// The frame in which a change takes effect.
     fn next_frame(&self) -> u64 {
-        self.busy_frames + 1
+        self.report.frame + 1
     }
 
     /// Changes a body in a way that may change its box or its verdicts.

@@ -115,7 +115,7 @@ impl Scene {
     /// # Errors
     /// If one of the bodies is not in the scene, or both are the same.
     pub fn contact_points(&self, x: BodyId, y: BodyId) -> Result<ContactPoints<'_>, SceneError> {
-        let (key, frame) = (self.bodies.key(x, y)?, self.busy_frames);
+        let (key, frame) = (self.bodies.key(x, y)?, self.report.frame);
         let is_apart = match self.report.pair(x, y) {
             Some(pair) => pair.verdict == Verdict::Separated,
             None => self.is_looked_at(x, y)? && frame > 0,

@@ -21,6 +21,8 @@ pub(crate) struct Frame<'f> {
     pub mode: Mode,
     /// The frame in which this mode was first asked for; what older ones found is of another question.
     pub asked_since: u64,
+    /// The last frame that found all, and the last of those after it in which nothing had changed.
+    pub rest: [u64; 2],
     pub budget: Budget,
     /// When it began, for a budget of time.
     pub started: Option<Duration>,
@@ -56,6 +58,12 @@ impl Frame<'_> {
         let work = self.budget.work.unwrap_or(u64::MAX);
         let time = self.budget.time.map_or(u64::MAX, |time| time.as_nanos() as u64);
         state.knows_contacts(changed) && (left_out == 0 || left_out > work.min(time) / GUARANTEED)
+    }
+
+    /// The last frame in which a pair was decided; those of a rest count, though nothing was looked at.
+    pub fn decided(&self, state: &PairState) -> u64 {
+        let [found_all, last] = self.rest;
+        if state.decided == found_all { last } else { state.decided }
     }
 
     /// The last frame in which something about a pair was new.

@@ -2,6 +2,7 @@
 
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::query::Verdict;
+use crate::scene::pair::frame::Frame;
 use crate::scene::pair::spent::capped;
 use crate::scene::pair::state::PairState;
 
@@ -21,10 +22,10 @@ pub(crate) struct Forecast {
 impl Forecast {
     /// From what is remembered, or else from the fourth roots of the triangle counts, in a frame.
     #[inline]
-    pub fn new(state: &PairState, sizes: [f32; 2], frame: u64) -> Self {
-        let age = (frame - state.decided) as f32;
+    pub fn new(state: &PairState, sizes: [f32; 2], frame: &Frame) -> Self {
+        let age = (frame.number - frame.decided(state)) as f32;
         let probability = match state.verdict {
-            Verdict::Intersecting { .. } if state.is_lost(frame) => LOST_WITNESS,
+            Verdict::Intersecting { .. } if state.is_lost(frame.number) => LOST_WITNESS,
             Verdict::Intersecting { .. } => (1.0 - PARTED * age).max(LOST_WITNESS),
             Verdict::Undecided => (NEVER_DECIDED * age).min(MOST_OF_UNKNOWN),
             Verdict::Separated => (NEW_CONTACT * state.search as f32 * age).min(MOST_OF_UNKNOWN),

@@ -66,7 +66,7 @@ pub(crate) fn outlook(
     let sizes = [scale * x.size, scale * y.size];
     let forecast = match kind {
         TurnKind::Contacts => Forecast::of_contacts(state, sizes),
-        TurnKind::Meet => Forecast::new(state, sizes, frame.number),
+        TurnKind::Meet => Forecast::new(state, sizes, frame),
     };
     let urgency = if special && kind != TurnKind::Contacts { nearness.or_else(|| state.urgency()) } else { None };
     let importance = x.importance.max(y.importance) + frame.bodies.weight(key, kind);

@@ -32,6 +32,8 @@ pub(crate) struct Listing<'l> {
     pub found: &'l [Meeting],
     /// Pairs whose contacts are asked for, as they met when it was last decided.
     pub touching: usize,
+    /// Those of them of whose contacts a frame with a larger budget would look for more.
+    pub partial: usize,
     /// Pairs of groups that are not listed, and of which something is kept.
     pub kept: usize,
 }
@@ -68,8 +70,8 @@ struct Look {
 
 impl<'l> Listing<'l> {
     /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend. Of how many
-    /// pairs more something is kept, and how many touch, as far as it is known, if that matters.
-    pub fn run(mut self, deadline: &mut Deadline) -> [usize; 2] {
+    /// pairs more something is kept, and how many touch, as far as it is known, if that matters, and of these are known in part.
+    pub fn run(mut self, deadline: &mut Deadline) -> [usize; 3] {
         self.jobs.clear();
         self.report.begin();
         let known = self.pairs.len();
@@ -88,7 +90,7 @@ impl<'l> Listing<'l> {
         let next = if end < known { self.pairs.key(end) } else { 0 };
         self.turns.end_list(next, seen < known);
         self.report.unlisted = known - seen;
-        [self.kept, self.touching]
+        [self.kept, self.touching, self.partial]
     }
 
     /// Brings what was listed first, so many jobs and pairs, behind the rest.
@@ -205,6 +207,7 @@ impl<'l> Listing<'l> {
         }
         let touches = state.met() && bodies.contact_requests.has(key);
         self.touching += usize::from(touches);
+        self.partial += usize::from(touches && state.touch.as_ref().is_none_or(|touch| touch.left_out > 0));
         let located = !touches || self.frame.knows_contacts(state, changed);
         let mut probability = 0.0;
         if look.nearness.is_some() || !((complete || look.is_apart) && located) {
@@ -219,7 +222,7 @@ impl<'l> Listing<'l> {
             let (listed, place, measures) = (self.report.pairs.len() as u32, place as u32, look.nearness.is_some());
             self.jobs.push(Job { key, listed, place, forecast, rank, home: None, kind, measures, open: true });
         }
-        let (verdict, found, age) = (state.verdict, state.found, number - state.decided);
+        let (verdict, found, age) = (state.verdict, state.found, number - self.frame.decided(state));
         if complete {
             let (verdict, found) = if age == 0 { (verdict, found) } else { (Verdict::Undecided, 0) };
             self.report.push_complete(pair.ids(), verdict, found, age);

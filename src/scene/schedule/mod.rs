@@ -92,6 +92,8 @@ pub(crate) struct Schedule {
     jobs: Vec<Job>,
     /// How many of them are not at their ends.
     open: usize,
+    /// Whether there was none, and would not be in a frame with a larger budget.
+    pub is_idle: bool,
     /// Buffer for dealing them.
     order: Vec<(u64, u32)>,
     turns: RoundRobin,
@@ -340,9 +342,11 @@ impl Schedule {
         let Self { jobs, turns, tallies, revisit, .. } = self;
         tallies.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
-        let listing = Listing { frame, broad, pairs, jobs, report, turns, tallies, found, touching: 0, kept: 0 };
-        let [kept, touching] = listing.run(deadline);
+        let listing =
+            Listing { frame, broad, pairs, jobs, report, turns, tallies, found, touching: 0, partial: 0, kept: 0 };
+        let [kept, touching, partial] = listing.run(deadline);
         self.open = self.jobs.len();
+        self.is_idle = self.jobs.is_empty() && partial == 0;
         let listed = report.pairs.len() + kept;
         let used = if revisit.is_full { listed.max(pairs.room() + 1) } else { listed };
         pairs.grow(broad, [used, touching], frame.bodies.is_young(frame.number), deadline);
