@@ -92,7 +92,7 @@ pub(crate) struct Schedule {
     jobs: Vec<Job>,
     /// How many of them are not at their ends.
     open: usize,
-    /// Whether there was none, and would not be in a frame with a larger budget.
+    /// Whether the frame had none, and one with a larger budget would have none either.
     pub is_idle: bool,
     /// Buffer for dealing them.
     order: Vec<(u64, u32)>,
