@@ -1,5 +1,5 @@
-//! Who may import whom inside the library, and that no files of a folder import each other in a circle. What the crates around
-//! the library may see, Cargo enforces.
+//! Who may import whom inside the library, that no files of a folder import each other in a circle, and that none is too
+//! long to be read at a sitting. What the crates around the library may see, Cargo enforces.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -110,4 +110,17 @@ fn no_files_import_each_other_in_a_circle() {
         assert!(left.is_empty(), "{module}: these import each other in a circle: {left:#?}");
     }
     assert!(seen > 200, "{seen} imports: are they still found?");
+}
+
+#[test]
+fn no_file_is_longer_than_450_lines() {
+    let mut seen = 0;
+    for (module, _) in ARROWS {
+        for file in files(module) {
+            let lines = fs::read_to_string(&file).unwrap().lines().count();
+            assert!(lines <= 450, "{} has {lines} lines", file.display());
+            seen += 1;
+        }
+    }
+    assert!(seen > 100, "{seen} files: are they still found?");
 }

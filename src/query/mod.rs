@@ -5,7 +5,7 @@
 //! | what | where |
 //! |---|---|
 //! | whether surfaces meet, or where: [`Query`] | here; [`intersection`], [`lone`], [`leaf`], [`refinement`], [`march`], [`follow`] |
-//! | how far apart they are: [`DistanceQuery`] | [`distance`]; [`nearest`], [`gaps`], [`interval`], [`search`] |
+//! | how far apart they are: [`DistanceQuery`] | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
 //! | where they meet or are close: [`ContactQuery`] | [`contacts`], asked as one of these two |
 //! | when they meet on the way: [`MotionQuery`] | [`motion`] |
 //! | what rays hit: [`RayQuery`], [`RayBatch`] | [`ray`] |
@@ -21,6 +21,7 @@ mod budget;
 mod certificate;
 mod clearance;
 mod close_boxes;
+mod closest_pairs;
 mod contacts;
 mod corners;
 mod deadline;
