@@ -101,6 +101,9 @@ pub(crate) const WORK_PER_GLANCE: u64 = 100;
 /// Work that counts for testing the last witness of a pair in a scene, set-up included.
 pub(crate) const WORK_PER_WITNESS: u64 = 120;
 
+/// The same for testing what lies next to it: six pairs as a rule.
+pub(crate) const WORK_PER_NEIGHBORS: u64 = 320;
+
 /// The least that is of use to a pair in a scene: a query and one step.
 pub(crate) const LEAST_WORK: u64 = WORK_PER_QUERY + MAX_STEP_WORK;
 

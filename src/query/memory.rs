@@ -151,12 +151,18 @@ impl PairMemory {
         self.trees == Some([a.lineage(), b.lineage()])
     }
 
-    /// One of the latest witnesses, ids of the input meshes: whether these triangles meet at this pose may be tested by itself.
+    /// One of the latest witnesses, in tree order: whether these triangles meet at this pose may be tested by itself.
     #[inline]
-    pub(crate) fn witness(&self, number: usize, a: &Tree, b: &Tree, b_in_a: &Pose) -> Option<[u32; 2]> {
-        let &[x, y] = self.witnesses.get(number)?;
+    pub(crate) fn witness(&self, number: usize, [a, b]: [&Tree; 2], b_in_a: &Pose) -> Option<[u32; 2]> {
+        let &witness = self.witnesses.get(number)?;
         let is_known = self.is_of(a, b) && !flushing::matters(a, b, b_in_a);
-        is_known.then(|| [a.ids()[x as usize], b.ids()[y as usize]])
+        is_known.then_some(witness)
+    }
+
+    /// Takes note that a triangle pair (tree order) that was tested by itself meets.
+    pub(crate) fn found(&mut self, pair: [u32; 2]) {
+        self.witnesses.truncate(WITNESSES - 1);
+        self.witnesses.insert(0, pair);
     }
 
     /// Makes it the memory of this pair, and forgets what it knew of another.

@@ -23,6 +23,21 @@ impl Columns {
         }
     }
 
+    /// Sets all eight.
+    pub fn fill(&mut self, corners: &[DVec3; 3]) {
+        for (columns, corner) in self.0.iter_mut().zip(corners) {
+            for (column, x) in columns.iter_mut().zip(corner.to_array()) {
+                *column = [x; 8];
+            }
+        }
+    }
+
+    pub fn set_corner(&mut self, lane: usize, number: usize, corner: DVec3) {
+        for (column, x) in self.0[number].iter_mut().zip(corner.to_array()) {
+            column[lane] = x;
+        }
+    }
+
     /// Those of the triangles `at` and the next three: corner, axis.
     #[inline(always)]
     fn four<L: Lanes>(&self, lanes: L, at: usize) -> [[D4<L>; 3]; 3] {

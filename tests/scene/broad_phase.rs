@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::common::random::Random;
-use punctual::glam::{DMat3, DVec3};
+use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{
-    Body, BodyId, Budget, Filter, ManualClock, PairReport, Pose, Reach, Report, Scene, Tree, Verdict, shapes,
+    Body, BodyId, Budget, BuildOptions, Filter, ManualClock, PairReport, Pose, Reach, Report, Scene, Tree, Verdict,
+    shapes, triangles_intersect,
 };
 
 /// What the broad phase may spend beyond a budget of work.
@@ -347,6 +348,44 @@ fn pairs_whose_witnesses_are_lost_are_found_again_however_little_of_the_frame_is
         assert_honest(&scene, &truth);
     }
     assert!(told > meeting / 4 * 3, "{told} of {meeting}");
+}
+
+/// Bodies that turn in one another lose their witnesses again and again; what meets then is found next to them.
+#[test]
+fn neighbors_spare_searches_where_surfaces_slide_on_one_another() {
+    let play = |neighbors: bool| {
+        let options = BuildOptions::default().neighbors(neighbors);
+        let tree = Arc::new(Tree::with_options(shapes::torus(0.8, 0.3, 40), &options));
+        // Twelve couples, one of each turns.
+        let pose = |body: usize, frame: usize| {
+            let turn = DVec3::new(0.3, 0.1 * (body / 2) as f64, 1.0).normalize();
+            let turn = DQuat::from_axis_angle(turn, 0.03 * (frame * (body % 2)) as f64);
+            Pose::new(DMat3::from_quat(turn), [3.0 * (body / 2) as f64, 0.9 * (body % 2) as f64, 0.0]).unwrap()
+        };
+        let mut scene = Scene::new();
+        let insert = |body| scene.insert(Body::moving(Arc::clone(&tree), pose(body, 0))).unwrap();
+        let ids: Vec<BodyId> = (0..24).map(insert).collect();
+        let (mut work, mut met) = (0, 0);
+        for frame in 0..100 {
+            for (body, &id) in ids.iter().enumerate() {
+                scene.set_pose(id, pose(body, frame)).unwrap();
+            }
+            let report = detect(&mut scene, Budget::unlimited());
+            work += report.work;
+            for pair in report.intersecting_pairs() {
+                let Verdict::Intersecting { witness: [x, y] } = pair.verdict else { unreachable!() };
+                let [a, b] = [pair.a, pair.b].map(|id| pose(id.index(), frame));
+                let b_in_a = a.inverse().unwrap().compose(&b).unwrap();
+                let of_b = tree.mesh().triangle(y as usize).map(|corner| b_in_a.transform_point(corner));
+                assert!(triangles_intersect(&tree.mesh().triangle(x as usize), &of_b), "frame {frame}: {pair:?}");
+                met += 1;
+            }
+        }
+        assert_eq!(met, 1_200, "couples that meet, all frames");
+        work
+    };
+    let (with, without) = (play(true), play(false));
+    assert!(10 * with < 8 * without, "{with} units of work, {without} without neighbors");
 }
 
 /// The tree of the broad phase may be at any step of its build then.

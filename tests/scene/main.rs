@@ -23,8 +23,8 @@ use common::random::{Family, Random, soup};
 use events::Ledger;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
 use punctual::{
-    Body, BodyId, BodyKind, Budget, Filter, ManualClock, Mode, Pose, Query, Reach, Report, Scene, SceneError, Tree,
-    Verdict, Workspace, shapes,
+    Body, BodyId, BodyKind, Budget, BuildOptions, Filter, ManualClock, Mode, Pose, Query, Reach, Report, Scene,
+    SceneError, Tree, Verdict, Workspace, shapes,
 };
 
 fn trees() -> Vec<Arc<Tree>> {
@@ -38,7 +38,9 @@ fn trees() -> Vec<Arc<Tree>> {
         soup(Family::Uniform, 0, &mut random),
         soup(Family::Double, 60, &mut random),
     ];
-    meshes.into_iter().map(|mesh| Arc::new(Tree::new(mesh))).collect()
+    // Every other one knows what lies next to its triangles.
+    let options = |at: usize| BuildOptions::default().neighbors(at.is_multiple_of(2));
+    meshes.into_iter().enumerate().map(|(at, mesh)| Arc::new(Tree::with_options(mesh, &options(at)))).collect()
 }
 
 fn pose(reach: f64, random: &mut Random) -> Pose {

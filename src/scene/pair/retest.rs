@@ -1,12 +1,16 @@
-//! Whether the triangles that met last still do: the cheapest question, asked of eight pairs at once.
+//! Whether the triangles that met last still do, or those next to them: the cheapest question, asked of eight pairs at once.
 
 use super::state::PairState;
+use crate::math::Pose;
 use crate::math::lanes::Instructions;
 use crate::scene::body::Bodies;
 use crate::scene::id::PairKey;
+use crate::tree::Tree;
 use crate::triangle::again::{Again, Columns};
+use crate::triangle::batch::Verdicts;
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
+use glam::DVec3;
 
 /// Pairs that are tested at once.
 const LANES: usize = 8;
@@ -22,6 +26,19 @@ pub(crate) struct Tested {
     /// Which of its latest witnesses, and its triangles.
     pub number: usize,
     pub witness: [u32; 2],
+}
+
+/// The corners of two triangles (tree order), in A's frame.
+#[inline]
+fn corners([a, b]: [&Tree; 2], [x, y]: [u32; 2], b_in_a: &Pose) -> [[DVec3; 3]; 2] {
+    let [p, q, r] = b.corners(y);
+    [a.corners(x), [b_in_a.transform_point(p), b_in_a.transform_point(q), b_in_a.transform_point(r)]]
+}
+
+/// Their ids.
+#[inline]
+fn ids([a, b]: [&Tree; 2], [x, y]: [u32; 2]) -> [u32; 2] {
+    [a.ids()[x as usize], b.ids()[y as usize]]
 }
 
 /// Pairs that wait for their test.
@@ -40,16 +57,13 @@ impl Retest {
     #[inline]
     pub fn add(&mut self, [place, number]: [usize; 2], key: PairKey, state: &PairState, bodies: &Bodies) -> bool {
         let Some([a, b]) = bodies.pair(key) else { return false };
-        let b_in_a = a.relative(b);
-        let [tree_a, tree_b] = [&a.body.tree, &b.body.tree];
-        let Some(witness) = state.memory.witness(number, tree_a, tree_b, &b_in_a) else { return false };
+        let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
+        let Some(witness) = state.memory.witness(number, trees, &b_in_a) else { return false };
         let lane = self.waiting.len();
-        let [x, y] = witness.map(|triangle| triangle as usize);
-        self.columns[0].set(lane, &tree_a.mesh().triangle(x));
-        let [p, q, r] = tree_b.mesh().triangle(y);
-        let place_corner = |corner| b_in_a.transform_point(corner);
-        self.columns[1].set(lane, &[place_corner(p), place_corner(q), place_corner(r)]);
-        self.waiting.push(Tested { place, key, number, witness });
+        let [of_a, of_b] = corners(trees, witness, &b_in_a);
+        self.columns[0].set(lane, &of_a);
+        self.columns[1].set(lane, &of_b);
+        self.waiting.push(Tested { place, key, number, witness: ids(trees, witness) });
         true
     }
 
@@ -64,12 +78,43 @@ impl Retest {
 
     /// Tests all that wait; which of them meet, a bit each.
     pub fn run(&mut self) -> (ArrayVec<Tested, LANES>, u32) {
-        let [a, b] = &self.columns;
-        let verdicts = self.instructions.run(Again { a, b, count: self.waiting.len(), crossings: None });
-        let mut hits = verdicts.hit;
-        for lane in (0..self.waiting.len()).filter(|lane| verdicts.doubt >> lane & 1 != 0) {
-            hits |= u32::from(triangles_intersect(&a.get(lane), &b.get(lane))) << lane;
-        }
+        let hits = test(self.instructions, &self.columns, self.waiting.len());
         (core::mem::take(&mut self.waiting), hits)
     }
+
+    /// Of what lies next to the latest witness of a pair, a triangle of it with one behind an edge of the other, two that
+    /// meet. Their ids; and the memory knows them from now on. None may wait.
+    pub fn beside(&mut self, key: PairKey, state: &mut PairState, bodies: &Bodies) -> Option<[u32; 2]> {
+        let [a, b] = bodies.pair(key)?;
+        let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
+        let latest = state.memory.witness(0, trees, &b_in_a)?;
+        for (columns, corners) in self.columns.iter_mut().zip(&corners(trees, latest, &b_in_a)) {
+            columns.fill(corners);
+        }
+        let mut next = ArrayVec::<_, LANES>::new();
+        for (side, tree) in trees.into_iter().enumerate() {
+            let Some(neighbors) = tree.neighbors().get(latest[side] as usize) else { continue };
+            for (edge, across) in neighbors.across.iter().enumerate().filter(|(_, across)| !across.is_nothing()) {
+                let vertex = tree.mesh().vertices().get(across.vertex as usize);
+                let vertex = if side == 0 { vertex } else { b_in_a.transform_point(vertex) };
+                // The corner that is not on the edge.
+                self.columns[side].set_corner(next.len(), (edge + 2) % 3, vertex);
+                let mut pair = latest;
+                pair[side] = across.triangle();
+                next.push(pair);
+            }
+        }
+        let hits = test(self.instructions, &self.columns, next.len());
+        let found = *next.get(hits.trailing_zeros() as usize)?;
+        state.memory.found(found);
+        Some(ids(trees, found))
+    }
+}
+
+/// Which of the first `count` pairs of triangles meet, a bit each.
+fn test(instructions: Instructions, [a, b]: &[Columns; 2], count: usize) -> u32 {
+    let Verdicts { hit, doubt } = instructions.run(Again { a, b, count, crossings: None });
+    let meet = |lane: &usize| triangles_intersect(&a.get(*lane), &b.get(*lane));
+    let in_doubt = (0..count).filter(|lane| doubt >> lane & 1 != 0);
+    in_doubt.filter(meet).fold(hit & ((1 << count) - 1), |hits, lane| hits | 1 << lane)
 }

@@ -6,7 +6,7 @@
 //! it, and so are the pairs that met and rest.
 
 use super::pairs::Pairs;
-use crate::model::cost::{LEAST_WORK, WORK_PER_MERGED_PAIR, WORK_PER_WITNESS};
+use crate::model::cost::{LEAST_WORK, WORK_PER_MERGED_PAIR, WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
 use crate::query::{Deadline, Verdict, Workspace};
 use crate::scene::ask::TurnKind;
 use crate::scene::broad::Broad;
@@ -18,6 +18,7 @@ use crate::scene::pair::spent::Spent;
 use crate::scene::pair::state::Turn;
 use crate::scene::room::reserve;
 use alloc::vec::Vec;
+use core::mem;
 
 /// A frame looks for pairs that met among this many known ones at least, or among so many for each test of the last frame. For
 /// so many of them it finds at most one that rests: listing these leaves less for the others.
@@ -38,8 +39,9 @@ pub(crate) struct Revisit {
     pub found: Vec<Meeting>,
     /// Places of pairs whose witnesses are lost.
     lost: Vec<u32>,
-    /// Tests of this frame, and what its searches spent.
+    /// Tests of this frame, work of looking next to witnesses that are lost, and what its searches spent.
     tests: usize,
+    beside: u64,
     searches: Spent,
     /// Whether there is no room for more of them.
     pub is_full: bool,
@@ -58,13 +60,14 @@ impl Revisit {
 
     /// What this frame spent.
     pub fn spent(&self) -> Spent {
-        Spent { work: self.searches.work + self.tests as u64 * WORK_PER_WITNESS, ..self.searches }
+        let work = self.searches.work + self.beside + self.tests as u64 * WORK_PER_WITNESS;
+        Spent { work, ..self.searches }
     }
 
     /// Of a frame that tests nothing.
     pub fn skip(&mut self) {
         self.found.clear();
-        (self.tests, self.searches, self.is_full) = (0, Spent::default(), false);
+        (self.tests, self.beside, self.searches, self.is_full) = (0, 0, Spent::default(), false);
     }
 
     /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. `cut`: the last list was, so those
@@ -126,6 +129,9 @@ impl Revisit {
         self.flush(&mut retest, from, frame, pairs);
         self.next = if place < known { pairs.key(place) } else { 0 };
         self.found.rotate_left(from);
+        let mut lost = mem::take(&mut self.lost);
+        lost.retain(|&place| !self.meets_beside(place as usize, &mut retest, frame, pairs, deadline));
+        self.lost = lost;
     }
 
     /// Tests the pairs that wait. Those that meet are found, and come after the first `from` others.
@@ -143,6 +149,31 @@ impl Revisit {
                 }
             }
         }
+    }
+
+    /// Whether triangles next to the latest witness of a pair meet, which this frame has lost: surfaces that meet go on meeting
+    /// next door.
+    fn meets_beside(
+        &mut self,
+        place: usize,
+        retest: &mut Retest,
+        frame: &Frame,
+        pairs: &mut Pairs,
+        deadline: &mut Deadline,
+    ) -> bool {
+        let (key, state) = (pairs.key(place), pairs.state(place, frame.number));
+        let is_new = state.refuted == frame.number as u32;
+        let is_known = || frame.bodies.pair(key).is_some_and(|pair| pair.iter().any(|of| of.body.tree.has_neighbors()));
+        let is_full = self.found.len() == self.found.capacity();
+        if !is_new || is_full || !deadline.has_room(WORK_PER_NEIGHBORS) || !is_known() {
+            return false;
+        }
+        self.beside += WORK_PER_NEIGHBORS;
+        deadline.spend(WORK_PER_NEIGHBORS);
+        let Some(witness) = retest.beside(key, state, frame.bodies) else { return false };
+        state.note_test(Some(witness), frame.number);
+        self.find(key, Verdict::Intersecting { witness }, 0);
+        true
     }
 
     /// Takes note of a pair if it meets, among those after the first `from`.

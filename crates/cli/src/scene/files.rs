@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use flate2::read::GzDecoder;
 use punctual::glam::{DQuat, DVec3};
-use punctual::{Body, Pose, Tree};
+use punctual::{Body, BuildOptions, Pose, Tree};
 use punctual_io::text::{fields, number, shorten};
 use punctual_io::{FileError, load};
 
@@ -77,7 +77,8 @@ fn parts(list: &Path, folder: &Path) -> Result<Vec<Part>, FileError> {
         match fields(line)[..] {
             [] => {}
             ["mesh", id, file] => {
-                trees.insert(id.to_owned(), Arc::new(Tree::new(load(&folder.join(file))?)));
+                let tree = Tree::with_options(load(&folder.join(file))?, &BuildOptions::default().neighbors(true));
+                trees.insert(id.to_owned(), Arc::new(tree));
             }
             ["body", index, mesh, kind @ ("static" | "moving"), ref rest @ ..] if rest.len() < 2 => {
                 if index.parse() != Ok(parts.len()) {
