@@ -12,7 +12,8 @@ pub struct BuildOptions {
     pub orientations: bool,
     /// Whether to keep what lies next to each triangle, 32 bytes a triangle; a build takes 42 to 67 ns a triangle longer.
     /// Queries for all pairs between two such trees follow the contact where a budget is likely to stop them, so that they have
-    /// found more by then ([`crate::Query::early`]). False by default.
+    /// found more by then ([`crate::Query::early`]). In a [`crate::Scene`], bodies that slide on one another, as links do at
+    /// their joints, are often found to go on meeting without a search. False by default.
     pub neighbors: bool,
     /// Most threads that build at once, the caller's included; 1 by default. More than one are used only with the feature
     /// `parallel`, and only for large meshes. The tree is the same to the bit, however many there are.
