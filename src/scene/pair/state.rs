@@ -92,6 +92,8 @@ pub(crate) struct PairState {
     pub refuted: u32,
     /// Which part of the tests of its last witnesses found that they still met, a mean that fades.
     pub steadiness: f32,
+    /// How much more often than elsewhere in the scene what lies next to a lost witness met, a mean that fades.
+    pub nearby: f32,
     /// Work of the last run that no remembered witness cut short; a lower bound while that run is unfinished.
     pub search: u32,
     /// What the run that is not at its end has spent.
@@ -117,6 +119,7 @@ impl PairState {
             decided: frame - 1,
             refuted: 0,
             steadiness: USUAL_STEADINESS,
+            nearby: 0.0,
             search: 0,
             pending: Spent::default(),
             said: Said::Estimates(ArrayVec::new()),

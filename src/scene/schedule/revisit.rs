@@ -26,6 +26,15 @@ const LEAST: usize = 8192;
 const PER_TEST: usize = 8;
 const PER_REST: usize = 16;
 
+/// What lies next to a lost witness is tested where it is expected to meet this often, and one time in so many where it is not.
+const LEAST_NEARBY: f32 = 0.2;
+const PER_NEARBY: u32 = 16;
+
+/// Tests over which is averaged how often it meets, of a pair and of all; and how often it does before the first.
+const TESTS_OF_PAIR: f32 = 8.0;
+const TESTS_OF_SCENE: f32 = 64.0;
+const USUAL_NEARBY: f32 = 0.5;
+
 /// A pair that was found to meet, and two triangles that do.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Meeting {
@@ -33,7 +42,7 @@ pub(crate) struct Meeting {
     pub witness: [u32; 2],
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Revisit {
     /// The pairs that were found to meet in this frame, ascending.
     pub found: Vec<Meeting>,
@@ -43,12 +52,32 @@ pub(crate) struct Revisit {
     tests: usize,
     beside: u64,
     searches: Spent,
+    /// How often what lies next to a lost witness meets, and how often it was not tested since it is not expected to.
+    nearby: f32,
+    passed: u32,
     /// Whether there is no room for more of them.
     pub is_full: bool,
     /// Where the next frame goes on with its tests; and with its searches of pairs that are lost, that were never asked, and of
     /// others.
     next: PairKey,
     turns: [PairKey; 3],
+}
+
+impl Default for Revisit {
+    fn default() -> Self {
+        Self {
+            found: Vec::new(),
+            lost: Vec::new(),
+            tests: 0,
+            beside: 0,
+            searches: Spent::default(),
+            nearby: USUAL_NEARBY,
+            passed: 0,
+            is_full: false,
+            next: 0,
+            turns: [0; 3],
+        }
+    }
 }
 
 impl Revisit {
@@ -152,7 +181,7 @@ impl Revisit {
     }
 
     /// Whether triangles next to the latest witness of a pair meet, which this frame has lost: surfaces that meet go on meeting
-    /// next door.
+    /// next door, unless they go far in a frame.
     fn meets_beside(
         &mut self,
         place: usize,
@@ -162,18 +191,30 @@ impl Revisit {
         deadline: &mut Deadline,
     ) -> bool {
         let (key, state) = (pairs.key(place), pairs.state(place, frame.number));
-        let is_new = state.refuted == frame.number as u32;
-        let is_known = || frame.bodies.pair(key).is_some_and(|pair| pair.iter().any(|of| of.body.tree.has_neighbors()));
         let is_full = self.found.len() == self.found.capacity();
-        if !is_new || is_full || !deadline.has_room(WORK_PER_NEIGHBORS) || !is_known() {
+        if state.refuted != frame.number as u32 || is_full || !deadline.has_room(WORK_PER_NEIGHBORS) {
+            return false;
+        }
+        let expected = self.nearby + state.nearby;
+        if !frame.bodies.know_neighbors(key) || expected < LEAST_NEARBY && !self.tries_anyway() {
             return false;
         }
         self.beside += WORK_PER_NEIGHBORS;
         deadline.spend(WORK_PER_NEIGHBORS);
-        let Some(witness) = retest.beside(key, state, frame.bodies) else { return false };
+        let witness = retest.beside(key, state, frame.bodies);
+        let met = if witness.is_some() { 1.0 } else { 0.0 };
+        state.nearby += (met - expected) / TESTS_OF_PAIR;
+        self.nearby += (met - self.nearby) / TESTS_OF_SCENE;
+        let Some(witness) = witness else { return false };
         state.note_test(Some(witness), frame.number);
         self.find(key, Verdict::Intersecting { witness }, 0);
         true
+    }
+
+    /// Whether it is the turn of a test that is not expected to find anything: things may have changed.
+    fn tries_anyway(&mut self) -> bool {
+        self.passed = (self.passed + 1) % PER_NEARBY;
+        self.passed == 0
     }
 
     /// Takes note of a pair if it meets, among those after the first `from`.
