@@ -9,8 +9,8 @@ use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
 use punctual::{
-    Body, BodyId, BodyKind, Budget, Filter, ManualClock, Mesh, Mode, Pose, Reach, Scene, SceneError, Tree, Verdict,
-    shapes,
+    Body, BodyId, BodyKind, Budget, BuildOptions, Filter, ManualClock, Mesh, Mode, Pose, Reach, Scene, SceneError,
+    Tree, Verdict, shapes,
 };
 use punctual_fuzz::{Numbers, reference};
 
@@ -18,7 +18,9 @@ static TREES: LazyLock<Vec<Arc<Tree>>> = LazyLock::new(|| {
     let none = Mesh::new([[0.0f32; 3]; 0], []).expect("sound");
     let lone = Mesh::new([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0, 1, 2]]).expect("sound");
     let meshes = [shapes::icosphere(0), shapes::icosphere(1), shapes::cuboid(Vec3::new(1.0, 0.5, 0.25), 1), lone, none];
-    meshes.into_iter().map(|mesh| Arc::new(Tree::new(mesh))).collect()
+    // Every other one knows what lies next to its triangles.
+    let options = |at: usize| BuildOptions::default().neighbors(at.is_multiple_of(2));
+    meshes.into_iter().enumerate().map(|(at, mesh)| Arc::new(Tree::with_options(mesh, &options(at)))).collect()
 });
 
 /// The bodies of a scene as a plain list, and the ids that are no longer valid.
