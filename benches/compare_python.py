@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Many poses of a mesh against itself: the Python packages punctual, python-fcl and coal, in one run, one thread each.
+"""Many poses of a mesh against itself: the Python packages punctual, python-fcl and coal, in one run.
 
     benches/compare_python.py MESH.obj [POSES]
 
-Poses are drawn at random near contact: turned anyhow, moved apart by 0.2 to 1.1 of the diagonal of the mesh. Each
-package is asked whether the surfaces meet; the answers are compared. Needs `pip install trimesh python-fcl coal` beside
-punctual.
+Poses are drawn at random in two ways: turned anyhow and moved apart by 0.2 to 1.1 of the diagonal of the mesh; and moved
+in from afar until the surfaces touch, and on by -0.002 to 0.05 of the extent. Each package is asked whether the surfaces
+meet, with one thread, and a batch with two as well; the answers are compared. Needs `pip install trimesh python-fcl coal`
+beside punctual.
 """
 
 import sys
@@ -18,7 +19,7 @@ import punctual
 import trimesh
 
 
-def near_contact(mesh, count):
+def anyhow(mesh, count):
     random = np.random.default_rng(1)
     poses = np.tile(np.eye(4), (count, 1, 1))
     poses[:, :3, :3] = [trimesh.transformations.random_rotation_matrix(random.random(3))[:3, :3] for _ in range(count)]
@@ -28,6 +29,22 @@ def near_contact(mesh, count):
     middle = mesh.bounds.mean(axis=0)
     poses[:, :3, 3] = middle - poses[:, :3, :3] @ middle + away
     return poses
+
+
+def at_contact(mesh, count):
+    random, tree = np.random.default_rng(2), punctual.Tree.from_trimesh(mesh)
+    middle, extent = mesh.bounds.mean(axis=0), mesh.extents.max()
+    poses = []
+    while len(poses) < count:
+        pose, way = np.eye(4), random.normal(size=3)
+        way *= 2.4 * extent / np.linalg.norm(way)
+        pose[:3, :3] = trimesh.transformations.random_rotation_matrix(random.random(3))[:3, :3]
+        pose[:3, 3] = middle + random.normal(0, 0.15 * extent, 3) - pose[:3, :3] @ middle - way
+        touching_at = punctual.motion(tree, tree, pose, velocity=way).touching_at
+        if touching_at is not None:
+            pose[:3, 3] += way * (touching_at + random.choice([-0.002, 0.001, 0.005, 0.02, 0.05]) / 2.4)
+            poses.append(pose)
+    return np.array(poses)
 
 
 def timed(name, build, ask, mesh, poses):
@@ -86,25 +103,27 @@ def ask_coal(model, poses):
 
 def main():
     mesh = trimesh.load(sys.argv[1], process=False)
-    poses = near_contact(mesh, int(sys.argv[2]) if len(sys.argv) > 2 else 10_000)
-    print(f"{len(mesh.faces)} triangles against themselves at {len(poses)} poses")
+    count = int(sys.argv[2]) if len(sys.argv) > 2 else 10_000
+    for draw in (anyhow, at_contact):
+        print(f"{len(mesh.faces)} triangles against themselves at {count} poses, {draw.__name__}", flush=True)
+        compare(mesh, draw(mesh, count))
+
+
+def compare(mesh, poses):
+    def batch(threads):
+        return lambda tree, poses: punctual.collide_batch(tree, tree, poses, threads=threads).verdict == 1
 
     def one_by_one(tree, poses):
         return [bool(punctual.collide(tree, tree, pose)) for pose in poses]
 
-    ours, least = timed(
-        "batch",
-        punctual.Tree.from_trimesh,
-        lambda tree, poses: punctual.collide_batch(tree, tree, poses).verdict == 1,
-        mesh,
-        poses,
-    )
-    peers = {
+    ours, least = timed("batch", punctual.Tree.from_trimesh, batch(1), mesh, poses)
+    others = {
+        "two threads": (punctual.Tree.from_trimesh, batch(2)),
         "one by one": (punctual.Tree.from_trimesh, one_by_one),
         "python-fcl": (build_fcl, ask_fcl),
         "coal": (build_coal, ask_coal),
     }
-    for name, (build, ask) in peers.items():
+    for name, (build, ask) in others.items():
         answers, seconds = timed(name, build, ask, mesh, poses)
         print(f"{'':12s} {seconds / least:.1f} times the batch, {np.sum(answers != ours)} other answers", flush=True)
 
