@@ -1,9 +1,9 @@
 //! The first step of a frame: known pairs are looked at again.
 //!
 //! Most pairs that met in the last frame still do, and two triangles prove it where the bodies are now, before those are placed
-//! and paired: their last witnesses. Where time is limited and the last frame was cut short, pairs whose witnesses are lost are
-//! searched next, and after them all others that are known. What is found so is told, even if the list of the frame ends before
-//! it, and so are the pairs that met and rest.
+//! and paired: their last witnesses, or two that lie next to the latest. Where time is limited and the last frame was cut short,
+//! pairs whose witnesses are lost are searched next, and after them all others that are known. What is found so is told, even if
+//! the list of the frame ends before it, and so are the pairs that met and rest.
 
 use super::pairs::Pairs;
 use crate::model::cost::{LEAST_WORK, WORK_PER_MERGED_PAIR, WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
