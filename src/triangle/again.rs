@@ -16,10 +16,8 @@ impl Columns {
     pub const ZERO: Self = Self([[[0.0; 8]; 3]; 3]);
 
     pub fn set(&mut self, lane: usize, corners: &[DVec3; 3]) {
-        for (columns, corner) in self.0.iter_mut().zip(corners) {
-            for (column, x) in columns.iter_mut().zip(corner.to_array()) {
-                column[lane] = x;
-            }
+        for (number, &corner) in corners.iter().enumerate() {
+            self.set_corner(lane, number, corner);
         }
     }
 
@@ -32,6 +30,7 @@ impl Columns {
         }
     }
 
+    #[inline]
     pub fn set_corner(&mut self, lane: usize, number: usize, corner: DVec3) {
         for (column, x) in self.0[number].iter_mut().zip(corner.to_array()) {
             column[lane] = x;

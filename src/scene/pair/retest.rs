@@ -1,8 +1,8 @@
 //! Whether the triangles that met last still do, or those next to them: the cheapest question, asked of eight pairs at once.
 
 use super::state::PairState;
-use crate::math::Pose;
 use crate::math::lanes::Instructions;
+use crate::math::{Pose, bits};
 use crate::scene::body::Bodies;
 use crate::scene::id::PairKey;
 use crate::tree::Tree;
@@ -114,7 +114,7 @@ impl Retest {
 /// Which of the first `count` pairs of triangles meet, a bit each.
 fn test(instructions: Instructions, [a, b]: &[Columns; 2], count: usize) -> u32 {
     let Verdicts { hit, doubt } = instructions.run(Again { a, b, count, crossings: None });
-    let meet = |lane: &usize| triangles_intersect(&a.get(*lane), &b.get(*lane));
-    let in_doubt = (0..count).filter(|lane| doubt >> lane & 1 != 0);
-    in_doubt.filter(meet).fold(hit & ((1 << count) - 1), |hits, lane| hits | 1 << lane)
+    let wanted = (1 << count) - 1;
+    let in_doubt = bits(doubt & wanted).filter(|&lane| triangles_intersect(&a.get(lane), &b.get(lane)));
+    in_doubt.fold(hit & wanted, |hits, lane| hits | 1 << lane)
 }

@@ -42,7 +42,7 @@ pub(crate) struct Meeting {
     pub witness: [u32; 2],
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Revisit {
     /// The pairs that were found to meet in this frame, ascending.
     pub found: Vec<Meeting>,
@@ -52,7 +52,8 @@ pub(crate) struct Revisit {
     tests: usize,
     beside: u64,
     searches: Spent,
-    /// How often what lies next to a lost witness meets, and how often it was not tested since it is not expected to.
+    /// How much more often than usual what lies next to a lost witness meets, and how often it was not tested since it is not
+    /// expected to.
     nearby: f32,
     passed: u32,
     /// Whether there is no room for more of them.
@@ -61,23 +62,6 @@ pub(crate) struct Revisit {
     /// others.
     next: PairKey,
     turns: [PairKey; 3],
-}
-
-impl Default for Revisit {
-    fn default() -> Self {
-        Self {
-            found: Vec::new(),
-            lost: Vec::new(),
-            tests: 0,
-            beside: 0,
-            searches: Spent::default(),
-            nearby: USUAL_NEARBY,
-            passed: 0,
-            is_full: false,
-            next: 0,
-            turns: [0; 3],
-        }
-    }
 }
 
 impl Revisit {
@@ -158,9 +142,7 @@ impl Revisit {
         self.flush(&mut retest, from, frame, pairs);
         self.next = if place < known { pairs.key(place) } else { 0 };
         self.found.rotate_left(from);
-        let mut lost = mem::take(&mut self.lost);
-        lost.retain(|&place| !self.meets_beside(place as usize, &mut retest, frame, pairs, deadline));
-        self.lost = lost;
+        self.test_beside(&mut retest, frame, pairs, deadline);
     }
 
     /// Tests the pairs that wait. Those that meet are found, and come after the first `from` others.
@@ -180,6 +162,13 @@ impl Revisit {
         }
     }
 
+    /// Tests what lies next to the witnesses that are lost.
+    fn test_beside(&mut self, retest: &mut Retest, frame: &Frame, pairs: &mut Pairs, deadline: &mut Deadline) {
+        let mut lost = mem::take(&mut self.lost);
+        lost.retain(|&place| !self.meets_beside(place as usize, retest, frame, pairs, deadline));
+        self.lost = lost;
+    }
+
     /// Whether triangles next to the latest witness of a pair meet, which this frame has lost: surfaces that meet go on meeting
     /// next door, unless they go far in a frame.
     fn meets_beside(
@@ -195,7 +184,8 @@ impl Revisit {
         if state.refuted != frame.number as u32 || is_full || !deadline.has_room(WORK_PER_NEIGHBORS) {
             return false;
         }
-        let expected = self.nearby + state.nearby;
+        let of_all = USUAL_NEARBY + self.nearby;
+        let expected = of_all + state.nearby;
         if !frame.bodies.know_neighbors(key) || expected < LEAST_NEARBY && !self.tries_anyway() {
             return false;
         }
@@ -204,7 +194,7 @@ impl Revisit {
         let witness = retest.beside(key, state, frame.bodies);
         let met = if witness.is_some() { 1.0 } else { 0.0 };
         state.nearby += (met - expected) / TESTS_OF_PAIR;
-        self.nearby += (met - self.nearby) / TESTS_OF_SCENE;
+        self.nearby += (met - of_all) / TESTS_OF_SCENE;
         let Some(witness) = witness else { return false };
         state.note_test(Some(witness), frame.number);
         self.find(key, Verdict::Intersecting { witness }, 0);
