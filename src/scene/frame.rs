@@ -1,37 +1,36 @@
 //! One frame, step by step.
 
-use super::body::{Bodies, Placed};
+use super::body::Placed;
 use super::broad::bounds;
 use super::facts::Facts;
-use super::pair::batch::{Batch, Round};
 use super::pair::frame::Frame;
 use super::schedule::Found;
+use super::schedule::crew::Crew;
 use super::schedule::share::{Share, Step};
 use super::{BodyKind, Reach, Scene};
 use crate::math::Aabb;
 use crate::model::cost::{WORK_PER_BOX, WORK_PER_SWEPT_BOX};
-use crate::query::{Budget, Clock, Deadline, Workspace};
-use alloc::boxed::Box;
+use crate::query::{Budget, Clock, Deadline};
 use alloc::sync::Arc;
 use core::time::Duration;
 
+/// Where fewer pairs are known, other threads are not woken before there is a batch.
+const SHARED_PAIRS: usize = 64;
+
 impl Scene {
-    /// Runs a frame; `execute` runs batches.
-    pub(super) fn frame(
-        &mut self,
-        budget: Budget,
-        clock: &dyn Clock,
-        threads: usize,
-        mut execute: impl FnMut(&mut [Batch], &Round, &Arc<Bodies>, &mut Box<Workspace>),
-    ) {
+    /// Runs a frame; `crew` runs its batches.
+    pub(super) fn frame(&mut self, budget: Budget, clock: &dyn Clock, crew: &dyn Crew) {
         let started = budget.time.map(|_| clock.now());
         self.report.frame += 1;
         if self.is_known {
             return self.tell_again(started, clock);
         }
+        if self.pairs.len() >= SHARED_PAIRS {
+            crew.call();
+        }
         let (number, mode, asked_since, rest) = (self.report.frame, self.mode, self.asked_since, self.rest);
         let Self { pairs, broad, bodies, schedule, scratch, report, .. } = self;
-        let frame = Frame { number, mode, asked_since, rest, budget, started, clock, bodies, threads };
+        let frame = Frame { number, mode, asked_since, rest, budget, started, clock, bodies, crew };
         let left = schedule.revisit(&frame, broad, pairs, !report.is_whole(), scratch);
         let mut share = Share::new(budget, left, schedule.found(), clock);
         share.run(Step::Place, |deadline| self.place_changed(deadline));
@@ -41,10 +40,9 @@ impl Scene {
             Arc::make_mut(bodies).begin_groups(broad, report.frame, deadline);
         });
         (report.unplaced, report.unpaired, report.is_full) = (bodies.changed, broad.open, broad.has_cropped());
-        let frame = Frame { number, mode, asked_since, rest, budget, started, clock, bodies, threads };
+        let frame = Frame { number, mode, asked_since, rest, budget, started, clock, bodies, crew };
         let mut found = Found { broad, pairs, events };
-        let execute = |batches: &mut [Batch], round: &Round| execute(batches, round, bodies, scratch);
-        let ended = schedule.run(&frame, &mut found, &mut share, report, execute);
+        let ended = schedule.run(&frame, &mut found, &mut share, report, scratch);
         schedule.hand_on(Arc::make_mut(bodies), number);
         report.broad_phase_work = share.spent;
         report.elapsed = ended.zip(started).map(|(ended, started)| ended.saturating_sub(started));

@@ -60,6 +60,7 @@ use compound::Compounds;
 use events::Events;
 use facts::Change;
 use schedule::Schedule;
+use schedule::crew::Alone;
 use schedule::pairs::Pairs;
 #[cfg(feature = "parallel")]
 use schedule::workers::Workers;
@@ -171,7 +172,13 @@ impl Scene {
         self.is_known = false;
     }
 
-    /// Shares the work of [`Scene::detect`] among `threads` threads, the caller's included. They wait between frames.
+    /// Shares the work of [`Scene::detect`] among `threads` threads, the caller's included: tests of last witnesses and queries,
+    /// not placing bodies, finding pairs and listing them; but frames without a budget begin with the queries while they list
+    /// pairs.
+    ///
+    /// A frame wakes them, and they look out for more to do for a fifth of a millisecond before they sleep again. What a thread
+    /// has changed the others get from its core: on cores that are far from one another threads gain less, or nothing where a
+    /// frame is short.
     ///
     /// # Errors
     /// If the operating system gives no thread; the scene then has the threads that it had.
@@ -183,7 +190,7 @@ impl Scene {
 
     /// Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do: the boxes of moving
     /// bodies are widened by a twentieth of their longest edge. Within this room [`Scene::detect`] does not allocate.
-    /// Takes about 820 bytes a body and 800 a pair.
+    /// Takes about 820 bytes a body and 1,020 a pair.
     pub fn reserve(&mut self, bodies: usize, pairs: usize) {
         self.bodies_mut().reserve(bodies);
         let Self { bodies, broad, pairs: states, schedule, report, events, .. } = self;
@@ -344,9 +351,7 @@ impl Scene {
     pub fn detect(&mut self, budget: Budget) -> &Report {
         #[cfg(feature = "parallel")]
         if let Some(workers) = self.workers.take() {
-            self.frame(budget, &SystemClock, workers.threads(), |batches, round, bodies, scratch| {
-                workers.run(batches, round, bodies, scratch);
-            });
+            self.frame(budget, &SystemClock, &workers);
             self.workers = Some(workers);
             return &self.report;
         }
@@ -355,11 +360,7 @@ impl Scene {
 
     /// [`Scene::detect`] by a clock of the caller's, on the calling thread alone.
     pub fn detect_with(&mut self, budget: Budget, clock: &dyn Clock) -> &Report {
-        self.frame(budget, clock, 1, |batches, round, bodies, scratch| {
-            for batch in batches {
-                batch.run(bodies, scratch, round, clock);
-            }
-        });
+        self.frame(budget, clock, &Alone(clock));
         &self.report
     }
 

@@ -235,7 +235,8 @@ fn within_budgets_nothing_that_it_says_is_false() {
 
 /// Spheres in a row, each overlapping its neighbours' boxes, turning and swinging.
 fn row(scene: &mut Scene, bodies: usize) -> Vec<BodyId> {
-    let knot = Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.1, 48)));
+    let options = BuildOptions::default().neighbors(true);
+    let knot = Arc::new(Tree::with_options(shapes::torus_knot(2, 3, 0.1, 48), &options));
     (0..bodies).map(|i| scene.insert(Body::moving(Arc::clone(&knot), swing(i, 0))).unwrap()).collect()
 }
 

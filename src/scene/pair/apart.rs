@@ -7,7 +7,7 @@
 use super::batch::{Desk, Ended};
 use super::question::Question;
 use super::spent::Spent;
-use super::state::PairState;
+use super::state::{PairState, Turn};
 use super::travel::{Travel, slack};
 use crate::math::Pose;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
@@ -68,14 +68,16 @@ impl PairState {
         }
         stays
     }
+}
 
+impl Turn {
     /// Whether a glance may tell that the bodies are apart, and is likely to.
     #[inline]
     pub fn may_glance(&self, desk: &mut Desk) -> bool {
-        let is_likely = self.turn.kind == TurnKind::Meet && !self.met() && self.search <= LONG_SEARCH;
+        let is_likely = self.kind == TurnKind::Meet && !self.state.met() && self.state.search <= LONG_SEARCH;
         is_likely
             && !desk.held
-            && !desk.bodies.is_special(self.turn.key)
+            && !desk.bodies.is_special(self.key)
             && desk.deadline.has_room(WORK_PER_GLANCE + LEAST_WORK)
     }
 
@@ -84,58 +86,58 @@ impl PairState {
     #[inline(never)]
     pub fn glances_apart(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
         desk.deadline.spend(WORK_PER_GLANCE);
-        self.turn.spent.work += WORK_PER_GLANCE;
+        self.spent.work += WORK_PER_GLANCE;
         let low = glance::distance(pair.map(|placed| &*placed.body.tree), b_in_a, desk.workspace);
-        let (bodies, key, frame) = (desk.bodies, self.turn.key, desk.round.frame);
+        let (bodies, key, frame) = (desk.bodies, self.key, desk.round.frame);
         let lasts = low >= LEAST_STEPS * step(bodies, key, frame);
         if low == 0.0 || !lasts && self.may_prove_apart(desk) && reach(bodies, key, pair, frame).is_some() {
             return false;
         }
-        if lasts || self.apart == 0.0 {
-            self.apart = until(bodies, key, pair, low, frame).max(0.0);
+        if lasts || self.state.apart == 0.0 {
+            self.state.apart = until(bodies, key, pair, low, frame).max(0.0);
         }
-        self.search = WORK_PER_GLANCE as u32;
-        (self.completed, self.pending) = (frame, Spent::default());
-        self.decide(Verdict::Separated, 0, frame);
+        self.state.search = WORK_PER_GLANCE as u32;
+        (self.state.completed, self.state.pending) = (frame, Spent::default());
+        self.state.decide(Verdict::Separated, 0, frame);
         true
     }
 
     /// Whether to try a proof that they are apart by some distance; not if there is a stopped run to resume.
     #[inline]
     pub fn may_prove_apart(&self, desk: &Desk) -> bool {
-        let is_due = -self.apart <= desk.round.frame as f64;
-        desk.looks_ahead && !desk.held && self.verdict == Verdict::Separated && is_due
+        let is_due = -self.state.apart <= desk.round.frame as f64;
+        desk.looks_ahead && !desk.held && self.state.verdict == Verdict::Separated && is_due
     }
 
     /// Proves of slow bodies how far apart they are. `None`: whether they meet is still to be asked.
     #[inline(never)]
     pub fn prove_apart(&mut self, pair: [&Placed; 2], b_in_a: Pose, desk: &mut Desk) -> Option<Ended> {
         let Desk { bodies, round, deadline, workspace, .. } = desk;
-        let (key, frame) = (self.turn.key, round.frame);
+        let (key, frame) = (self.key, round.frame);
         let Some(limit) = reach(bodies, key, pair, frame) else {
-            self.apart = -((frame + BREAK) as f64);
+            self.state.apart = -((frame + BREAK) as f64);
             return None;
         };
-        if !deadline.has_room(ROOM * u64::from(self.search) + MORE_ROOM) {
+        if !deadline.has_room(ROOM * u64::from(self.state.search) + MORE_ROOM) {
             return None;
         }
-        self.apart = -((frame + PAUSE) as f64);
+        self.state.apart = -((frame + PAUSE) as f64);
         let question = Question::apart(pair, b_in_a, limit);
-        question.begin(workspace, &self.memory, round.to_the_end, 0);
+        question.begin(workspace, &self.state.memory, round.to_the_end, 0);
         deadline.spend(WORK_PER_QUERY);
-        let answer = question.go_on(workspace, &mut self.memory, deadline);
-        self.turn.spent.add(Spent::of(workspace));
-        self.turn.spent.work += WORK_PER_QUERY;
+        let answer = question.go_on(workspace, &mut self.state.memory, deadline);
+        self.spent.add(Spent::of(workspace));
+        self.spent.work += WORK_PER_QUERY;
         match answer.verdict {
             Verdict::Separated => {
                 let low = answer.bounds.map_or(0.0, |bounds| bounds.low);
-                self.apart = until(bodies, key, pair, low, frame);
+                self.state.apart = until(bodies, key, pair, low, frame);
             }
             Verdict::Intersecting { .. } if round.mode == Mode::Any => {}
             _ => return None,
         }
-        (self.completed, self.pending) = (frame, Spent::default());
-        self.decide(answer.verdict, answer.found, frame);
+        (self.state.completed, self.state.pending) = (frame, Spent::default());
+        self.state.decide(answer.verdict, answer.found, frame);
         Some(Ended::Complete)
     }
 }

@@ -4,9 +4,9 @@
 //! of work it does not matter which thread runs it, or when.
 
 use super::question::Question;
-use super::retest::WITNESSES;
+use super::retest::{Retest, Test, WITNESSES};
 use super::spent::Spent;
-use super::state::PairState;
+use super::state::Turn;
 use super::touch::{MOST_CONTACTS, Touch};
 use crate::contact::Patches;
 use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY};
@@ -29,9 +29,20 @@ pub(crate) fn workspace() -> Box<Workspace> {
     workspace
 }
 
+/// What is done with the pairs of a batch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Task {
+    /// Their latest witnesses are tested; or what lies next to these.
+    TestWitnesses,
+    TestBeside,
+    /// Their questions are answered.
+    Answer,
+}
+
 /// What all batches of a round have in common.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Round {
+    pub task: Task,
     pub frame: u64,
     pub mode: Mode,
     /// Whether all pairs are expected to get to their ends, so that their queries need no queue.
@@ -40,11 +51,19 @@ pub(crate) struct Round {
     pub end: Option<Duration>,
 }
 
+impl Round {
+    /// Of questions that are all expected to be answered.
+    pub fn to_the_end(frame: u64, mode: Mode, end: Option<Duration>) -> Self {
+        Self { task: Task::Answer, frame, mode, to_the_end: true, end }
+    }
+}
+
 /// Pairs with a budget for all of them.
 #[derive(Debug, Default)]
 pub(crate) struct Batch {
-    #[allow(clippy::vec_box, reason = "states move in and out by their pointers, and room for them is cheap")]
-    pub turns: Vec<Box<PairState>>,
+    pub turns: Vec<Turn>,
+    /// Pairs that are tested, in a round of tests.
+    pub tests: Vec<Test>,
     pub budget: u64,
     /// Whether it may do more than answer, to save later frames work.
     pub looks_ahead: bool,
@@ -59,6 +78,16 @@ impl Batch {
     /// With a workspace, so that no frame has to allocate one.
     pub fn new() -> Self {
         Self { workspace: Some(workspace()), ..Self::default() }
+    }
+
+    /// Whether there is nothing to run.
+    pub fn is_empty(&self) -> bool {
+        self.turns.is_empty() && self.tests.is_empty()
+    }
+
+    /// Whether there is no room for more turns.
+    pub fn is_full(&self) -> bool {
+        self.turns.len() == self.turns.capacity()
     }
 
     pub fn make_patches(&mut self) {
@@ -77,16 +106,25 @@ impl Batch {
 
     /// Runs what fits. `scratch` is a workspace of the thread at hand.
     pub fn run(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &dyn Clock) {
+        let mut deadline = Deadline::of_a_part(round.end, u64::MAX, clock);
+        match round.task {
+            Task::TestWitnesses => Retest::new(bodies, round.frame).latest(&mut self.tests, &mut deadline),
+            Task::TestBeside => Retest::new(bodies, round.frame).beside(&mut self.tests, &mut deadline),
+            Task::Answer => self.answer(bodies, scratch, round, clock),
+        }
+    }
+
+    fn answer(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &dyn Clock) {
         let mut deadline = Deadline::at(round.end, self.budget, clock);
-        for (at, state) in self.turns.iter_mut().enumerate() {
-            let key = state.turn.key;
+        for (at, turn) in self.turns.iter_mut().enumerate() {
+            let key = turn.key;
             // A pair that is not expected to end has room in the next round, and those after it do not go first.
-            if !deadline.has_room(LEAST_WORK) || at > 0 && u64::from(state.turn.median) > deadline.work_left() {
+            if !deadline.has_room(LEAST_WORK) || at > 0 && u64::from(turn.median) > deadline.work_left() {
                 break;
             }
             let held = self.held == Some(key);
             let kept = self.workspace.as_mut().filter(|_| held);
-            let ended = state.run(&mut Desk {
+            let ended = turn.run(&mut Desk {
                 bodies,
                 round,
                 deadline: &mut deadline,
@@ -95,7 +133,7 @@ impl Batch {
                 patches: self.patches.as_deref_mut(),
                 looks_ahead: self.looks_ahead,
             });
-            state.end_turn(bodies, round.frame);
+            turn.end_question(bodies, round.frame);
             match ended {
                 Ended::Complete if held => self.held = None,
                 Ended::Stopped if !held => {
@@ -128,33 +166,33 @@ pub(crate) enum Ended {
     NotBegun,
 }
 
-impl PairState {
+impl Turn {
     /// Runs the pair as far as the deadline allows.
     pub fn run(&mut self, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, .. } = *desk;
-        let Some([a, b]) = bodies.pair(self.turn.key) else { return Ended::NotBegun };
+        let Some([a, b]) = bodies.pair(self.key) else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
-        self.apart = self.apart.min(0.0);
+        self.state.apart = self.state.apart.min(0.0);
         if self.may_glance(desk) && self.glances_apart([a, b], &b_in_a, desk) {
-            self.turn.is_blank = false;
+            self.is_blank = false;
             return Ended::Complete;
         }
-        if self.turn.kind == TurnKind::Meet
+        if self.kind == TurnKind::Meet
             && self.may_prove_apart(desk)
             && let Some(ended) = self.prove_apart([a, b], b_in_a, desk)
         {
-            self.turn.is_blank = false;
+            self.is_blank = false;
             return ended;
         }
-        let question = match self.turn.kind {
+        let question = match self.kind {
             TurnKind::Contacts => Question::contacts([a, b], b_in_a),
-            TurnKind::Meet => Question::new(bodies, self.turn.key, [a, b], b_in_a, round.mode),
+            TurnKind::Meet => Question::new(bodies, self.key, [a, b], b_in_a, round.mode),
         };
         if !desk.deadline.has_room(question.least_work()) {
             return Ended::NotBegun;
         }
-        self.turn.is_blank = false;
-        match self.turn.kind {
+        self.is_blank = false;
+        match self.kind {
             TurnKind::Contacts => self.find_contacts(&question, [a, b], desk),
             TurnKind::Meet => self.answer(&question, desk),
         }
@@ -165,20 +203,20 @@ impl PairState {
     fn answer(&mut self, question: &Question, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, deadline, workspace, held, .. } = desk;
         // They were tested before the broad phase.
-        let refuted = if self.is_lost(round.frame) { WITNESSES } else { 0 };
-        let resumed = question.resume_or_begin(*held, workspace, &self.memory, round.to_the_end, refuted);
+        let refuted = if self.state.is_lost(round.frame) { WITNESSES } else { 0 };
+        let resumed = question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end, refuted);
         let mut before = resumed.unwrap_or_default();
         loop {
             deadline.spend(WORK_PER_QUERY);
-            self.turn.spent.work += WORK_PER_QUERY;
-            let answer = question.advance(workspace, &mut self.memory, deadline);
+            self.spent.work += WORK_PER_QUERY;
+            let answer = question.advance(workspace, &mut self.state.memory, deadline);
             let spent = Spent::of(workspace);
-            self.turn.spent.add(spent.since(before));
+            self.spent.add(spent.since(before));
             before = spent;
             if let Some(bounds) = answer.bounds {
-                self.note_bounds(bodies, bounds, round.frame);
+                self.state.note_bounds(self.key, bodies, bounds, round.frame);
             }
-            if self.note(&answer, spent, round.frame) {
+            if self.state.note(&answer, spent, round.frame) {
                 return Ended::Complete;
             }
             if answer.stop != StopReason::PairsFull || !deadline.has_room(LEAST_WORK) {

@@ -3,24 +3,24 @@
 use super::batch::{Desk, Ended};
 use super::question::Question;
 use super::spent::Spent;
-use super::state::PairState;
+use super::state::Turn;
 use crate::model::cost::{WORK_PER_PATCHED_CONTACT, WORK_PER_QUERY};
 use crate::query::{Mode, StopReason, Verdict};
 use crate::scene::body::Placed;
 
-impl PairState {
+impl Turn {
     /// Goes on finding where the bodies touch, as far as the deadline allows, and patches what was found.
     #[inline(never)]
     pub fn find_contacts(&mut self, question: &Question, pair: [&Placed; 2], desk: &mut Desk) -> Ended {
         let Desk { bodies, round, deadline, workspace, held, patches, .. } = desk;
-        let (Some(touch), Some(patches)) = (&mut self.touch, patches) else { return Ended::NotBegun };
-        let (key, frame) = (self.turn.key, round.frame);
-        let resumed = question.resume_or_begin(*held, workspace, &self.memory, round.to_the_end, 0);
+        let (Some(touch), Some(patches)) = (&mut self.state.touch, patches) else { return Ended::NotBegun };
+        let (key, frame) = (self.key, round.frame);
+        let resumed = question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end, 0);
         deadline.spend(WORK_PER_QUERY);
-        self.turn.spent.work += WORK_PER_QUERY;
-        let answer = question.go_on(workspace, &mut self.memory, deadline);
+        self.spent.work += WORK_PER_QUERY;
+        let answer = question.go_on(workspace, &mut self.state.memory, deadline);
         let spent = Spent::of(workspace);
-        self.turn.spent.add(spent.since(resumed.unwrap_or_default()));
+        self.spent.add(spent.since(resumed.unwrap_or_default()));
         touch.pending = spent;
         if answer.stop == StopReason::FlushedToZero {
             return Ended::Stopped;
@@ -34,7 +34,7 @@ impl PairState {
             touch.since = frame;
             let work = patched as u64 * WORK_PER_PATCHED_CONTACT;
             deadline.spend(work);
-            self.turn.spent.work += work;
+            self.spent.work += work;
         }
         // What does not fit a second time is left out.
         let is_over = is_over && (patched == found || resumed.is_some() && patched > 0);
@@ -49,9 +49,9 @@ impl PairState {
             touch.cost = touch.cost.max(2 * (spent.work + patching));
         }
         let is_all = round.mode == Mode::Any && !bodies.distance_requests.has(key) && !bodies.is_moving(key);
-        if is_all && self.completed < frame && answer.verdict != Verdict::Undecided {
-            self.completed = frame;
-            self.decide(answer.verdict, answer.found, frame);
+        if is_all && self.state.completed < frame && answer.verdict != Verdict::Undecided {
+            self.state.completed = frame;
+            self.state.decide(answer.verdict, answer.found, frame);
         }
         if is_over { Ended::Complete } else { Ended::Stopped }
     }

@@ -4,6 +4,8 @@ use super::state::PairState;
 use crate::query::{Budget, Clock, Mode};
 use crate::scene::body::Bodies;
 use crate::scene::id::PairKey;
+use crate::scene::schedule::crew::Crew;
+use alloc::sync::Arc;
 use core::time::Duration;
 
 /// The least time of a frame that affords estimates of its stopped queries, the part of it that is kept for them, and the most
@@ -27,11 +29,15 @@ pub(crate) struct Frame<'f> {
     /// When it began, for a budget of time.
     pub started: Option<Duration>,
     pub clock: &'f dyn Clock,
-    pub bodies: &'f Bodies,
-    pub threads: usize,
+    pub bodies: &'f Arc<Bodies>,
+    pub crew: &'f dyn Crew,
 }
 
 impl Frame<'_> {
+    pub fn threads(&self) -> usize {
+        self.crew.threads()
+    }
+
     /// When the budget ends, less what has to be kept for the rest of the frame.
     pub fn end(&self, rest: Duration) -> Option<Duration> {
         let end = self.started.zip(self.budget.time).map(|(start, limit)| start.saturating_add(limit));
@@ -49,7 +55,7 @@ impl Frame<'_> {
     /// Time that is kept for asking stopped queries how sure they are; none if they are not asked.
     pub fn for_estimates(&self) -> Option<Duration> {
         let limit = self.budget.time.unwrap_or(Duration::MAX);
-        (limit >= ESTIMATES).then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads as u32))
+        (limit >= ESTIMATES).then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads() as u32))
     }
 
     /// Whether the contacts of bodies that were last new in `changed` are known as well as this frame can tell.

@@ -38,9 +38,11 @@ pub(crate) struct Standing {
     pub complete: bool,
 }
 
-/// The turn of a pair in a batch. All that is needed to collect it is here: the rest of the state is out of cache by then.
-#[derive(Clone, Copy, Debug)]
+/// The turn of a pair in a batch. All that is needed to deal and to collect it is here: its state is out of cache by then, or in
+/// that of another core.
+#[derive(Clone, Debug)]
 pub(crate) struct Turn {
+    pub state: Box<PairState>,
     pub key: PairKey,
     /// The place of its job among those of the frame.
     pub index: u32,
@@ -56,20 +58,48 @@ pub(crate) struct Turn {
     pub spent: Spent,
     /// What came of it.
     pub standing: Standing,
+    /// Whether it met when it was last decided, and its witnesses were lost since.
+    pub met: bool,
+    pub lost: bool,
 }
 
 impl Turn {
-    pub const NONE: Self = Self {
-        key: 0,
-        index: 0,
-        median: 0,
-        kind: TurnKind::Meet,
-        next: None,
-        is_blank: false,
-        teaches: false,
-        spent: Spent { work: 0, bv_tests: 0 },
-        standing: Standing { verdict: Verdict::Undecided, found: 0, complete: false },
-    };
+    /// Of a pair about which nothing is to be asked yet.
+    pub fn new(key: PairKey, state: Box<PairState>, is_blank: bool, [met, lost]: [bool; 2]) -> Self {
+        let standing = Standing { verdict: Verdict::Undecided, found: 0, complete: false };
+        let (kind, spent) = (TurnKind::Meet, Spent::default());
+        Self { state, key, index: 0, median: 0, kind, next: None, is_blank, teaches: false, spent, standing, met, lost }
+    }
+
+    /// Takes note of what came of it in `frame`.
+    #[inline]
+    pub fn end(&mut self, frame: u64) {
+        let state = &self.state;
+        (self.standing, self.met, self.lost) = (state.standing(frame), state.met(), state.is_lost(frame));
+    }
+
+    /// Ends the turn of a question in `frame`: says what is to be asked next.
+    #[inline]
+    pub fn end_question(&mut self, bodies: &Bodies, frame: u64) {
+        self.end(frame);
+        let Self { state, key, standing, .. } = self;
+        self.teaches = standing.verdict != Verdict::Undecided && state.has_told();
+        if standing.verdict == Verdict::Separated
+            && let Some(touch) = &mut state.touch
+        {
+            touch.separate(frame);
+        }
+        let asks_contacts = bodies.contact_requests.any()
+            && bodies.contact_requests.has(*key)
+            && !state.knows_contacts(bodies.last_change(*key));
+        self.next = match self.kind {
+            TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
+            TurnKind::Contacts if !standing.complete => Some(TurnKind::Meet),
+            kind if !standing.complete => Some(kind),
+            _ if asks_contacts && standing.verdict != Verdict::Separated => Some(TurnKind::Contacts),
+            _ => None,
+        };
+    }
 
     /// Whether the question of this turn, or its contacts after it, are still to be answered.
     pub fn is_due(&self) -> bool {
@@ -104,8 +134,6 @@ pub(crate) struct PairState {
     pub apart: f64,
     /// Where they touch, if that was ever asked.
     pub touch: Option<Box<Touch>>,
-    /// While it is in a batch.
-    pub turn: Turn,
 }
 
 impl PairState {
@@ -125,7 +153,6 @@ impl PairState {
             said: Said::Estimates(ArrayVec::new()),
             apart: 0.0,
             touch: None,
-            turn: Turn::NONE,
         }
     }
 
@@ -150,30 +177,6 @@ impl PairState {
     /// Whether the contacts of bodies that were last new in `changed` are known.
     pub fn knows_contacts(&self, changed: u64) -> bool {
         self.touch.as_ref().is_some_and(|touch| touch.completed >= changed)
-    }
-
-    /// Takes note of what came of a turn in `frame`.
-    #[inline]
-    pub fn end_turn(&mut self, bodies: &Bodies, frame: u64) {
-        let standing = self.standing(frame);
-        self.turn.teaches = standing.verdict != Verdict::Undecided && self.has_told();
-        if standing.verdict == Verdict::Separated
-            && let Some(touch) = &mut self.touch
-        {
-            touch.separate(frame);
-        }
-        let key = self.turn.key;
-        let asks_contacts = bodies.contact_requests.any()
-            && bodies.contact_requests.has(key)
-            && !self.knows_contacts(bodies.last_change(key));
-        self.turn.next = match self.turn.kind {
-            TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
-            TurnKind::Contacts if !standing.complete => Some(TurnKind::Meet),
-            kind if !standing.complete => Some(kind),
-            _ if asks_contacts && standing.verdict != Verdict::Separated => Some(TurnKind::Contacts),
-            _ => None,
-        };
-        self.turn.standing = standing;
     }
 
     /// Keeps a probability that was reported, if there is room.
@@ -224,8 +227,7 @@ impl PairState {
 
     /// Takes note of bounds that are proven in `frame`.
     #[cold]
-    pub fn note_bounds(&mut self, bodies: &Bodies, bounds: Bounds, frame: u64) {
-        let key = self.turn.key;
+    pub fn note_bounds(&mut self, key: PairKey, bodies: &Bodies, bounds: Bounds, frame: u64) {
         let bounds = Bounds { gone: bodies.gone_at_least(key), ..bounds };
         let bounds = match self.said {
             Said::Bounds(before, _) if before.are_times != bounds.are_times => bounds,

@@ -12,6 +12,9 @@ pub(crate) const BATCHES: usize = 16;
 /// Under a budget of work, a batch has at least this much: about 20 us.
 const BATCH_WORK: u64 = 1 << 16;
 
+/// Otherwise a batch is expected to take this much at least: to hand it to a thread takes a tenth of it.
+const PART_WORK: u64 = 1 << 12;
+
 /// The usual share of the round robin is this part of what is left.
 const ROUND_ROBIN: u64 = 4;
 
@@ -45,11 +48,12 @@ impl Deal<'_> {
     /// All jobs in the order of their turns, in blocks of equal expected cost.
     pub fn all(&mut self, [left, reserve, expected]: [u64; 3], timed: bool) {
         let free = timed || left == u64::MAX;
-        let blocks = if free { BATCHES as u64 } else { (left / BATCH_WORK).clamp(1, BATCHES as u64) };
+        let parts = if free { expected / PART_WORK } else { left / BATCH_WORK };
+        let blocks = parts.clamp(1, BATCHES as u64);
         let block = expected / blocks + 1;
         self.turns(u64::MAX, |before| (before / block) as usize);
         for (batch, index) in self.batches.iter_mut().zip(0..) {
-            let own: u64 = batch.turns.iter().map(|state| u64::from(state.turn.median)).sum();
+            let own: u64 = batch.turns.iter().map(|turn| u64::from(turn.median)).sum();
             let share = u128::from(left - reserve) * u128::from(own) / u128::from(expected.max(1));
             let share = share as u64 + if index == 0 { reserve } else { 0 };
             batch.budget = if free { u64::MAX } else { share };
@@ -131,13 +135,11 @@ impl Deal<'_> {
     /// overhead included.
     fn deal(&mut self, index: usize, batch: usize) -> u64 {
         let job = &mut self.jobs[index];
-        let (mut state, is_blank) = self.pairs.take(job.place as usize, self.frame);
-        state.turn = job.dealt(index as u32, is_blank);
-        if job.kind == TurnKind::Contacts && state.touch.is_none() {
-            state.touch = Some(self.pairs.lend_touch());
-        }
+        let turn = job.deal(index as u32, self.pairs, self.frame);
         let batch = job.home.take().map_or(batch, usize::from);
-        self.batches[batch].turns.push(state);
+        let has_room = |batch: &Batch| !batch.is_full();
+        let other = if has_room(&self.batches[batch]) { None } else { self.batches.iter().position(has_room) };
+        self.batches[other.unwrap_or(batch)].turns.push(turn);
         job.median() + self.overhead
     }
 }

@@ -1,6 +1,7 @@
 //! One pair in one frame: what is expected of it, and what became of it.
 
 use super::forecast::Forecast;
+use super::pairs::Pairs;
 use crate::scene::ask::TurnKind;
 use crate::scene::id::PairKey;
 use crate::scene::pair::frame::Frame;
@@ -30,11 +31,14 @@ impl Job {
         self.forecast.median.into()
     }
 
-    /// Its turn in a batch, as the job `index` of the frame. `is_blank`: whether the state is new.
-    pub fn dealt(&mut self, index: u32, is_blank: bool) -> Turn {
+    /// Its turn in a batch, as the job `index` of the frame.
+    pub fn deal(&mut self, index: u32, pairs: &mut Pairs, frame: u64) -> Turn {
         self.open = false;
-        let Self { key, kind, forecast, .. } = *self;
-        Turn { key, index, median: forecast.median, kind, next: Some(kind), is_blank, ..Turn::NONE }
+        let mut turn = pairs.take(self.place as usize, frame);
+        if self.kind == TurnKind::Contacts && turn.state.touch.is_none() {
+            turn.state.touch = Some(pairs.lend_touch());
+        }
+        Turn { index, median: self.forecast.median, kind: self.kind, next: Some(self.kind), ..turn }
     }
 
     /// Asks another question from now on.

@@ -71,14 +71,28 @@ struct Look {
 impl<'l> Listing<'l> {
     /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend. Of how many
     /// pairs more something is kept, and how many touch, as far as it is known, if that matters, and of these are known in part.
-    pub fn run(mut self, deadline: &mut Deadline) -> [usize; 3] {
+    /// After each of so many `parts` of the list, its number and all jobs so far are given to `hand_out`.
+    pub fn run(
+        mut self,
+        deadline: &mut Deadline,
+        parts: usize,
+        mut hand_out: impl FnMut(usize, &mut [Job], &mut Pairs),
+    ) -> [usize; 3] {
         self.jobs.clear();
         self.report.begin();
         let known = self.pairs.len();
         let start = if self.turns.cut { self.pairs.place(self.turns.cursor) } else { 0 };
         // What was found is paid for, wherever it is listed.
         deadline.spend(self.found.len() as u64 * WORK_PER_FOUND_PAIR);
-        let mut end = self.walk(start..known, deadline);
+        let mut end = start;
+        for part in 1..=parts {
+            let until = start + (known - start) * part / parts;
+            end = self.walk(end..until, deadline);
+            if end < until {
+                break;
+            }
+            hand_out(part - 1, self.jobs, self.pairs);
+        }
         let mut seen = end - start + self.walk_found(end..known);
         if start > 0 {
             let (jobs, pairs) = (self.jobs.len(), self.report.pairs.len());
@@ -107,7 +121,7 @@ impl<'l> Listing<'l> {
     /// Lists pairs in a range of places; the place before which it ended.
     fn walk(&mut self, places: Range<usize>, deadline: &mut Deadline) -> usize {
         // Without a budget, on one thread, nothing depends on what is expected.
-        let forecasts = self.frame.threads > 1 || !self.frame.budget.is_unlimited();
+        let forecasts = self.frame.threads() > 1 || !self.frame.budget.is_unlimited();
         let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
         let mut paid = if places.is_empty() { 0 } else { self.first_found(places.start) };
         for place in places.clone() {

@@ -8,7 +8,8 @@
 //!   little of the frame is left.
 //! - A job asks one question. That of a pair which is found to meet goes on with its contacts, if they are asked for, and is
 //!   ranked anew: in the next round.
-//! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends.
+//! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends; without a budget and on several threads
+//!   in the first round already, part by part as the list goes on.
 //! - Otherwise a quarter goes round all pairs in turn (the *round robin*); the rest by importance, then by the intersections
 //!   that are expected to be found per expected cost, in this frame and by the witness as long as it lasts. (Information, the
 //!   entropy of the chance, was measured worse: what is almost sure to intersect would wait.)
@@ -24,9 +25,11 @@
 //!   they come before the question whether it still does. So in any two frames the round robin spends more than `R` on turns that
 //!   end, and it is round in `K` frames.
 
+pub(crate) mod crew;
 mod deal;
 mod forecast;
 mod job;
+mod known;
 mod listing;
 mod pace;
 pub(crate) mod pairs;
@@ -52,6 +55,7 @@ use crate::model::calibration::Calibration;
 use crate::model::cost::{LEAST_WORK, WORK_PER_PLANNED_PAIR};
 use crate::query::{Deadline, Mode, Query, Workspace};
 use crate::tree::Tree;
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use core::time::Duration;
@@ -61,7 +65,7 @@ use job::Job;
 use listing::Listing;
 use pace::{Overhead, Reserved, Speed};
 use pairs::Pairs;
-use revisit::Revisit;
+use revisit::{Hands, Revisit};
 use share::Share;
 use tally::Tallies;
 use turns::RoundRobin;
@@ -71,6 +75,9 @@ use turns::RoundRobin;
 const TEST: u32 = 8;
 const SEARCH: u32 = 13;
 const PARTS: u32 = 16;
+
+/// Known pairs of a part of the list.
+const PART: usize = 64;
 
 /// At most this part of a frame is kept for listing the pairs that were found to meet before it.
 const LIST_OF_FOUND: u32 = 4;
@@ -117,8 +124,10 @@ impl Schedule {
         reserve(&mut report.pairs, pairs);
         reserve(&mut self.order, pairs);
         self.revisit.reserve(pairs);
-        for batch in &mut self.batches {
-            reserve(&mut batch.turns, pairs);
+        for (number, batch) in self.batches.iter_mut().enumerate() {
+            // The first one, or the second, may have all. What does not fit into others goes elsewhere.
+            reserve(&mut batch.turns, pairs / number.max(1) + BATCHES);
+            reserve(&mut batch.tests, revisit::room(number, pairs));
         }
     }
 
@@ -148,7 +157,7 @@ impl Schedule {
         broad: &Broad,
         pairs: &mut Pairs,
         cut: bool,
-        workspace: &mut Workspace,
+        scratch: &mut Box<Workspace>,
     ) -> Option<[Duration; 2]> {
         let whole = frame.started.zip(frame.budget.time).map(|(began, limit)| [began, limit]);
         if frame.mode != Mode::Any {
@@ -159,14 +168,15 @@ impl Schedule {
             .budget
             .work
             .map_or(u64::MAX, |work| work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work())));
-        let searches = cut && frame.threads == 1 && frame.budget.work.is_none();
+        let searches = cut && frame.threads() == 1 && frame.budget.work.is_none();
         let part = if searches { SEARCH } else { TEST };
         let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * part));
-        let mut deadline = Deadline::of_a_part(end, work, frame.clock);
-        self.revisit.test(frame, broad, pairs, cut, &mut deadline);
+        let deadline = || Deadline::of_a_part(end, work, frame.clock);
+        let batches = &mut self.batches[..];
+        self.revisit.test(frame, broad, pairs, cut, &mut Hands { batches, scratch, end }, &mut deadline());
         let [began, limit] = whole?;
         if searches {
-            self.revisit.search(frame, broad, pairs, workspace, &mut deadline);
+            self.revisit.search(frame, broad, pairs, scratch, &mut deadline());
         }
         let (ended, of_list) = (frame.clock.now(), self.overhead.listing(self.revisit.found.len()));
         let end = began.saturating_add(limit - of_list.min(limit / LIST_OF_FOUND));
@@ -178,30 +188,31 @@ impl Schedule {
         self.revisit.found.len()
     }
 
-    /// Runs the overlapping pairs as far as the budget goes and fills the report. `execute` runs batches. Returns when it ended,
-    /// under a budget of time.
+    /// Runs the overlapping pairs as far as the budget goes and fills the report. Returns when it ended, under a
+    /// budget of time.
     pub fn run(
         &mut self,
         frame: &Frame,
         found: &mut Found,
         share: &mut Share,
         report: &mut Report,
-        mut execute: impl FnMut(&mut [Batch], &Round),
+        scratch: &mut Box<Workspace>,
     ) -> Option<Duration> {
         let mut overhead = self.overhead;
-        share.list(&mut overhead, |deadline| self.list(frame, found, report, deadline));
+        let is_begun = share.list(&mut overhead, |deadline| self.list(frame, found, report, scratch, deadline));
         self.overhead = overhead;
         report.spend(self.revisit.spent());
         let pairs = &mut *found.pairs;
         let estimates = frame.for_estimates();
         let rest = self.rest.times(1.0) + estimates.unwrap_or_default();
         let end = frame.end(rest);
-        let mut round = Round { frame: frame.number, mode: frame.mode, to_the_end: true, end };
+        let mut round = Round::to_the_end(frame.number, frame.mode, end);
         let mut lap = None;
         frame.lap(&mut lap);
         let total = self.left(frame, end.zip(lap), 0);
         let least = frame.bodies.least_work();
         for number in 0..ROUNDS {
+            let is_over = is_begun && number == 0;
             let left = self.left(frame, end.zip(lap), report.work);
             let open = self.open;
             // Of work, nothing comes before the guaranteed share, not even what it costs to plan another round.
@@ -211,19 +222,23 @@ impl Schedule {
                 break;
             }
             let reserve = if left == u64::MAX { 0 } else { left.min((total / GUARANTEED).max(least)) };
-            self.find_homes();
-            self.plan(frame, &mut round, left, reserve, pairs);
+            if !is_over {
+                self.find_homes();
+                self.plan(frame, &mut round, left, reserve, pairs);
+            }
             let dealt = self.batches.iter().map(|batch| batch.turns.len()).sum();
             round.end = frame.end(rest + self.overhead.collecting(dealt));
             let dealing = frame.lap(&mut lap);
-            execute(&mut self.batches, &round);
+            if !is_over {
+                frame.crew.run(&mut self.batches, &round, frame.bodies, scratch);
+            }
             let running = frame.lap(&mut lap);
             let spent = self.collect(frame, [total, least], pairs, report);
             if let (Some(dealing), Some(running), Some(collecting)) = (dealing, running, frame.lap(&mut lap)) {
                 self.overhead.learn_round([dealing, collecting], dealt);
-                self.speed.learn(spent as f64, nanoseconds(running) * frame.threads as f64);
+                self.speed.learn(spent as f64, nanoseconds(running) * frame.threads() as f64);
             }
-            if spent == 0 {
+            if spent == 0 && !is_over {
                 break;
             }
         }
@@ -275,7 +290,7 @@ impl Schedule {
 
     /// Decides what the round is for and deals the jobs.
     fn plan(&mut self, frame: &Frame, round: &mut Round, left: u64, reserve: u64, pairs: &mut Pairs) {
-        let timed = round.end.map(|_| frame.threads);
+        let timed = round.end.map(|_| frame.threads());
         let of_a_job = |threads| self.overhead.of_a_job() * threads as f64 * self.speed.work_per_nano();
         let overhead = timed.map_or(0, |threads| of_a_job(threads) as u64);
         let Self { jobs, batches, order, turns, .. } = self;
@@ -327,24 +342,53 @@ impl Schedule {
     /// Work that is left, `spent` being done; `u64::MAX` without a budget.
     fn left(&self, frame: &Frame, until_from: Option<(Duration, Duration)>, spent: u64) -> u64 {
         let time = until_from.map(|(end, now)| end.saturating_sub(now));
-        let work = |time: Duration| (nanoseconds(time) * frame.threads as f64 * self.speed.work_per_nano()) as u64;
+        let work = |time: Duration| (nanoseconds(time) * frame.threads() as f64 * self.speed.work_per_nano()) as u64;
         let in_time = time.map_or(u64::MAX, work);
         in_time.min(frame.budget.work.map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
     }
 
-    /// Lists the pairs of the frame, and makes room for more of them.
-    fn list(&mut self, frame: &Frame, found: &mut Found, report: &mut Report, deadline: &mut Deadline) {
+    /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the order of the jobs, the first
+    /// round is over after it, which is returned: other threads run them while the list goes on.
+    fn list(
+        &mut self,
+        frame: &Frame,
+        found: &mut Found,
+        report: &mut Report,
+        scratch: &mut Box<Workspace>,
+        deadline: &mut Deadline,
+    ) -> bool {
         for batch in &mut self.batches {
             // A stopped run of a body that changed is of an older pose or tree.
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
         }
         let Found { broad, pairs, events } = found;
-        let Self { jobs, turns, tallies, revisit, .. } = self;
+        let Self { jobs, turns, tallies, revisit, batches, .. } = self;
         tallies.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
         let listing =
             Listing { frame, broad, pairs, jobs, report, turns, tallies, found, touching: 0, partial: 0, kept: 0 };
-        let [kept, touching, partial] = listing.run(deadline);
+        let is_free = frame.budget.is_unlimited() && frame.threads() > 1 && !listing.turns.cut;
+        let begins = is_free && batches.iter().all(|batch| batch.held.is_none());
+        let parts = if begins { (listing.pairs.len() / PART).clamp(1, BATCHES) } else { 1 };
+        let round = Round::to_the_end(frame.number, frame.mode, None);
+        let mut dealt = 0;
+        let [kept, touching, partial] = listing.run(deadline, parts, |part, jobs, pairs| {
+            if !begins {
+                return;
+            }
+            let batch = &mut batches[part];
+            (batch.budget, batch.looks_ahead) = (u64::MAX, true);
+            for job in &mut jobs[dealt..] {
+                if !batch.is_full() {
+                    batch.turns.push(job.deal(dealt as u32, pairs, frame.number));
+                }
+                dealt += 1;
+            }
+            frame.crew.begin(part, &mut batches[part..=part], &round, frame.bodies);
+        });
+        if begins {
+            frame.crew.finish(batches, &round, frame.bodies, scratch);
+        }
         self.open = self.jobs.len();
         self.is_idle = self.jobs.is_empty() && partial == 0;
         let listed = report.pairs.len() + kept;
@@ -352,6 +396,7 @@ impl Schedule {
         pairs.grow(broad, [used, touching], frame.bodies.is_young(frame.number), deadline);
         self.reserve(pairs.room(), report);
         events.reserve(pairs.room(), report);
+        begins
     }
 
     /// Finds the jobs that have a stopped run somewhere. The one whose turn it is gets it into the batch of the round robin.
@@ -379,19 +424,18 @@ impl Schedule {
             self.turns.advance(&self.batches[0], (total / GUARANTEED).saturating_sub(2 * least));
         }
         let before = report.work;
-        for mut state in self.batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
-            let turn = state.turn;
+        for mut turn in self.batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
             if turn.teaches {
-                state.teach(&mut self.calibration);
+                turn.state.teach(&mut self.calibration);
             }
             let job = &mut self.jobs[turn.index as usize];
             job.open = turn.next.is_some();
             self.open -= usize::from(!job.open);
             if let Some(next) = turn.next.filter(|&next| next != job.kind) {
-                job.ask(next, frame, &state);
+                job.ask(next, frame, &turn.state);
             }
             report.note(job.listed as usize, turn.standing, turn.spent);
-            pairs.put_back(job.place as usize, state, turn.is_blank);
+            pairs.put_back(job.place as usize, turn.state, turn.is_blank, [turn.met, turn.lost]);
         }
         report.work - before
     }

@@ -1,5 +1,6 @@
 //! The pairs of bodies whose fat AABBs overlap, and where the states of those are that had a turn.
 
+use super::known::{APART, BLANK, Known};
 use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
 use crate::query::{Deadline, ManualClock};
 use crate::scene::ask::distance_requests::Asker;
@@ -9,7 +10,7 @@ use crate::scene::facts::Change;
 use crate::scene::id::{PairKey, bodies_of, pair_key};
 use crate::scene::pair::bounds::Bounds;
 use crate::scene::pair::frame::Frame;
-use crate::scene::pair::state::PairState;
+use crate::scene::pair::state::{PairState, Turn};
 use crate::scene::pair::touch::{Touch, Touches};
 use crate::scene::report::{PairDistance, PairPassage, PairReport, Report};
 use crate::scene::room::{Room, reserve};
@@ -17,10 +18,6 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::mem;
 use core::ops::Range;
-
-/// The slot of a pair whose boxes are apart, and of one whose boxes overlap but that had no turn yet.
-const APART: u32 = u32::MAX;
-const BLANK: u32 = u32::MAX - 1;
 
 /// Pairs of a step.
 const STEP: usize = 32;
@@ -31,32 +28,6 @@ const MANY: usize = 8192;
 /// The most pairs that are kept if no other limit is set, and the most that there may be: places and slots are 32-bit numbers.
 const MOST_PAIRS: usize = 1 << 20;
 pub(crate) const LIMIT: usize = BLANK as usize - 1;
-
-/// Two bodies whose fat AABBs overlap, and where their state is.
-#[derive(Clone, Copy, Debug)]
-struct Known {
-    key: PairKey,
-    slot: u32,
-    /// The low bits of the frame since which their boxes overlap, and [`MET`].
-    since: u32,
-}
-
-/// Of [`Known::since`]: whether they met when it was last decided.
-const MET: u32 = 1 << 31;
-
-const _: () = assert!(size_of::<Known>() == 16);
-
-impl Known {
-    /// Whether a query of it was ever begun since their boxes overlap.
-    fn is_begun(&self) -> bool {
-        self.slot < BLANK
-    }
-
-    /// Whether it met when it was last decided.
-    fn met(&self) -> bool {
-        self.is_begun() && self.since & MET != 0
-    }
-}
 
 /// How far a portion of new pairs is merged: places of the next of those known, and of those found.
 #[derive(Clone, Copy, Debug, Default)]
@@ -153,7 +124,7 @@ impl Pairs {
         let known = self.at_mut(place);
         if overlap {
             if known.slot == APART {
-                (known.slot, known.since) = (BLANK, frame as u32 & !MET);
+                known.begin(frame);
             }
             let known = *known;
             return Some(self.state_of(known, frame));
@@ -171,14 +142,24 @@ impl Pairs {
     }
 
     /// The first of some places whose pair met when it was last decided.
+    #[inline]
     pub fn next_met(&self, places: Range<usize>) -> Option<usize> {
         let split = self.merged.len();
+        if split <= places.start {
+            let known = &self.known[self.merge.known..][places.start - split..places.end - split];
+            return known.iter().position(Known::met).map(|at| places.start + at);
+        }
         let merged = &self.merged[places.start.min(split)..places.end.min(split)];
         let known = &self.known[self.merge.known..][places.start.max(split) - split..places.end.max(split) - split];
         merged.iter().chain(known).position(Known::met).map(|at| places.start + at)
     }
 
-    /// Whether a pair did not, and a query of it was begun since their boxes overlap, or was not.
+    /// Whether the witnesses of a pair were lost since it was last decided.
+    pub fn is_lost(&self, place: usize) -> bool {
+        self.at(place).is_lost()
+    }
+
+    /// Whether a pair did not meet, and a query of it was begun since their boxes overlap, or was not.
     pub fn is_unmet(&self, place: usize, is_begun: bool) -> bool {
         let known = self.at(place);
         known.is_begun() == is_begun && !known.met()
@@ -191,34 +172,47 @@ impl Pairs {
     }
 
     #[inline]
-    fn state_of(&mut self, Known { slot, since, .. }: Known, frame: u64) -> &mut PairState {
-        if let Some(Some(state)) = self.states.get_mut(slot as usize) {
+    fn state_of(&mut self, known: Known, frame: u64) -> &mut PairState {
+        if let Some(Some(state)) = self.states.get_mut(known.slot as usize) {
             return state;
         }
-        self.blank.decided = began(since, frame) - 1;
+        self.blank.decided = known.since(frame) - 1;
         &mut self.blank
     }
 
-    /// Takes a state out; a pair that had no turn gets one. Whether it is such.
-    pub fn take(&mut self, place: usize, frame: u64) -> (Box<PairState>, bool) {
-        let &Known { slot, since, .. } = self.at(place);
+    /// Takes the state of a pair that met out, for a test.
+    #[inline]
+    pub fn take_met(&mut self, place: usize) -> Option<Box<PairState>> {
+        let slot = self.at(place).slot as usize;
+        self.states.get_mut(slot)?.take()
+    }
+
+    /// Takes the state of a pair out, for a turn; a pair that had none gets one.
+    #[inline]
+    pub fn take(&mut self, place: usize, frame: u64) -> Turn {
+        let &known = self.at(place);
+        let Known { key, slot, .. } = known;
         if let Some(state) = self.states.get_mut(slot as usize).and_then(Option::take) {
-            return (state, false);
+            return Turn::new(key, state, false, [known.met(), known.is_lost()]);
         }
-        let new = PairState::new(began(since, frame));
+        Turn::new(key, self.new_state(place, frame), true, [false; 2])
+    }
+
+    #[cold]
+    fn new_state(&mut self, place: usize, frame: u64) -> Box<PairState> {
+        let new = PairState::new(self.at(place).since(frame));
         let slot = self.free.pop().unwrap_or_else(|| {
             self.states.push(None);
             self.states.len() as u32 - 1
         });
         self.at_mut(place).slot = slot;
-        let state = match self.states[slot as usize].take() {
+        match self.states[slot as usize].take() {
             Some(mut state) => {
                 *state = new;
                 state
             }
             None => Box::new(new),
-        };
-        (state, true)
+        }
     }
 
     /// Lets others have the state in a slot, if there is one.
@@ -255,11 +249,13 @@ impl Pairs {
         self.touches.ask(self.room[1].asked);
     }
 
-    /// Puts a state back, or lets others have it if the turn of its pair did not come.
-    pub fn put_back(&mut self, place: usize, state: Box<PairState>, is_blank: bool) {
+    /// Puts a state back, or lets others have it if the turn of its pair did not come; and whether the pair met when it was last
+    /// decided, and its witnesses were lost since.
+    #[inline]
+    pub fn put_back(&mut self, place: usize, state: Box<PairState>, is_blank: bool, marks: [bool; 2]) {
         let known = self.at_mut(place);
         let slot = known.slot;
-        known.since = known.since & !MET | if state.met() { MET } else { 0 };
+        known.mark(marks);
         if is_blank {
             known.slot = BLANK;
             self.free.push(slot);
@@ -399,7 +395,7 @@ impl Pairs {
                     (_, Some(key)) => {
                         self.merge.found += 1;
                         if self.merged.len() + self.known.len() - self.merge.known < self.most {
-                            self.merged.push(Known { key, slot: APART, since: 0 });
+                            self.merged.push(Known::new(key));
                         } else {
                             self.merge.left_out = true;
                         }
@@ -436,12 +432,7 @@ impl Pairs {
 
 /// Adds pairs to the part of a list from a place on; those that are in it stay.
 fn insert(list: &mut Vec<Known>, from: usize, keys: &[PairKey]) {
-    list.extend(keys.iter().map(|&key| Known { key, slot: APART, since: 0 }));
+    list.extend(keys.iter().map(|&key| Known::new(key)));
     list[from..].sort_by_key(|known| known.key);
     list.dedup_by_key(|known| known.key);
-}
-
-/// A frame by its low bits, not later than `frame` and not 2^31 frames before.
-fn began(low: u32, frame: u64) -> u64 {
-    frame - u64::from((frame as u32).wrapping_sub(low) & !MET)
 }

@@ -8,17 +8,18 @@
 use super::pairs::Pairs;
 use crate::model::cost::{LEAST_WORK, WORK_PER_MERGED_PAIR, WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
 use crate::query::{Deadline, Verdict, Workspace};
-use crate::scene::ask::TurnKind;
 use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
-use crate::scene::pair::batch::{Desk, Round};
+use crate::scene::pair::batch::{Batch, Desk, Round, Task};
 use crate::scene::pair::frame::Frame;
-use crate::scene::pair::retest::{Retest, Tested, WITNESSES};
+use crate::scene::pair::retest::{LANES, Outcome, Test};
 use crate::scene::pair::spent::Spent;
-use crate::scene::pair::state::Turn;
+use crate::scene::pair::state::PairState;
 use crate::scene::room::reserve;
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::mem;
+use core::time::Duration;
 
 /// A frame looks for pairs that met among this many known ones at least, or among so many for each test of the last frame. For
 /// so many of them it finds at most one that rests: listing these leaves less for the others.
@@ -42,11 +43,42 @@ pub(crate) struct Meeting {
     pub witness: [u32; 2],
 }
 
+impl Meeting {
+    /// Of a pair of which this was found.
+    fn new(key: PairKey, verdict: Verdict) -> Option<Self> {
+        let Verdict::Intersecting { witness } = verdict else { return None };
+        Some(Self { key, witness })
+    }
+}
+
+/// The batches that tests are dealt to, a workspace for them, and when they end, by the clock.
+pub(crate) struct Hands<'h> {
+    pub batches: &'h mut [Batch],
+    pub scratch: &'h mut Box<Workspace>,
+    pub end: Option<Duration>,
+}
+
+impl Hands<'_> {
+    /// The tests that were dealt.
+    fn tests(&mut self) -> impl Iterator<Item = Test> {
+        self.batches.iter_mut().flat_map(|batch| batch.tests.drain(..))
+    }
+}
+
+/// Several threads share the tests in so many parts for each.
+const PARTS: usize = 4;
+
+/// Tests that a batch of so many pairs needs room for.
+pub(crate) fn room(batch: usize, pairs: usize) -> usize {
+    pairs / if batch == 0 { 1 } else { 2 * PARTS } + LANES
+}
+
 #[derive(Debug, Default)]
 pub(crate) struct Revisit {
     /// The pairs that were found to meet in this frame, ascending.
     pub found: Vec<Meeting>,
-    /// Places of pairs whose witnesses are lost.
+    /// Places of pairs that wait for their tests, and of those whose witnesses are lost.
+    waiting: Vec<u32>,
     lost: Vec<u32>,
     /// Tests of this frame, work of looking next to witnesses that are lost, and what its searches spent.
     tests: usize,
@@ -68,6 +100,7 @@ impl Revisit {
     /// Makes room for this many pairs.
     pub fn reserve(&mut self, pairs: usize) {
         reserve(&mut self.found, pairs);
+        reserve(&mut self.waiting, pairs);
         reserve(&mut self.lost, pairs);
     }
 
@@ -80,27 +113,75 @@ impl Revisit {
     /// Of a frame that tests nothing.
     pub fn skip(&mut self) {
         self.found.clear();
+        self.lost.clear();
         (self.tests, self.beside, self.searches, self.is_full) = (0, 0, Spent::default(), false);
     }
 
-    /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. `cut`: the last list was, so those
-    /// that rest are found too, that they are listed.
-    pub fn test(&mut self, frame: &Frame, broad: &Broad, pairs: &mut Pairs, cut: bool, deadline: &mut Deadline) {
+    /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. `cut`: the last list was,
+    /// so those that rest are found too, that they are listed.
+    pub fn test(
+        &mut self,
+        frame: &Frame,
+        broad: &Broad,
+        pairs: &mut Pairs,
+        cut: bool,
+        hands: &mut Hands,
+        deadline: &mut Deadline,
+    ) {
         let enough = LEAST.max(PER_TEST * self.tests);
-        let most = if frame.budget.is_unlimited() { usize::MAX } else { enough };
         self.skip();
-        self.lost.clear();
         if !cut && frame.bodies.changed == 0 {
             return;
         }
+        let first = self.next;
+        let most = if frame.budget.is_unlimited() { usize::MAX } else { enough };
+        self.gather(frame, broad, pairs, cut, most, deadline);
+        self.run(Task::TestWitnesses, frame, pairs, hands);
+        let mut is_cut = false;
+        hands.tests().for_each(|Test { state, key, place, outcome }| {
+            self.tests += usize::from(outcome != Outcome::Untested);
+            match outcome {
+                Outcome::Met(witness) => self.found.push(Meeting { key, witness }),
+                Outcome::Lost => self.lost.push(place),
+                Outcome::Untested if is_cut => {}
+                Outcome::Untested => (is_cut, self.next) = (true, key),
+            }
+            pairs.put_back(place as usize, state, false, [true, outcome == Outcome::Lost]);
+        });
+        // Those from a place on come before the others; and before both, those that rest.
+        let turn = self.found.iter().position(|meeting| meeting.key < first);
+        self.found.rotate_left(turn.unwrap_or(0));
+        if !self.found.is_sorted_by_key(|meeting| meeting.key) {
+            self.found.sort_unstable_by_key(|meeting| meeting.key);
+        }
+        self.gather_beside(frame, pairs, deadline);
+        self.run(Task::TestBeside, frame, pairs, hands);
+        hands.tests().for_each(|Test { mut state, key, place, outcome }| {
+            self.learn_beside(&mut state, outcome);
+            match outcome {
+                Outcome::Met(witness) => self.find(Meeting { key, witness }),
+                Outcome::Lost | Outcome::Untested => self.lost.push(place),
+            }
+            pairs.put_back(place as usize, state, false, [true, !matches!(outcome, Outcome::Met(_))]);
+        });
+    }
+
+    /// Gathers the pairs that met, from the one on whose turn it is: those that rest are found, and others wait for their tests
+    /// or are lost.
+    fn gather(
+        &mut self,
+        frame: &Frame,
+        broad: &Broad,
+        pairs: &mut Pairs,
+        cut: bool,
+        most: usize,
+        deadline: &mut Deadline,
+    ) {
         let (known, mut place) = (pairs.len(), pairs.place(self.next));
-        let mut retest = Retest::new();
-        // Those from a place on, then those before it; both ascend.
-        let (mut left, mut resting, mut from) = (most.min(known), most / PER_REST, 0);
+        let (mut left, mut resting) = (most.min(known), most / PER_REST);
         while left > 0 {
             if place == known {
-                self.flush(&mut retest, from, frame, pairs);
-                (place, from) = (0, self.found.len());
+                place = 0;
             }
             let end = known.min(place + left);
             let met = pairs.next_met(place..end);
@@ -109,96 +190,53 @@ impl Revisit {
             if met.is_none() {
                 continue;
             }
-            let room = self.found.capacity().min(self.lost.capacity());
-            let taken = self.found.len().max(self.lost.len()) + retest.len();
-            self.is_full = taken >= room;
+            self.is_full = self.found.len() + self.waiting.len() + self.lost.len() >= self.found.capacity();
             if self.is_full || !deadline.has_room(WORK_PER_WITNESS) {
                 break;
             }
             let key = pairs.key(place);
-            let state = pairs.state(place, frame.number);
-            let rests = state.completed >= frame.changed(key);
+            // What moved in this frame does not rest, whatever is known of it.
+            let changed = frame.changed(key);
+            let rests = changed < frame.number && pairs.state(place, frame.number).completed >= changed;
             if (cut || !rests) && is_plain(key, frame, broad) {
                 if rests {
                     if resting == 0 {
                         break;
                     }
                     resting -= 1;
+                    let state = pairs.state(place, frame.number);
                     state.decided = frame.number;
-                    let verdict = state.verdict;
-                    self.find(key, verdict, from);
-                } else if !state.is_lost(frame.number) && retest.add([place, 0], key, state, frame.bodies) {
-                    self.tests += 1;
-                    deadline.spend(WORK_PER_WITNESS);
-                } else {
+                    self.found.extend(Meeting::new(key, state.verdict));
+                } else if pairs.is_lost(place) {
                     self.lost.push(place as u32);
+                } else {
+                    self.waiting.push(place as u32);
+                    deadline.spend(WORK_PER_WITNESS);
                 }
-            }
-            if retest.is_full() {
-                self.flush(&mut retest, from, frame, pairs);
             }
             (place, left) = (place + 1, left - 1);
         }
-        self.flush(&mut retest, from, frame, pairs);
         self.next = if place < known { pairs.key(place) } else { 0 };
-        self.found.rotate_left(from);
-        self.test_beside(&mut retest, frame, pairs, deadline);
     }
 
-    /// Tests the pairs that wait. Those that meet are found, and come after the first `from` others.
-    fn flush(&mut self, retest: &mut Retest, from: usize, frame: &Frame, pairs: &mut Pairs) {
-        while retest.len() > 0 {
-            let (tested, hits) = retest.run();
-            for (lane, Tested { place, key, number, witness }) in tested.into_iter().enumerate() {
-                let state = pairs.state(place, frame.number);
-                if hits >> lane & 1 != 0 {
-                    state.note_test(Some(witness), frame.number);
-                    self.find(key, Verdict::Intersecting { witness }, from);
-                } else if number + 1 == WITNESSES || !retest.add([place, number + 1], key, state, frame.bodies) {
-                    state.note_test(None, frame.number);
-                    self.lost.push(place as u32);
-                }
+    /// Of the pairs whose witnesses this frame has lost, gathers those that may meet next door: surfaces that meet go on meeting
+    /// there, unless they go far in a frame.
+    fn gather_beside(&mut self, frame: &Frame, pairs: &mut Pairs, deadline: &mut Deadline) {
+        let (mut lost, mut waiting) = (mem::take(&mut self.lost), mem::take(&mut self.waiting));
+        lost.retain(|&place| {
+            let (key, state) = (pairs.key(place as usize), pairs.state(place as usize, frame.number));
+            if state.refuted != frame.number as u32 || !deadline.has_room(WORK_PER_NEIGHBORS) {
+                return true;
             }
-        }
-    }
-
-    /// Tests what lies next to the witnesses that are lost.
-    fn test_beside(&mut self, retest: &mut Retest, frame: &Frame, pairs: &mut Pairs, deadline: &mut Deadline) {
-        let mut lost = mem::take(&mut self.lost);
-        lost.retain(|&place| !self.meets_beside(place as usize, retest, frame, pairs, deadline));
-        self.lost = lost;
-    }
-
-    /// Whether triangles next to the latest witness of a pair meet, which this frame has lost: surfaces that meet go on meeting
-    /// next door, unless they go far in a frame.
-    fn meets_beside(
-        &mut self,
-        place: usize,
-        retest: &mut Retest,
-        frame: &Frame,
-        pairs: &mut Pairs,
-        deadline: &mut Deadline,
-    ) -> bool {
-        let (key, state) = (pairs.key(place), pairs.state(place, frame.number));
-        let is_full = self.found.len() == self.found.capacity();
-        if state.refuted != frame.number as u32 || is_full || !deadline.has_room(WORK_PER_NEIGHBORS) {
-            return false;
-        }
-        let of_all = USUAL_NEARBY + self.nearby;
-        let expected = of_all + state.nearby;
-        if !frame.bodies.know_neighbors(key) || expected < LEAST_NEARBY && !self.tries_anyway() {
-            return false;
-        }
-        self.beside += WORK_PER_NEIGHBORS;
-        deadline.spend(WORK_PER_NEIGHBORS);
-        let witness = retest.beside(key, state, frame.bodies);
-        let met = if witness.is_some() { 1.0 } else { 0.0 };
-        state.nearby += (met - expected) / TESTS_OF_PAIR;
-        self.nearby += (met - of_all) / TESTS_OF_SCENE;
-        let Some(witness) = witness else { return false };
-        state.note_test(Some(witness), frame.number);
-        self.find(key, Verdict::Intersecting { witness }, 0);
-        true
+            let expected = USUAL_NEARBY + self.nearby + state.nearby;
+            if !frame.bodies.know_neighbors(key) || expected < LEAST_NEARBY && !self.tries_anyway() {
+                return true;
+            }
+            deadline.spend(WORK_PER_NEIGHBORS);
+            waiting.push(place);
+            false
+        });
+        (self.lost, self.waiting) = (lost, waiting);
     }
 
     /// Whether it is the turn of a test that is not expected to find anything: things may have changed.
@@ -207,14 +245,39 @@ impl Revisit {
         self.passed == 0
     }
 
-    /// Takes note of a pair if it meets, among those after the first `from`.
-    fn find(&mut self, key: PairKey, verdict: Verdict, from: usize) {
-        let Verdict::Intersecting { witness } = verdict else { return };
-        let others = &self.found[from..];
-        // Most come in order.
-        let is_last = others.last().is_none_or(|last| last.key < key);
-        let at = if is_last { others.len() } else { others.partition_point(|other| other.key < key) };
-        self.found.insert(from + at, Meeting { key, witness });
+    /// Tests the pairs that wait, in batches.
+    fn run(&mut self, task: Task, frame: &Frame, pairs: &mut Pairs, Hands { batches, scratch, end }: &mut Hands) {
+        if self.waiting.is_empty() {
+            return;
+        }
+        let parts = if frame.threads() == 1 { 1 } else { batches.len().min(PARTS * frame.threads()) };
+        let each = self.waiting.len().div_ceil(parts).next_multiple_of(LANES);
+        for (batch, places) in batches.iter_mut().zip(self.waiting.chunks(each)) {
+            for &place in places {
+                let Some(state) = pairs.take_met(place as usize) else { continue };
+                batch.tests.push(Test { state, key: pairs.key(place as usize), place, outcome: Outcome::Untested });
+            }
+        }
+        self.waiting.clear();
+        let round = Round { task, ..Round::to_the_end(frame.number, frame.mode, *end) };
+        frame.crew.run(batches, &round, frame.bodies, scratch);
+    }
+
+    /// Learns from a test of what lies next to the witness of a pair.
+    fn learn_beside(&mut self, state: &mut PairState, outcome: Outcome) {
+        if outcome == Outcome::Untested {
+            return;
+        }
+        self.beside += WORK_PER_NEIGHBORS;
+        let (met, of_all) = (if outcome == Outcome::Lost { 0.0 } else { 1.0 }, USUAL_NEARBY + self.nearby);
+        state.nearby += (met - of_all - state.nearby) / TESTS_OF_PAIR;
+        self.nearby += (met - of_all) / TESTS_OF_SCENE;
+    }
+
+    /// Takes note of a pair that meets.
+    fn find(&mut self, met: Meeting) {
+        let at = self.found.partition_point(|other| other.key < met.key);
+        self.found.insert(at, met);
     }
 
     /// Asks whether the pairs meet that were lost, then those that were never asked, and then all others that are known, each in
@@ -286,16 +349,16 @@ impl Revisit {
         deadline: &mut Deadline,
     ) {
         let Frame { bodies, number, mode, .. } = *frame;
-        let round = &Round { frame: number, mode, to_the_end: true, end: None };
-        let key = pairs.key(place);
-        let (mut state, is_blank) = pairs.take(place, number);
-        state.turn = Turn { key, kind: TurnKind::Meet, is_blank, ..Turn::NONE };
+        let round = &Round::to_the_end(number, mode, None);
+        let mut turn = pairs.take(place, number);
         let (held, looks_ahead) = (false, true);
-        state.run(&mut Desk { bodies, round, deadline, workspace, held, patches: None, looks_ahead });
-        self.searches.add(state.turn.spent);
-        self.find(key, state.standing(number).verdict, 0);
-        let is_blank = state.turn.is_blank;
-        pairs.put_back(place, state, is_blank);
+        turn.run(&mut Desk { bodies, round, deadline, workspace, held, patches: None, looks_ahead });
+        turn.end(number);
+        self.searches.add(turn.spent);
+        if let Some(met) = Meeting::new(turn.key, turn.standing.verdict) {
+            self.find(met);
+        }
+        pairs.put_back(place, turn.state, turn.is_blank, [turn.met, turn.lost]);
     }
 }
 

@@ -4,6 +4,7 @@ use super::job::Job;
 use crate::scene::ask::TurnKind;
 use crate::scene::id::PairKey;
 use crate::scene::pair::batch::Batch;
+use crate::scene::pair::state::Turn;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RoundRobin {
@@ -47,9 +48,9 @@ impl RoundRobin {
     /// Moves on past the turns that have ended. `enough`: work that is all but the guaranteed share.
     pub fn advance(&mut self, batch: &Batch, enough: u64) {
         let Some(last) = batch.turns.last().filter(|_| self.holds_cursor) else { return };
-        let waiting = batch.turns.iter().position(|state| state.turn.is_due());
-        let turn = waiting.map(|at| &batch.turns[at].turn);
-        self.cursor = turn.map_or(last.turn.key + 1, |turn| turn.key);
+        let waiting = batch.turns.iter().position(Turn::is_due);
+        let turn = waiting.map(|at| &batch.turns[at]);
+        self.cursor = turn.map_or(last.key + 1, |turn| turn.key);
         self.at_contacts = turn.is_some_and(|turn| turn.next == Some(TurnKind::Contacts));
         let is_cut = turn.is_some_and(|turn| turn.next == Some(turn.kind) && turn.spent.work >= enough);
         self.overspent = waiting == Some(0) && is_cut;

@@ -1,28 +1,44 @@
-//! Threads that run batches, and wait between frames.
+//! Threads that run batches, and sleep between frames.
 //!
 //! A batch goes to a worker and comes back by value, and the bodies are shared, so there is nothing to lock but the lists of
 //! tasks. Locks, waits and lists allocate nothing, which is more than the channels of the standard library promise.
+//!
+//! To wake a thread takes as long as a short frame. So all are woken when a frame begins, and look out for tasks a while before
+//! they go to sleep again.
 
+use super::crew::Crew;
 use crate::query::{SystemClock, Workspace};
 use crate::scene::body::Bodies;
 use crate::scene::pair::batch::{Batch, Round, workspace};
 use alloc::boxed::Box;
+use alloc::collections::VecDeque;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
+use core::hint::spin_loop;
+use core::sync::atomic::{AtomicUsize, Ordering};
+use core::time::Duration;
+use crossbeam_utils::Backoff;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::{self, Builder, JoinHandle};
+use std::time::Instant;
+
+/// How long a thread looks out for something before it sleeps: some times as long as it takes to wake it.
+const LOOKOUT: Duration = Duration::from_micros(200);
+
+/// Looks before it lets others have its core, if there are any.
+const LOOKS: usize = 100;
 
 #[derive(Debug)]
-struct Task {
+struct Errand {
     index: usize,
     batch: Batch,
     round: Round,
     bodies: Arc<Bodies>,
 }
 
-impl Task {
+impl Errand {
     /// Lets go of the bodies before the batch is given back: the owner of the scene may then change them.
     fn run(mut self, scratch: &mut Box<Workspace>) -> (usize, Batch) {
         self.batch.run(&self.bodies, scratch, &self.round, &SystemClock);
@@ -31,11 +47,16 @@ impl Task {
 }
 
 #[derive(Debug, Default)]
-struct Tasks {
-    /// The next one last.
-    waiting: Vec<Task>,
-    /// What became of those that workers took.
+struct Errands {
+    waiting: VecDeque<Errand>,
+    /// How many workers have, and what became of them.
+    taken: usize,
     ended: Vec<thread::Result<(usize, Batch)>>,
+    /// How often workers were called, and how many sleep until they are.
+    calls: usize,
+    asleep: usize,
+    /// Whether the caller sleeps until the last task ends.
+    caller_sleeps: bool,
     /// Whether no more will come.
     closed: bool,
 }
@@ -43,34 +64,95 @@ struct Tasks {
 /// What the threads share.
 #[derive(Debug, Default)]
 struct Shared {
-    tasks: Mutex<Tasks>,
-    /// There are new tasks, or no more will come.
+    tasks: Mutex<Errands>,
+    /// There are new tasks, or there will be soon, or no more will come.
     begin: Condvar,
-    /// A task has ended.
+    /// The last task has ended.
     end: Condvar,
+    /// What threads look at while they look out: how many tasks wait, and how many are taken.
+    waiting: AtomicUsize,
+    taken: AtomicUsize,
 }
 
 impl Shared {
-    /// No task runs under the lock, so no panic leaves the lists half changed.
-    fn lock(&self) -> MutexGuard<'_, Tasks> {
-        self.tasks.lock().unwrap_or_else(PoisonError::into_inner)
+    /// No task runs under the lock, so no panic leaves the lists half changed; and it is free sooner than a thread that sleeps
+    /// could be woken.
+    fn lock(&self) -> MutexGuard<'_, Errands> {
+        let backoff = Backoff::new();
+        loop {
+            match self.tasks.try_lock() {
+                Ok(tasks) => return tasks,
+                Err(TryLockError::Poisoned(poisoned)) => return poisoned.into_inner(),
+                Err(TryLockError::WouldBlock) => backoff.snooze(),
+            }
+        }
     }
 
-    /// Waits for a task; `None` if no more will come.
-    fn next(&self) -> Option<Task> {
-        let idle = |tasks: &mut Tasks| tasks.waiting.is_empty() && !tasks.closed;
-        self.begin.wait_while(self.lock(), idle).unwrap_or_else(PoisonError::into_inner).waiting.pop()
+    fn wake(&self, tasks: &Errands) {
+        if tasks.asleep > 0 {
+            self.begin.notify_all();
+        }
+    }
+
+    /// A task for a worker, if there is one.
+    fn take(&self, tasks: &mut Errands) -> Option<Errand> {
+        let task = tasks.waiting.pop_front()?;
+        tasks.taken += 1;
+        self.count(tasks);
+        Some(task)
+    }
+
+    /// Waits for a task of a worker, which came after so many calls; `None` if no more will come.
+    fn next(&self, calls: &mut usize) -> Option<Errand> {
+        loop {
+            look_out(|| self.waiting.load(Ordering::Acquire) > 0);
+            let mut tasks = self.lock();
+            tasks.asleep += 1;
+            let idle = |tasks: &mut Errands| tasks.waiting.is_empty() && tasks.calls == *calls && !tasks.closed;
+            tasks = self.begin.wait_while(tasks, idle).unwrap_or_else(PoisonError::into_inner);
+            tasks.asleep -= 1;
+            *calls = tasks.calls;
+            let task = self.take(&mut tasks);
+            if task.is_some() || tasks.closed {
+                return task;
+            }
+        }
+    }
+
+    fn count(&self, tasks: &Errands) {
+        self.waiting.store(tasks.waiting.len(), Ordering::Release);
+        self.taken.store(tasks.taken, Ordering::Release);
     }
 
     /// Runs tasks until no more will come.
     fn work(&self) {
-        let mut scratch = workspace();
-        while let Some(task) = self.next() {
+        let (mut scratch, mut calls, mut next) = (workspace(), 0, None);
+        while let Some(task) = next.or_else(|| self.next(&mut calls)) {
             // The caller waits for every task, so even a panic has to come back to it.
             let ended = catch_unwind(AssertUnwindSafe(|| task.run(&mut scratch)));
-            self.lock().ended.push(ended);
-            self.end.notify_one();
+            let mut tasks = self.lock();
+            tasks.ended.push(ended);
+            tasks.taken -= 1;
+            self.count(&tasks);
+            next = self.take(&mut tasks);
+            if tasks.taken == 0 && tasks.caller_sleeps {
+                self.end.notify_one();
+            }
         }
+    }
+}
+
+/// Looks for something for a while.
+fn look_out(found: impl Fn() -> bool) {
+    let began = Instant::now();
+    while began.elapsed() < LOOKOUT {
+        for _ in 0..LOOKS {
+            if found() {
+                return;
+            }
+            spin_loop();
+        }
+        thread::yield_now();
     }
 }
 
@@ -85,7 +167,7 @@ impl Workers {
     pub fn start(threads: usize, batches: usize) -> io::Result<Self> {
         let mut workers = Self { shared: Arc::default(), threads: Vec::new() };
         let mut tasks = workers.shared.lock();
-        (tasks.waiting, tasks.ended) = (Vec::with_capacity(batches), Vec::with_capacity(batches));
+        (tasks.waiting, tasks.ended) = (VecDeque::with_capacity(batches), Vec::with_capacity(batches));
         drop(tasks);
         for _ in 0..threads {
             let shared = Arc::clone(&workers.shared);
@@ -93,33 +175,51 @@ impl Workers {
         }
         Ok(workers)
     }
+}
 
-    /// Threads that take part, the calling one included.
-    pub fn threads(&self) -> usize {
+impl Crew for Workers {
+    fn threads(&self) -> usize {
         self.threads.len() + 1
     }
 
-    /// Runs all batches that are not empty.
-    pub fn run(&self, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>, scratch: &mut Box<Workspace>) {
-        let Shared { begin, end, .. } = &*self.shared;
+    fn call(&self) {
         let mut tasks = self.shared.lock();
-        for (index, batch) in batches.iter_mut().enumerate().rev().filter(|(_, batch)| !batch.turns.is_empty()) {
+        tasks.calls += 1;
+        self.shared.wake(&tasks);
+    }
+
+    fn begin(&self, first: usize, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>) {
+        let mut tasks = self.shared.lock();
+        for (index, batch) in (first..).zip(batches).filter(|(_, batch)| !batch.is_empty()) {
             let batch = core::mem::take(batch);
-            tasks.waiting.push(Task { index, batch, round: *round, bodies: Arc::clone(bodies) });
+            tasks.waiting.push_back(Errand { index, batch, round: *round, bodies: Arc::clone(bodies) });
         }
-        let mut away = tasks.waiting.len();
-        drop(tasks);
-        begin.notify_all();
+        self.shared.count(&tasks);
+        self.shared.wake(&tasks);
+    }
+
+    fn finish(&self, batches: &mut [Batch], round: &Round, _: &Arc<Bodies>, scratch: &mut Box<Workspace>) {
+        let shared = &*self.shared;
         loop {
-            // Taken in a statement of its own, so that the lock is not held while the task runs.
-            let task = self.shared.lock().waiting.pop();
+            // Taken in a block of its own, so that the lock is not held while the task runs.
+            let task = {
+                let mut tasks = shared.lock();
+                // Workers begin at the other end: so the states of a pair stay with one thread, more or less. What comes first is
+                // to be run first if not all may be.
+                let task = if round.end.is_some() { tasks.waiting.pop_front() } else { tasks.waiting.pop_back() };
+                shared.count(&tasks);
+                task
+            };
             let Some(task) = task else { break };
             let (index, batch) = task.run(scratch);
             batches[index] = batch;
-            away -= 1;
         }
-        let waiting = |tasks: &mut Tasks| tasks.ended.len() < away;
-        let mut tasks = end.wait_while(self.shared.lock(), waiting).unwrap_or_else(PoisonError::into_inner);
+        look_out(|| shared.taken.load(Ordering::Acquire) == 0);
+        let mut tasks = shared.lock();
+        tasks.caller_sleeps = true;
+        let going_on = |tasks: &mut Errands| tasks.taken > 0;
+        tasks = shared.end.wait_while(tasks, going_on).unwrap_or_else(PoisonError::into_inner);
+        tasks.caller_sleeps = false;
         let mut panic = None;
         for ended in tasks.ended.drain(..) {
             match ended {

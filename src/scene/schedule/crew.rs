@@ -1,0 +1,48 @@
+//! Who runs the batches of a frame: the calling thread alone, or several.
+
+use crate::query::{Clock, Workspace};
+use crate::scene::body::Bodies;
+use crate::scene::pair::batch::{Batch, Round};
+use alloc::boxed::Box;
+use alloc::sync::Arc;
+
+pub(crate) trait Crew {
+    /// Threads that take part, the calling one included.
+    fn threads(&self) -> usize;
+
+    /// Says that batches will come soon, so that nobody sleeps when they do.
+    fn call(&self);
+
+    /// Gives those of the batches that are not empty to whoever is free, the first of them being number `first`; they are back
+    /// after [`Crew::finish`].
+    fn begin(&self, first: usize, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>);
+
+    /// Runs all batches that were begun and that nobody has taken, and waits for the others. `scratch` is a workspace of the
+    /// calling thread.
+    fn finish(&self, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>, scratch: &mut Box<Workspace>);
+
+    /// Runs all batches.
+    fn run(&self, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>, scratch: &mut Box<Workspace>) {
+        self.begin(0, batches, round, bodies);
+        self.finish(batches, round, bodies, scratch);
+    }
+}
+
+/// The calling thread.
+pub(crate) struct Alone<'c>(pub &'c dyn Clock);
+
+impl Crew for Alone<'_> {
+    fn threads(&self) -> usize {
+        1
+    }
+
+    fn call(&self) {}
+
+    fn begin(&self, _: usize, _: &mut [Batch], _: &Round, _: &Arc<Bodies>) {}
+
+    fn finish(&self, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>, scratch: &mut Box<Workspace>) {
+        for batch in batches.iter_mut().filter(|batch| !batch.is_empty()) {
+            batch.run(bodies, scratch, round, self.0);
+        }
+    }
+}
