@@ -310,7 +310,7 @@ impl Scene {
     /// part of the frame is spent, and go on in the next frame. In [`Mode::Any`] pairs that met are tested before them by their
     /// last witnesses, and by what lies next to these if trees [keep neighbors](crate::BuildOptions::neighbors): under a budget
     /// of time for half of the frame at most, under one of work up to `B - 2R` (see below). If the last report [is not
-    /// whole](Report::is_whole), only time is limited, and on one thread, known pairs are then searched too, and both may last
+    /// whole](Report::is_whole) and only time is limited, known pairs are then searched too, and both may last
     /// until thirteen sixteenths of the frame are over. Of what is left the broad phase has up to seven eighths.
     /// Under a budget of work, `B` units are for queries, as if all pairs were known, and the broad phase may do `B + 65,536`
     /// units of its own ([`Report::broad_phase_work`]); the report is the same on any number of threads and on every machine.

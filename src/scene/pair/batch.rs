@@ -35,6 +35,8 @@ pub(crate) enum Task {
     /// Their latest witnesses are tested; or what lies next to these.
     TestWitnesses,
     TestBeside,
+    /// They are searched before the broad phase; a search that is stopped is not gone on with.
+    Search,
     /// Their questions are answered.
     Answer,
 }
@@ -110,7 +112,20 @@ impl Batch {
         match round.task {
             Task::TestWitnesses => Retest::new(bodies, round.frame).latest(&mut self.tests, &mut deadline),
             Task::TestBeside => Retest::new(bodies, round.frame).beside(&mut self.tests, &mut deadline),
+            Task::Search => self.search(bodies, scratch, round, &mut deadline),
             Task::Answer => self.answer(bodies, scratch, round, clock),
+        }
+    }
+
+    fn search(&mut self, bodies: &Bodies, workspace: &mut Workspace, round: &Round, deadline: &mut Deadline) {
+        for turn in &mut self.turns {
+            if !deadline.has_room(LEAST_WORK) {
+                break;
+            }
+            let (held, patches, looks_ahead) = (false, None, true);
+            turn.run(&mut Desk { bodies, round, deadline, workspace, held, patches, looks_ahead });
+            turn.next = None;
+            turn.end(round.frame);
         }
     }
 

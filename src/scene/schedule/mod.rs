@@ -3,9 +3,9 @@
 //! A pair that was decided and whose bodies have not moved since needs nothing. Of the others the cost is expected
 //! ([`forecast`]), and the frame goes in rounds:
 //!
-//! - Before the broad phase the last witnesses of pairs that met are tested, eight pairs at once, and under a budget of time, on
-//!   one thread, if the last frame was cut short, known pairs are searched ([`revisit`]): what is found so is told however
-//!   little of the frame is left.
+//! - Before the broad phase the last witnesses of pairs that met are tested, eight pairs at once, and under a budget of time, if
+//!   the last frame was cut short, known pairs are searched ([`revisit`]): what is found so is told however little of the frame
+//!   is left.
 //! - A job asks one question. That of a pair which is found to meet goes on with its contacts, if they are asked for, and is
 //!   ranked anew: in the next round.
 //! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends; without a budget and on several threads
@@ -149,8 +149,8 @@ impl Schedule {
         Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
     }
 
-    /// Tests the last witnesses of pairs that met; on one thread, if only time is limited and the last frame was `cut`, searches
-    /// the pairs that these leave open. Under a budget of time: when that ended, and the time left, less that for listing what was found.
+    /// Tests the last witnesses of pairs that met; if only time is limited and the last frame was `cut`, searches the pairs that
+    /// these leave open. Under a budget of time: when that ended, and the time left, less that for listing what was found.
     pub fn revisit(
         &mut self,
         frame: &Frame,
@@ -168,15 +168,16 @@ impl Schedule {
             .budget
             .work
             .map_or(u64::MAX, |work| work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work())));
-        let searches = cut && frame.threads() == 1 && frame.budget.work.is_none();
+        let searches = cut && frame.budget.work.is_none();
         let part = if searches { SEARCH } else { TEST };
         let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * part));
         let deadline = || Deadline::of_a_part(end, work, frame.clock);
         let batches = &mut self.batches[..];
-        self.revisit.test(frame, broad, pairs, cut, &mut Hands { batches, scratch, end }, &mut deadline());
+        let mut hands = Hands { batches, scratch, end, dealt: 0 };
+        self.revisit.test(frame, broad, pairs, cut, &mut hands, &mut deadline());
         let [began, limit] = whole?;
         if searches {
-            self.revisit.search(frame, broad, pairs, scratch, &mut deadline());
+            self.revisit.search(frame, broad, pairs, &mut hands, &mut deadline());
         }
         let (ended, of_list) = (frame.clock.now(), self.overhead.listing(self.revisit.found.len()));
         let end = began.saturating_add(limit - of_list.min(limit / LIST_OF_FOUND));

@@ -8,13 +8,14 @@
 use super::pairs::Pairs;
 use crate::model::cost::{LEAST_WORK, WORK_PER_MERGED_PAIR, WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
 use crate::query::{Deadline, Verdict, Workspace};
+use crate::scene::ask::TurnKind;
 use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
-use crate::scene::pair::batch::{Batch, Desk, Round, Task};
+use crate::scene::pair::batch::{Batch, Round, Task};
 use crate::scene::pair::frame::Frame;
 use crate::scene::pair::retest::{LANES, Outcome, Test};
 use crate::scene::pair::spent::Spent;
-use crate::scene::pair::state::PairState;
+use crate::scene::pair::state::{PairState, Turn};
 use crate::scene::room::reserve;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -56,6 +57,8 @@ pub(crate) struct Hands<'h> {
     pub batches: &'h mut [Batch],
     pub scratch: &'h mut Box<Workspace>,
     pub end: Option<Duration>,
+    /// Searches that were dealt.
+    pub dealt: usize,
 }
 
 impl Hands<'_> {
@@ -64,6 +67,9 @@ impl Hands<'_> {
         self.batches.iter_mut().flat_map(|batch| batch.tests.drain(..))
     }
 }
+
+/// A thread searches so many pairs at once.
+const SEARCHES: usize = 4;
 
 /// Several threads share the tests in so many parts for each.
 const PARTS: usize = 4;
@@ -246,7 +252,7 @@ impl Revisit {
     }
 
     /// Tests the pairs that wait, in batches.
-    fn run(&mut self, task: Task, frame: &Frame, pairs: &mut Pairs, Hands { batches, scratch, end }: &mut Hands) {
+    fn run(&mut self, task: Task, frame: &Frame, pairs: &mut Pairs, Hands { batches, scratch, end, .. }: &mut Hands) {
         if self.waiting.is_empty() {
             return;
         }
@@ -287,39 +293,45 @@ impl Revisit {
         frame: &Frame,
         broad: &Broad,
         pairs: &mut Pairs,
-        workspace: &mut Workspace,
+        hands: &mut Hands,
         deadline: &mut Deadline,
     ) {
         self.lost.sort_unstable();
         let first = self.lost.partition_point(|&place| pairs.key(place as usize) < self.turns[0]);
         for at in (first..self.lost.len()).chain(0..first) {
             let place = self.lost[at] as usize;
-            if !self.has_room(deadline) {
-                self.turns[0] = pairs.key(place);
-                return;
+            if !self.has_room(hands, deadline) {
+                return self.stop(0, place, frame, pairs, hands);
             }
-            self.ask(place, frame, pairs, workspace, deadline);
+            self.ask(0, place, frame, pairs, hands, deadline);
         }
+        self.run_searches(0, frame, pairs, hands);
         for (turn, is_begun) in [(1, false), (2, true)] {
             let (known, start) = (pairs.len(), pairs.place(self.turns[turn]));
             for place in (start..known).chain(0..start) {
                 if !pairs.is_unmet(place, is_begun) {
                     continue;
                 }
-                if !self.has_room(deadline) {
-                    self.turns[turn] = pairs.key(place);
-                    return;
+                if !self.has_room(hands, deadline) {
+                    return self.stop(turn, place, frame, pairs, hands);
                 }
                 deadline.spend(WORK_PER_MERGED_PAIR);
                 if self.is_sought(place, frame, broad, pairs) {
-                    self.ask(place, frame, pairs, workspace, deadline);
+                    self.ask(turn, place, frame, pairs, hands, deadline);
                 }
             }
+            self.run_searches(turn, frame, pairs, hands);
         }
     }
 
-    fn has_room(&mut self, deadline: &mut Deadline) -> bool {
-        self.is_full |= self.found.len() == self.found.capacity();
+    /// Ends the searches before a place: the next frame goes on there, or with the first pair that was dealt in vain.
+    fn stop(&mut self, turn: usize, place: usize, frame: &Frame, pairs: &mut Pairs, hands: &mut Hands) {
+        self.turns[turn] = pairs.key(place);
+        self.run_searches(turn, frame, pairs, hands);
+    }
+
+    fn has_room(&mut self, hands: &Hands, deadline: &mut Deadline) -> bool {
+        self.is_full |= self.found.len() + hands.dealt >= self.found.capacity();
         deadline.has_room(LEAST_WORK) && !self.is_full
     }
 
@@ -339,26 +351,48 @@ impl Revisit {
         state.completed < number && is_plain(key, frame, broad) && !state.stays_apart(frame.bodies, key, number)
     }
 
-    /// Asks whether a pair meets.
+    /// Asks whether a pair meets, together with a few others.
     fn ask(
         &mut self,
+        turn: usize,
         place: usize,
         frame: &Frame,
         pairs: &mut Pairs,
-        workspace: &mut Workspace,
+        hands: &mut Hands,
         deadline: &mut Deadline,
     ) {
-        let Frame { bodies, number, mode, .. } = *frame;
-        let round = &Round::to_the_end(number, mode, None);
-        let mut turn = pairs.take(place, number);
-        let (held, looks_ahead) = (false, true);
-        turn.run(&mut Desk { bodies, round, deadline, workspace, held, patches: None, looks_ahead });
-        turn.end(number);
-        self.searches.add(turn.spent);
-        if let Some(met) = Meeting::new(turn.key, turn.standing.verdict) {
-            self.find(met);
+        let threads = frame.threads().min(hands.batches.len());
+        let dealt = pairs.take(place, frame.number);
+        let batch = &mut hands.batches[hands.dealt % threads].turns;
+        batch.push(Turn { index: place as u32, next: Some(TurnKind::Meet), ..dealt });
+        hands.dealt += 1;
+        if hands.dealt == SEARCHES * threads {
+            let before = self.searches.work;
+            self.run_searches(turn, frame, pairs, hands);
+            deadline.spend((self.searches.work - before) / threads as u64);
         }
-        pairs.put_back(place, turn.state, turn.is_blank, [turn.met, turn.lost]);
+    }
+
+    /// Runs the searches that were dealt. If there was no time for one of them, the next frame goes on with it.
+    fn run_searches(&mut self, turn: usize, frame: &Frame, pairs: &mut Pairs, hands: &mut Hands) {
+        if mem::take(&mut hands.dealt) == 0 {
+            return;
+        }
+        let Hands { batches, scratch, end, .. } = hands;
+        let round = Round { task: Task::Search, ..Round::to_the_end(frame.number, frame.mode, *end) };
+        frame.crew.run(batches, &round, frame.bodies, scratch);
+        let mut first = usize::MAX;
+        for searched in batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
+            self.searches.add(searched.spent);
+            if let Some(met) = Meeting::new(searched.key, searched.standing.verdict) {
+                self.find(met);
+            }
+            let place = searched.index as usize;
+            if searched.next.is_some() && place < first {
+                (first, self.turns[turn]) = (place, searched.key);
+            }
+            pairs.put_back(place, searched.state, searched.is_blank, [searched.met, searched.lost]);
+        }
     }
 }
 
