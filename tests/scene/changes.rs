@@ -16,7 +16,11 @@ impl World {
         self.check_before();
         let (budget, most) = self.budget();
         let clock = ManualClock::ticking(Duration::from_nanos(1 << self.random.below(11)));
-        let report = self.scene.detect_with(budget, &clock).clone();
+        let report = match self.threads {
+            1 => self.scene.detect_with(budget, &clock),
+            _ => self.scene.detect(budget),
+        };
+        let report = report.clone();
         let is_unlimited = budget == Budget::unlimited();
         assert!(
             report.work <= most && report.broad_phase_work <= most.saturating_add(65_536),
@@ -192,8 +196,13 @@ impl World {
 
 #[test]
 fn what_is_said_holds_whatever_changes_while_frames_are_cut() {
-    for (seed, origin) in [(0, 0.0), (1, 0.0), (2, 0.0), (3, 0.0), (4, 1e5)] {
+    for (seed, origin, threads) in
+        [(0, 0.0, 1), (1, 0.0, 1), (2, 0.0, 1), (3, 0.0, 1), (4, 1e5, 1), (5, 0.0, 2), (6, 0.0, 3)]
+    {
         let mut world = World::new(seed, DVec3::splat(origin));
+        #[cfg(feature = "parallel")]
+        world.scene.use_threads(threads).unwrap();
+        world.threads = threads;
         if seed % 2 == 1 {
             world.scene.find_contacts();
         }

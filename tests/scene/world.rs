@@ -24,6 +24,8 @@ pub struct Group {
 /// A scene, and what was told to it that it cannot be asked about.
 pub struct World {
     pub scene: Scene,
+    /// How many play it; several go by the clock of the system.
+    pub threads: usize,
     pub random: Random,
     pub workspace: Workspace,
     pub trees: Vec<Arc<Tree>>,
@@ -49,6 +51,7 @@ impl World {
     pub fn new(seed: u64, origin: DVec3) -> Self {
         let mut world = Self {
             scene: Scene::new(),
+            threads: 1,
             random: Random::new(seed),
             workspace: Workspace::new(),
             trees: trees(),

@@ -397,7 +397,7 @@ impl Revisit {
 }
 
 /// Whether all that is asked of a pair is if the bodies meet that it was found for.
-#[inline]
+#[inline(always)]
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
     !bodies.is_special(key) && bodies.may_meet(pair) && !broad.is_of_another(bodies, pair)
