@@ -12,8 +12,10 @@ pub(crate) const BATCHES: usize = 16;
 /// Under a budget of work, a batch has at least this much: about 20 us.
 const BATCH_WORK: u64 = 1 << 16;
 
-/// Otherwise a batch is expected to take this much at least: to hand it to a thread takes a tenth of it.
+/// Otherwise, on several threads, there is one for each so much work, to hand it to a thread takes a tenth of that; and so many
+/// at least.
 const PART_WORK: u64 = 1 << 12;
+const LEAST_PARTS: u64 = 8;
 
 /// The usual share of the round robin is this part of what is left.
 const ROUND_ROBIN: u64 = 4;
@@ -45,11 +47,14 @@ impl Deal<'_> {
         [sum, sum + libm::sqrt(squares) as u64]
     }
 
-    /// All jobs in the order of their turns, in blocks of equal expected cost.
-    pub fn all(&mut self, [left, reserve, expected]: [u64; 3], timed: bool) {
+    /// All jobs in the order of their turns, in blocks of equal expected cost, on so many threads.
+    pub fn all(&mut self, [left, reserve, expected]: [u64; 3], timed: bool, threads: usize) {
         let free = timed || left == u64::MAX;
-        let parts = if free { expected / PART_WORK } else { left / BATCH_WORK };
-        let blocks = parts.clamp(1, BATCHES as u64);
+        let blocks = match threads {
+            _ if !free => (left / BATCH_WORK).clamp(1, BATCHES as u64),
+            1 => BATCHES as u64,
+            _ => (expected / PART_WORK).clamp(LEAST_PARTS, BATCHES as u64),
+        };
         let block = expected / blocks + 1;
         self.turns(u64::MAX, |before| (before / block) as usize);
         for (batch, index) in self.batches.iter_mut().zip(0..) {
@@ -137,9 +142,9 @@ impl Deal<'_> {
         let job = &mut self.jobs[index];
         let turn = job.deal(index as u32, self.pairs, self.frame);
         let batch = job.home.take().map_or(batch, usize::from);
-        let has_room = |batch: &Batch| !batch.is_full();
-        let other = if has_room(&self.batches[batch]) { None } else { self.batches.iter().position(has_room) };
-        self.batches[other.unwrap_or(batch)].turns.push(turn);
+        // The second one has room for all.
+        let batch = if self.batches[batch].is_full() { 1 } else { batch };
+        self.batches[batch].turns.push(turn);
         job.median() + self.overhead
     }
 }

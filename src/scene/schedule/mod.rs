@@ -125,7 +125,7 @@ impl Schedule {
         reserve(&mut self.order, pairs);
         self.revisit.reserve(pairs);
         for (number, batch) in self.batches.iter_mut().enumerate() {
-            // The first one, or the second, may have all. What does not fit into others goes elsewhere.
+            // The first one, or the second, may have all. What does not fit into others goes into the second.
             reserve(&mut batch.turns, pairs / number.max(1) + BATCHES);
             reserve(&mut batch.tests, revisit::room(number, pairs));
         }
@@ -189,8 +189,7 @@ impl Schedule {
         self.revisit.found.len()
     }
 
-    /// Runs the overlapping pairs as far as the budget goes and fills the report. Returns when it ended, under a
-    /// budget of time.
+    /// Runs the overlapping pairs as far as the budget goes and fills the report. Returns when it ended, under a budget of time.
     pub fn run(
         &mut self,
         frame: &Frame,
@@ -300,7 +299,7 @@ impl Schedule {
         let [expected, high] = deal.expected();
         round.to_the_end = high <= left - reserve;
         if round.to_the_end {
-            deal.all([left, reserve, expected], timed.is_some());
+            deal.all([left, reserve, expected], timed.is_some(), frame.threads());
         } else {
             deal.shares([left, reserve], timed);
         }
