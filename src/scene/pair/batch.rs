@@ -122,10 +122,7 @@ impl Batch {
             if !deadline.has_room(LEAST_WORK) {
                 break;
             }
-            let (held, patches, looks_ahead) = (false, None, true);
-            turn.run(&mut Desk { bodies, round, deadline, workspace, held, patches, looks_ahead });
-            turn.next = None;
-            turn.end(round.frame);
+            turn.search(bodies, workspace, round, deadline);
         }
     }
 
@@ -182,6 +179,14 @@ pub(crate) enum Ended {
 }
 
 impl Turn {
+    /// Asks whether the pair meets, before the broad phase.
+    pub fn search(&mut self, bodies: &Bodies, workspace: &mut Workspace, round: &Round, deadline: &mut Deadline) {
+        let (held, patches, looks_ahead) = (false, None, true);
+        self.run(&mut Desk { bodies, round, deadline, workspace, held, patches, looks_ahead });
+        self.next = None;
+        self.end(round.frame);
+    }
+
     /// Runs the pair as far as the deadline allows.
     pub fn run(&mut self, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, .. } = *desk;

@@ -9,6 +9,16 @@ use alloc::vec::Vec;
 /// Batches under a budget of work, on any number of threads; the first is that of the round robin.
 pub(crate) const BATCHES: usize = 16;
 
+/// Turns that a batch has room for, of so many pairs: the first one may have all.
+pub(crate) fn room(batch: usize, pairs: usize) -> usize {
+    let part = match batch {
+        0 => 1,
+        1 | 2 => 8,
+        _ => BATCHES,
+    };
+    pairs.div_ceil(part) + 1
+}
+
 /// Under a budget of work, a batch has at least this much: about 20 us.
 const BATCH_WORK: u64 = 1 << 16;
 
@@ -136,15 +146,15 @@ impl Deal<'_> {
         (self.first_turn..self.jobs.len()).chain(0..self.first_turn)
     }
 
-    /// Puts a job into the batch that holds its stopped run, or else into the one given. The work that is expected,
-    /// overhead included.
+    /// Puts a job into the batch that holds its stopped run, or else into the one given; if that is full, it waits for the next
+    /// round. The work that is expected, overhead included.
     fn deal(&mut self, index: usize, batch: usize) -> u64 {
         let job = &mut self.jobs[index];
-        let turn = job.deal(index as u32, self.pairs, self.frame);
-        let batch = job.home.take().map_or(batch, usize::from);
-        // The second one has room for all.
-        let batch = if self.batches[batch].is_full() { 1 } else { batch };
-        self.batches[batch].turns.push(turn);
+        let batch = &mut self.batches[job.home.take().map_or(batch, usize::from)];
+        if batch.is_full() {
+            return 0;
+        }
+        batch.turns.push(job.deal(index as u32, self.pairs, self.frame));
         job.median() + self.overhead
     }
 }

@@ -125,8 +125,7 @@ impl Schedule {
         reserve(&mut self.order, pairs);
         self.revisit.reserve(pairs);
         for (number, batch) in self.batches.iter_mut().enumerate() {
-            // The first one, or the second, may have all. What does not fit into others goes into the second.
-            reserve(&mut batch.turns, pairs / number.max(1) + BATCHES);
+            reserve(&mut batch.turns, deal::room(number, pairs));
             reserve(&mut batch.tests, revisit::room(number, pairs));
         }
     }

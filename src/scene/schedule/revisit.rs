@@ -68,15 +68,20 @@ impl Hands<'_> {
     }
 }
 
-/// A thread searches so many pairs at once.
+/// Where time is limited, a thread tests so many pairs at once, and searches so many.
+const TESTS: usize = 64;
 const SEARCHES: usize = 4;
 
-/// Several threads share the tests in so many parts for each.
-const PARTS: usize = 4;
+/// Several threads share the tests in so many parts.
+const PARTS: usize = 8;
 
 /// Tests that a batch of so many pairs needs room for.
 pub(crate) fn room(batch: usize, pairs: usize) -> usize {
-    pairs / if batch == 0 { 1 } else { 2 * PARTS } + LANES
+    match batch {
+        0 => pairs,
+        1..PARTS => pairs / PARTS + LANES,
+        _ => 0,
+    }
 }
 
 #[derive(Debug, Default)]
@@ -141,19 +146,22 @@ impl Revisit {
         }
         let first = self.next;
         let most = if frame.budget.is_unlimited() { usize::MAX } else { enough };
-        self.gather(frame, broad, pairs, cut, most, deadline);
-        self.run(Task::TestWitnesses, frame, pairs, hands);
-        let mut is_cut = false;
-        hands.tests().for_each(|Test { state, key, place, outcome }| {
-            self.tests += usize::from(outcome != Outcome::Untested);
-            match outcome {
-                Outcome::Met(witness) => self.found.push(Meeting { key, witness }),
-                Outcome::Lost => self.lost.push(place),
-                Outcome::Untested if is_cut => {}
-                Outcome::Untested => (is_cut, self.next) = (true, key),
-            }
-            pairs.put_back(place as usize, state, false, [true, outcome == Outcome::Lost]);
-        });
+        let mut left = [most.min(pairs.len()), most / PER_REST];
+        let (mut goes_on, mut is_cut) = (true, false);
+        while goes_on && !is_cut {
+            goes_on = self.gather(frame, broad, pairs, cut, &mut left, deadline);
+            self.run(Task::TestWitnesses, frame, pairs, hands);
+            hands.tests().for_each(|Test { state, key, place, outcome }| {
+                self.tests += usize::from(outcome != Outcome::Untested);
+                match outcome {
+                    Outcome::Met(witness) => self.found.push(Meeting { key, witness }),
+                    Outcome::Lost => self.lost.push(place),
+                    Outcome::Untested if is_cut => {}
+                    Outcome::Untested => (is_cut, self.next) = (true, key),
+                }
+                pairs.put_back(place as usize, state, false, [true, outcome == Outcome::Lost]);
+            });
+        }
         // Those from a place on come before the others; and before both, those that rest.
         let turn = self.found.iter().position(|meeting| meeting.key < first);
         self.found.rotate_left(turn.unwrap_or(0));
@@ -172,32 +180,35 @@ impl Revisit {
         });
     }
 
-    /// Gathers the pairs that met, from the one on whose turn it is: those that rest are found, and others wait for their tests
-    /// or are lost.
+    /// Gathers pairs that met, from the one on whose turn it is: those that rest are found, and others wait for their tests or
+    /// are lost. `left`: places that may be looked at, and pairs that may rest. Whether there are more of them, since not many are
+    /// to wait where time is limited.
     fn gather(
         &mut self,
         frame: &Frame,
         broad: &Broad,
         pairs: &mut Pairs,
         cut: bool,
-        most: usize,
+        [left, resting]: &mut [usize; 2],
         deadline: &mut Deadline,
-    ) {
+    ) -> bool {
         let (known, mut place) = (pairs.len(), pairs.place(self.next));
-        let (mut left, mut resting) = (most.min(known), most / PER_REST);
-        while left > 0 {
+        let enough = if frame.budget.time.is_some() { TESTS * frame.threads() } else { usize::MAX };
+        let mut goes_on = true;
+        while *left > 0 && self.waiting.len() < enough {
             if place == known {
                 place = 0;
             }
-            let end = known.min(place + left);
+            let end = known.min(place + *left);
             let met = pairs.next_met(place..end);
-            left -= met.unwrap_or(end) - place;
+            *left -= met.unwrap_or(end) - place;
             place = met.unwrap_or(end);
             if met.is_none() {
                 continue;
             }
             self.is_full = self.found.len() + self.waiting.len() + self.lost.len() >= self.found.capacity();
-            if self.is_full || !deadline.has_room(WORK_PER_WITNESS) {
+            goes_on = !self.is_full && deadline.has_room(WORK_PER_WITNESS);
+            if !goes_on {
                 break;
             }
             let key = pairs.key(place);
@@ -206,10 +217,11 @@ impl Revisit {
             let rests = changed < frame.number && pairs.state(place, frame.number).completed >= changed;
             if (cut || !rests) && is_plain(key, frame, broad) {
                 if rests {
-                    if resting == 0 {
+                    goes_on = *resting > 0;
+                    if !goes_on {
                         break;
                     }
-                    resting -= 1;
+                    *resting -= 1;
                     let state = pairs.state(place, frame.number);
                     state.decided = frame.number;
                     self.found.extend(Meeting::new(key, state.verdict));
@@ -220,9 +232,10 @@ impl Revisit {
                     deadline.spend(WORK_PER_WITNESS);
                 }
             }
-            (place, left) = (place + 1, left - 1);
+            (place, *left) = (place + 1, *left - 1);
         }
         self.next = if place < known { pairs.key(place) } else { 0 };
+        goes_on && *left > 0
     }
 
     /// Of the pairs whose witnesses this frame has lost, gathers those that may meet next door: surfaces that meet go on meeting
@@ -256,7 +269,7 @@ impl Revisit {
         if self.waiting.is_empty() {
             return;
         }
-        let parts = if frame.threads() == 1 { 1 } else { batches.len().min(PARTS * frame.threads()) };
+        let parts = if frame.threads() == 1 { 1 } else { PARTS };
         let each = self.waiting.len().div_ceil(parts).next_multiple_of(LANES);
         for (batch, places) in batches.iter_mut().zip(self.waiting.chunks(each)) {
             for &place in places {
@@ -351,7 +364,7 @@ impl Revisit {
         state.completed < number && is_plain(key, frame, broad) && !state.stays_apart(frame.bodies, key, number)
     }
 
-    /// Asks whether a pair meets, together with a few others.
+    /// Asks whether a pair meets; on several threads, together with a few others.
     fn ask(
         &mut self,
         turn: usize,
@@ -362,9 +375,15 @@ impl Revisit {
         deadline: &mut Deadline,
     ) {
         let threads = frame.threads().min(hands.batches.len());
-        let dealt = pairs.take(place, frame.number);
-        let batch = &mut hands.batches[hands.dealt % threads].turns;
-        batch.push(Turn { index: place as u32, next: Some(TurnKind::Meet), ..dealt });
+        let dealt = Turn { index: place as u32, next: Some(TurnKind::Meet), ..pairs.take(place, frame.number) };
+        if threads == 1 {
+            // A deadline that goes on knows how fast it goes.
+            let mut searched = dealt;
+            let round = &Round::to_the_end(frame.number, frame.mode, None);
+            searched.search(frame.bodies, hands.scratch, round, deadline);
+            return self.end_search(turn, searched, pairs);
+        }
+        hands.batches[hands.dealt % threads].turns.push(dealt);
         hands.dealt += 1;
         if hands.dealt == SEARCHES * threads {
             let before = self.searches.work;
@@ -373,7 +392,7 @@ impl Revisit {
         }
     }
 
-    /// Runs the searches that were dealt. If there was no time for one of them, the next frame goes on with it.
+    /// Runs the searches that were dealt.
     fn run_searches(&mut self, turn: usize, frame: &Frame, pairs: &mut Pairs, hands: &mut Hands) {
         if mem::take(&mut hands.dealt) == 0 {
             return;
@@ -381,18 +400,21 @@ impl Revisit {
         let Hands { batches, scratch, end, .. } = hands;
         let round = Round { task: Task::Search, ..Round::to_the_end(frame.number, frame.mode, *end) };
         frame.crew.run(batches, &round, frame.bodies, scratch);
-        let mut first = usize::MAX;
         for searched in batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
-            self.searches.add(searched.spent);
-            if let Some(met) = Meeting::new(searched.key, searched.standing.verdict) {
-                self.find(met);
-            }
-            let place = searched.index as usize;
-            if searched.next.is_some() && place < first {
-                (first, self.turns[turn]) = (place, searched.key);
-            }
-            pairs.put_back(place, searched.state, searched.is_blank, [searched.met, searched.lost]);
+            self.end_search(turn, searched, pairs);
         }
+    }
+
+    /// Takes note of what came of a search. If there was no time for it, the next frame goes on with it, or with an earlier one.
+    fn end_search(&mut self, turn: usize, searched: Turn, pairs: &mut Pairs) {
+        self.searches.add(searched.spent);
+        if let Some(met) = Meeting::new(searched.key, searched.standing.verdict) {
+            self.find(met);
+        }
+        if searched.next.is_some() {
+            self.turns[turn] = self.turns[turn].min(searched.key);
+        }
+        pairs.put_back(searched.index as usize, searched.state, searched.is_blank, [searched.met, searched.lost]);
     }
 }
 
