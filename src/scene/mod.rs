@@ -172,13 +172,12 @@ impl Scene {
         self.is_known = false;
     }
 
-    /// Shares the work of [`Scene::detect`] among `threads` threads, the caller's included: tests of last witnesses and queries,
-    /// not placing bodies, finding pairs and listing them; but frames without a budget begin with the queries while they list
-    /// pairs.
+    /// Shares the work of [`Scene::detect`] among `threads` threads, the caller's included. Tests of last witnesses and queries
+    /// are shared; placing bodies and finding and listing pairs are done by the caller. In a frame without a budget the other
+    /// threads run queries while pairs are listed.
     ///
-    /// A frame wakes them, and they look out for more to do for a fifth of a millisecond before they sleep again. What a thread
-    /// has changed the others get from its core: on cores that are far from one another threads gain less, or nothing where a
-    /// frame is short.
+    /// Each frame wakes the threads. They poll for tasks for up to 0.2 ms before they sleep again. The state of a pair has to
+    /// travel between the cores that work on it: where cores are far apart, threads gain less, or nothing if frames are short.
     ///
     /// # Errors
     /// If the operating system gives no thread; the scene then has the threads that it had.
@@ -310,8 +309,8 @@ impl Scene {
     /// part of the frame is spent, and go on in the next frame. In [`Mode::Any`] pairs that met are tested before them by their
     /// last witnesses, and by what lies next to these if trees [keep neighbors](crate::BuildOptions::neighbors): under a budget
     /// of time for half of the frame at most, under one of work up to `B - 2R` (see below). If the last report [is not
-    /// whole](Report::is_whole) and only time is limited, known pairs are then searched too, and both may last
-    /// until thirteen sixteenths of the frame are over. Of what is left the broad phase has up to seven eighths.
+    /// whole](Report::is_whole) and only time is limited, known pairs are then searched too, and both may last until thirteen
+    /// sixteenths of the frame are over. Of what is left the broad phase has up to seven eighths.
     /// Under a budget of work, `B` units are for queries, as if all pairs were known, and the broad phase may do `B + 65,536`
     /// units of its own ([`Report::broad_phase_work`]); the report is the same on any number of threads and on every machine.
     ///

@@ -19,8 +19,8 @@ impl World {
         let report = match self.threads {
             1 => self.scene.detect_with(budget, &clock),
             _ => self.scene.detect(budget),
-        };
-        let report = report.clone();
+        }
+        .clone();
         let is_unlimited = budget == Budget::unlimited();
         assert!(
             report.work <= most && report.broad_phase_work <= most.saturating_add(65_536),

@@ -29,9 +29,9 @@ pub(crate) fn workspace() -> Box<Workspace> {
     workspace
 }
 
-/// What is done with the pairs of a batch.
+/// What is done with the pairs of a round.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Task {
+pub(crate) enum RoundKind {
     /// Their latest witnesses are tested; or what lies next to these.
     TestWitnesses,
     TestBeside,
@@ -44,7 +44,7 @@ pub(crate) enum Task {
 /// What all batches of a round have in common.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Round {
-    pub task: Task,
+    pub kind: RoundKind,
     pub frame: u64,
     pub mode: Mode,
     /// Whether all pairs are expected to get to their ends, so that their queries need no queue.
@@ -56,7 +56,7 @@ pub(crate) struct Round {
 impl Round {
     /// Of questions that are all expected to be answered.
     pub fn to_the_end(frame: u64, mode: Mode, end: Option<Duration>) -> Self {
-        Self { task: Task::Answer, frame, mode, to_the_end: true, end }
+        Self { kind: RoundKind::Answer, frame, mode, to_the_end: true, end }
     }
 }
 
@@ -109,11 +109,11 @@ impl Batch {
     /// Runs what fits. `scratch` is a workspace of the thread at hand.
     pub fn run(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &dyn Clock) {
         let mut deadline = Deadline::of_a_part(round.end, u64::MAX, clock);
-        match round.task {
-            Task::TestWitnesses => Retest::new(bodies, round.frame).latest(&mut self.tests, &mut deadline),
-            Task::TestBeside => Retest::new(bodies, round.frame).beside(&mut self.tests, &mut deadline),
-            Task::Search => self.search(bodies, scratch, round, &mut deadline),
-            Task::Answer => self.answer(bodies, scratch, round, clock),
+        match round.kind {
+            RoundKind::TestWitnesses => Retest::new(bodies, round.frame).latest(&mut self.tests, &mut deadline),
+            RoundKind::TestBeside => Retest::new(bodies, round.frame).beside(&mut self.tests, &mut deadline),
+            RoundKind::Search => self.search(bodies, scratch, round, &mut deadline),
+            RoundKind::Answer => self.answer(bodies, scratch, round, clock),
         }
     }
 

@@ -198,7 +198,7 @@ impl Schedule {
         scratch: &mut Box<Workspace>,
     ) -> Option<Duration> {
         let mut overhead = self.overhead;
-        let is_begun = share.list(&mut overhead, |deadline| self.list(frame, found, report, scratch, deadline));
+        let begun = share.list(&mut overhead, |deadline| self.list(frame, found, report, scratch, deadline));
         self.overhead = overhead;
         report.spend(self.revisit.spent());
         let pairs = &mut *found.pairs;
@@ -210,8 +210,10 @@ impl Schedule {
         frame.lap(&mut lap);
         let total = self.left(frame, end.zip(lap), 0);
         let least = frame.bodies.least_work();
+        if begun {
+            self.collect(frame, [total, least], pairs, report);
+        }
         for number in 0..ROUNDS {
-            let is_over = is_begun && number == 0;
             let left = self.left(frame, end.zip(lap), report.work);
             let open = self.open;
             // Of work, nothing comes before the guaranteed share, not even what it costs to plan another round.
@@ -221,23 +223,19 @@ impl Schedule {
                 break;
             }
             let reserve = if left == u64::MAX { 0 } else { left.min((total / GUARANTEED).max(least)) };
-            if !is_over {
-                self.find_homes();
-                self.plan(frame, &mut round, left, reserve, pairs);
-            }
+            self.find_homes();
+            self.plan(frame, &mut round, left, reserve, pairs);
             let dealt = self.batches.iter().map(|batch| batch.turns.len()).sum();
             round.end = frame.end(rest + self.overhead.collecting(dealt));
             let dealing = frame.lap(&mut lap);
-            if !is_over {
-                frame.crew.run(&mut self.batches, &round, frame.bodies, scratch);
-            }
+            frame.crew.run(&mut self.batches, &round, frame.bodies, scratch);
             let running = frame.lap(&mut lap);
             let spent = self.collect(frame, [total, least], pairs, report);
             if let (Some(dealing), Some(running), Some(collecting)) = (dealing, running, frame.lap(&mut lap)) {
                 self.overhead.learn_round([dealing, collecting], dealt);
                 self.speed.learn(spent as f64, nanoseconds(running) * frame.threads() as f64);
             }
-            if spent == 0 && !is_over {
+            if spent == 0 {
                 break;
             }
         }
@@ -346,8 +344,8 @@ impl Schedule {
         in_time.min(frame.budget.work.map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
     }
 
-    /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the order of the jobs, the first
-    /// round is over after it, which is returned: other threads run them while the list goes on.
+    /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the order of the jobs, other threads
+    /// run them while the list goes on. Returns whether they did: the batches are then to be collected.
     fn list(
         &mut self,
         frame: &Frame,

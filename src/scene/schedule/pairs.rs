@@ -190,12 +190,11 @@ impl Pairs {
     /// Takes the state of a pair out, for a turn; a pair that had none gets one.
     #[inline]
     pub fn take(&mut self, place: usize, frame: u64) -> Turn {
-        let &known = self.at(place);
-        let Known { key, slot, .. } = known;
-        if let Some(state) = self.states.get_mut(slot as usize).and_then(Option::take) {
-            return Turn::new(key, state, false, [known.met(), known.is_lost()]);
+        let known = *self.at(place);
+        if let Some(state) = self.states.get_mut(known.slot as usize).and_then(Option::take) {
+            return Turn::new(known.key, state, false, [known.met(), known.is_lost()]);
         }
-        Turn::new(key, self.new_state(place, frame), true, [false; 2])
+        Turn::new(known.key, self.new_state(place, frame), true, [false; 2])
     }
 
     #[cold]

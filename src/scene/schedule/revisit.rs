@@ -11,7 +11,7 @@ use crate::query::{Deadline, Verdict, Workspace};
 use crate::scene::ask::TurnKind;
 use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
-use crate::scene::pair::batch::{Batch, Round, Task};
+use crate::scene::pair::batch::{Batch, Round, RoundKind};
 use crate::scene::pair::frame::Frame;
 use crate::scene::pair::retest::{LANES, Outcome, Test};
 use crate::scene::pair::spent::Spent;
@@ -150,7 +150,7 @@ impl Revisit {
         let (mut goes_on, mut is_cut) = (true, false);
         while goes_on && !is_cut {
             goes_on = self.gather(frame, broad, pairs, cut, &mut left, deadline);
-            self.run(Task::TestWitnesses, frame, pairs, hands);
+            self.run(RoundKind::TestWitnesses, frame, pairs, hands);
             hands.tests().for_each(|Test { state, key, place, outcome }| {
                 self.tests += usize::from(outcome != Outcome::Untested);
                 match outcome {
@@ -169,7 +169,7 @@ impl Revisit {
             self.found.sort_unstable_by_key(|meeting| meeting.key);
         }
         self.gather_beside(frame, pairs, deadline);
-        self.run(Task::TestBeside, frame, pairs, hands);
+        self.run(RoundKind::TestBeside, frame, pairs, hands);
         hands.tests().for_each(|Test { mut state, key, place, outcome }| {
             self.learn_beside(&mut state, outcome);
             match outcome {
@@ -265,7 +265,13 @@ impl Revisit {
     }
 
     /// Tests the pairs that wait, in batches.
-    fn run(&mut self, task: Task, frame: &Frame, pairs: &mut Pairs, Hands { batches, scratch, end, .. }: &mut Hands) {
+    fn run(
+        &mut self,
+        kind: RoundKind,
+        frame: &Frame,
+        pairs: &mut Pairs,
+        Hands { batches, scratch, end, .. }: &mut Hands,
+    ) {
         if self.waiting.is_empty() {
             return;
         }
@@ -278,7 +284,7 @@ impl Revisit {
             }
         }
         self.waiting.clear();
-        let round = Round { task, ..Round::to_the_end(frame.number, frame.mode, *end) };
+        let round = Round { kind, ..Round::to_the_end(frame.number, frame.mode, *end) };
         frame.crew.run(batches, &round, frame.bodies, scratch);
     }
 
@@ -398,7 +404,7 @@ impl Revisit {
             return;
         }
         let Hands { batches, scratch, end, .. } = hands;
-        let round = Round { task: Task::Search, ..Round::to_the_end(frame.number, frame.mode, *end) };
+        let round = Round { kind: RoundKind::Search, ..Round::to_the_end(frame.number, frame.mode, *end) };
         frame.crew.run(batches, &round, frame.bodies, scratch);
         for searched in batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
             self.end_search(turn, searched, pairs);

@@ -3,8 +3,8 @@
 //! A batch goes to a worker and comes back by value, and the bodies are shared, so there is nothing to lock but the lists of
 //! tasks. Locks, waits and lists allocate nothing, which is more than the channels of the standard library promise.
 //!
-//! To wake a thread takes as long as a short frame. So all are woken when a frame begins, and look out for tasks a while before
-//! they go to sleep again.
+//! Waking a thread takes as long as a short frame. So each frame wakes all threads when it begins, and they poll for tasks for a
+//! while before they sleep again.
 
 use super::crew::Crew;
 use crate::query::{SystemClock, Workspace};
@@ -24,21 +24,21 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::{self, Builder, JoinHandle};
 use std::time::Instant;
 
-/// How long a thread looks out for something before it sleeps: some times as long as it takes to wake it.
+/// How long a thread polls for tasks before it sleeps: a few times as long as waking it takes.
 const LOOKOUT: Duration = Duration::from_micros(200);
 
-/// Looks before it lets others have its core, if there are any.
+/// Polls between two yields of the core to other threads.
 const LOOKS: usize = 100;
 
 #[derive(Debug)]
-struct Errand {
+struct Task {
     index: usize,
     batch: Batch,
     round: Round,
     bodies: Arc<Bodies>,
 }
 
-impl Errand {
+impl Task {
     /// Lets go of the bodies before the batch is given back: the owner of the scene may then change them.
     fn run(mut self, scratch: &mut Box<Workspace>) -> (usize, Batch) {
         self.batch.run(&self.bodies, scratch, &self.round, &SystemClock);
@@ -47,9 +47,9 @@ impl Errand {
 }
 
 #[derive(Debug, Default)]
-struct Errands {
-    waiting: VecDeque<Errand>,
-    /// How many workers have, and what became of them.
+struct Tasks {
+    waiting: VecDeque<Task>,
+    /// How many tasks workers are running, and what became of those that they ran.
     taken: usize,
     ended: Vec<thread::Result<(usize, Batch)>>,
     /// How often workers were called, and how many sleep until they are.
@@ -64,20 +64,20 @@ struct Errands {
 /// What the threads share.
 #[derive(Debug, Default)]
 struct Shared {
-    tasks: Mutex<Errands>,
+    tasks: Mutex<Tasks>,
     /// There are new tasks, or there will be soon, or no more will come.
     begin: Condvar,
     /// The last task has ended.
     end: Condvar,
-    /// What threads look at while they look out: how many tasks wait, and how many are taken.
+    /// Copies of the counts of tasks that wait and that are being run, for polling without the lock.
     waiting: AtomicUsize,
     taken: AtomicUsize,
 }
 
 impl Shared {
-    /// No task runs under the lock, so no panic leaves the lists half changed; and it is free sooner than a thread that sleeps
-    /// could be woken.
-    fn lock(&self) -> MutexGuard<'_, Errands> {
+    /// No task runs under the lock, so no panic leaves the lists half changed. It is held so briefly that spinning for it is
+    /// cheaper than sleeping.
+    fn lock(&self) -> MutexGuard<'_, Tasks> {
         let backoff = Backoff::new();
         loop {
             match self.tasks.try_lock() {
@@ -88,27 +88,27 @@ impl Shared {
         }
     }
 
-    fn wake(&self, tasks: &Errands) {
+    fn wake(&self, tasks: &Tasks) {
         if tasks.asleep > 0 {
             self.begin.notify_all();
         }
     }
 
     /// A task for a worker, if there is one.
-    fn take(&self, tasks: &mut Errands) -> Option<Errand> {
+    fn take(&self, tasks: &mut Tasks) -> Option<Task> {
         let task = tasks.waiting.pop_front()?;
         tasks.taken += 1;
         self.count(tasks);
         Some(task)
     }
 
-    /// Waits for a task of a worker, which came after so many calls; `None` if no more will come.
-    fn next(&self, calls: &mut usize) -> Option<Errand> {
+    /// Waits for a task; `None` if no more will come. `calls`: how many calls the worker has seen.
+    fn next(&self, calls: &mut usize) -> Option<Task> {
         loop {
             look_out(|| self.waiting.load(Ordering::Acquire) > 0);
             let mut tasks = self.lock();
             tasks.asleep += 1;
-            let idle = |tasks: &mut Errands| tasks.waiting.is_empty() && tasks.calls == *calls && !tasks.closed;
+            let idle = |tasks: &mut Tasks| tasks.waiting.is_empty() && tasks.calls == *calls && !tasks.closed;
             tasks = self.begin.wait_while(tasks, idle).unwrap_or_else(PoisonError::into_inner);
             tasks.asleep -= 1;
             *calls = tasks.calls;
@@ -119,7 +119,7 @@ impl Shared {
         }
     }
 
-    fn count(&self, tasks: &Errands) {
+    fn count(&self, tasks: &Tasks) {
         self.waiting.store(tasks.waiting.len(), Ordering::Release);
         self.taken.store(tasks.taken, Ordering::Release);
     }
@@ -142,7 +142,7 @@ impl Shared {
     }
 }
 
-/// Looks for something for a while.
+/// Polls until something is found, or for [`LOOKOUT`].
 fn look_out(found: impl Fn() -> bool) {
     let began = Instant::now();
     while began.elapsed() < LOOKOUT {
@@ -192,7 +192,7 @@ impl Crew for Workers {
         let mut tasks = self.shared.lock();
         for (index, batch) in (first..).zip(batches).filter(|(_, batch)| !batch.is_empty()) {
             let batch = core::mem::take(batch);
-            tasks.waiting.push_back(Errand { index, batch, round: *round, bodies: Arc::clone(bodies) });
+            tasks.waiting.push_back(Task { index, batch, round: *round, bodies: Arc::clone(bodies) });
         }
         self.shared.count(&tasks);
         self.shared.wake(&tasks);
@@ -204,8 +204,8 @@ impl Crew for Workers {
             // Taken in a block of its own, so that the lock is not held while the task runs.
             let task = {
                 let mut tasks = shared.lock();
-                // Workers begin at the other end: so the states of a pair stay with one thread, more or less. What comes first is
-                // to be run first if not all may be.
+                // Workers take tasks from the front. Without a deadline the caller takes them from the back, so that in most
+                // frames the same thread runs the same pairs.
                 let task = if round.end.is_some() { tasks.waiting.pop_front() } else { tasks.waiting.pop_back() };
                 shared.count(&tasks);
                 task
@@ -217,7 +217,7 @@ impl Crew for Workers {
         look_out(|| shared.taken.load(Ordering::Acquire) == 0);
         let mut tasks = shared.lock();
         tasks.caller_sleeps = true;
-        let going_on = |tasks: &mut Errands| tasks.taken > 0;
+        let going_on = |tasks: &mut Tasks| tasks.taken > 0;
         tasks = shared.end.wait_while(tasks, going_on).unwrap_or_else(PoisonError::into_inner);
         tasks.caller_sleeps = false;
         let mut panic = None;
