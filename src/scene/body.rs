@@ -9,8 +9,9 @@ use super::filter::Filter;
 use super::id::{BodyId, CompoundId, PairKey, bodies_of, pair_key};
 use super::pair::travel::Travel;
 use super::room::reserve;
+use super::spot::Spot;
 use super::waiting::Waiting;
-use crate::math::{Motion, Pose};
+use crate::math::{Aabb, Motion, Pose};
 use crate::model::cost::{LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_WORK};
 use crate::tree::Tree;
 use alloc::boxed::Box;
@@ -120,7 +121,7 @@ pub(super) fn margins([a, b]: [&Placed; 2]) -> f64 {
 pub(super) struct Bodies {
     slots: Vec<Option<Placed>>,
     pub facts: Vec<Facts>,
-    pub travels: Vec<Travel>,
+    pub spots: Vec<Spot>,
     free: Vec<u32>,
     /// Slots with a pending change, each once, and how many of them have a box that is out of date ([`Facts::is_changed`]).
     pending: Waiting,
@@ -151,7 +152,7 @@ impl Bodies {
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.slots, bodies);
         reserve(&mut self.facts, bodies);
-        reserve(&mut self.travels, bodies);
+        reserve(&mut self.spots, bodies);
         reserve(&mut self.free, bodies);
         self.pending.reserve(bodies);
         reserve(&mut self.settling, bodies);
@@ -178,12 +179,12 @@ impl Bodies {
         if index == self.slots.len() {
             self.slots.push(None);
             self.facts.push(Facts::default());
-            self.travels.push(Travel::default());
+            self.spots.push(Spot::NOWHERE);
             self.reserve(self.room());
             self.grown = frame;
         }
         self.slots[index] = Some(placed);
-        self.travels[index] = Travel { remade: frame as u32, ..Travel::default() };
+        self.spots[index].travel = Travel { remade: frame as u32, ..Travel::NONE };
         self.len += 1;
         self.facts[index].changed = frame;
         self.note(index);
@@ -234,10 +235,9 @@ impl Bodies {
     /// A body that something will be new about in `frame`, its travel, and whether it is the first change in this frame.
     fn begin_change(&mut self, id: BodyId, frame: u64) -> Result<(&mut Placed, &mut Travel, bool), SceneError> {
         let index = id.index();
-        let Self { slots, facts, travels, pending, changed, .. } = self;
+        let Self { slots, facts, spots, pending, changed, .. } = self;
         let facts = facts.get_mut(index).filter(|facts| facts.generation == id.generation);
-        let (Some(facts), Some(Some(placed)), Some(travel)) = (facts, slots.get_mut(index), travels.get_mut(index))
-        else {
+        let (Some(facts), Some(Some(placed)), Some(spot)) = (facts, slots.get_mut(index), spots.get_mut(index)) else {
             return Err(SceneError::NoSuchBody { body: id });
         };
         wait(facts, id.index, Change::None, pending, changed);
@@ -245,7 +245,7 @@ impl Bodies {
         if is_first {
             placed.last = placed.body.pose;
         }
-        Ok((placed, travel, is_first))
+        Ok((placed, &mut spot.travel, is_first))
     }
 
     /// Leaves its box and its verdicts alone.
@@ -375,6 +375,17 @@ impl Bodies {
     /// Those of both bodies of a pair.
     pub fn facts_of(&self, key: PairKey) -> [&Facts; 2] {
         bodies_of(key).map(|body| self.facts(body))
+    }
+
+    /// The box of a body that was placed.
+    pub fn bounds(&self, index: u32) -> &Aabb {
+        &self.spots[index as usize].bounds
+    }
+
+    /// Whether the boxes of two bodies that were placed overlap.
+    #[inline]
+    pub fn overlap(&self, [a, b]: [u32; 2]) -> bool {
+        self.bounds(a).intersects(self.bounds(b))
     }
 
     pub fn id(&self, index: u32) -> BodyId {

@@ -53,6 +53,6 @@ impl Scene {
             return Ok(PairCertificate { upper_bound: pair.found, ..nothing });
         }
         let held = self.schedule.certificate(key, trees, placed_a.relative(placed_b), self.mode);
-        Ok(held.unwrap_or_else(|| whole([a, b].map(|id| *self.broad.bounds(id.index)))))
+        Ok(held.unwrap_or_else(|| whole([a, b].map(|id| *self.bodies.bounds(id.index)))))
     }
 }

@@ -121,7 +121,7 @@ fn unlisted_phase(contact: &BodyContact, bodies: &Bodies, broad: &Broad, all_lis
     let [a, b] = pair.map(|id| bodies.facts(id.index));
     // Boxes prove something where they are up to date.
     let are_placed = !a.is_changed() && !b.is_changed();
-    let are_apart = are_placed && !broad.bounds(contact.a.index).intersects(broad.bounds(contact.b.index));
+    let are_apart = are_placed && !bodies.overlap([contact.a.index, contact.b.index]);
     // Two fixed bodies whose distance was asked for are not compared any more.
     let are_passed_by = all_listed && are_placed && pair.into_iter().all(|id| broad.is_closed(id.index));
     if are_apart || are_passed_by || !bodies.may_meet([contact.a.index, contact.b.index]) {

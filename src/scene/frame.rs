@@ -37,7 +37,7 @@ impl Scene {
         let Self { pairs, broad, bodies, schedule, scratch, report, events, .. } = self;
         share.run(Step::Pair, |deadline| {
             pairs.update(broad, bodies, deadline);
-            Arc::make_mut(bodies).begin_groups(broad, report.frame, deadline);
+            Arc::make_mut(bodies).begin_groups(report.frame, deadline);
         });
         (report.unplaced, report.unpaired, report.is_full) = (bodies.changed, broad.open, broad.has_cropped());
         let frame = Frame { number, mode, asked_since, rest, budget, started, clock, bodies, crew };
@@ -72,6 +72,7 @@ impl Scene {
             let Facts { changed, importance, .. } = *bodies.facts(index);
             let Some(Placed { body, last, motion, .. }) = bodies.at(index) else {
                 self.broad.place(index, Aabb::EMPTY, false, news, importance);
+                bodies.spots[index as usize].bounds = Aabb::EMPTY;
                 continue;
             };
             let moves = self.reach == Reach::Swept && changed == self.report.frame && *last != body.pose;
@@ -82,6 +83,7 @@ impl Scene {
             let bounds = motion.as_ref().map_or(bounds, |motion| bounds.union(&bounds::on_way(&body.tree, motion)));
             let bounds = bounds::thickened(bounds, body.margin);
             self.broad.place(index, bounds, body.kind == BodyKind::Moving, news, importance);
+            bodies.spots[index as usize].bounds = bounds;
             if moves {
                 bodies.settling.push(index);
             }

@@ -119,3 +119,24 @@ fn a_body_that_had_no_mesh_stays_apart_like_others() {
         assert!(free > 50, "{free}");
     }
 }
+
+/// Of how many frames ago a pair was decided, those count in which no query was needed.
+#[test]
+fn a_pair_that_was_known_to_be_apart_is_as_old_as_that() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    for quiet in [1, 30] {
+        let mut scene = Scene::new();
+        scene.insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY)).unwrap();
+        let id = scene.insert(Body::moving(Arc::clone(&ball), at(1.5, 1.5, 0.0))).unwrap();
+        for frame in 0..10 + quiet {
+            scene.set_pose(id, at(1.5, 1.5, 1e-5 * f64::from(frame))).unwrap();
+            let report = detect(&mut scene, Budget::unlimited());
+            assert!(report.decided == 1 && (frame < 10 || report.work == 0));
+        }
+        for age in 1..4 {
+            scene.set_pose(id, at(1.45, 1.45, 0.01 * age as f64)).unwrap();
+            let pair = detect(&mut scene, Budget::work(0)).pairs[0];
+            assert_eq!((pair.verdict, pair.age), (Verdict::Undecided, age));
+        }
+    }
+}

@@ -5,7 +5,6 @@ use crate::model::cost::WORK_PER_PAIR_APART;
 use crate::query::Deadline;
 use crate::scene::Scene;
 use crate::scene::body::Bodies;
-use crate::scene::broad::Broad;
 use crate::scene::checks;
 use crate::scene::error::SceneError;
 use crate::scene::facts::Change;
@@ -166,21 +165,21 @@ impl Bodies {
 
     /// Finds out what of the last frame's upper bounds is left for the groups; where nothing is, boxes tell, as far as there is
     /// room to look at them.
-    pub fn begin_groups(&mut self, broad: &Broad, frame: u64, deadline: &mut Deadline) {
+    pub fn begin_groups(&mut self, frame: u64, deadline: &mut Deadline) {
         for number in 0..self.distance_requests.groups.len() {
             let closest = self.distance_requests.groups[number].closest;
             let closest = closest.filter(|&(key, ..)| self.may_meet(bodies_of(key)));
             let of_last = closest.map_or(f64::INFINITY, |(key, bounds, since)| {
                 if self.last_change(key) <= since { bounds.high } else { self.carried(key, bounds, since, frame).high }
             });
-            let ceiling = if of_last < f64::INFINITY { of_last } else { self.farthest(number, broad, deadline) };
+            let ceiling = if of_last < f64::INFINITY { of_last } else { self.farthest(number, deadline) };
             let group = &mut self.distance_requests.groups[number];
             (group.ceiling, group.closest) = (ceiling, closest.filter(|_| of_last < f64::INFINITY));
         }
     }
 
     /// An upper bound of the distance of groups, by the boxes of their bodies.
-    fn farthest(&self, number: usize, broad: &Broad, deadline: &mut Deadline) -> f64 {
+    fn farthest(&self, number: usize, deadline: &mut Deadline) -> f64 {
         let mut ceiling = f64::INFINITY;
         for key in self.distance_requests.keys(Asker::Groups(number as u32)) {
             if !deadline.has_room(WORK_PER_PAIR_APART) {
@@ -188,7 +187,7 @@ impl Bodies {
             }
             deadline.spend(WORK_PER_PAIR_APART);
             if self.may_meet(bodies_of(key)) {
-                ceiling = ceiling.min(self.boxes_apart(key, broad)[1]);
+                ceiling = ceiling.min(self.boxes_apart(key)[1]);
             }
         }
         ceiling

@@ -77,8 +77,6 @@ enum Stage {
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Broad {
-    /// The boxes of all bodies, empty for those that are not there.
-    boxes: Vec<Aabb>,
     proxies: Vec<Proxy>,
     waiting: Waiting,
     newcomers: Vec<u32>,
@@ -97,11 +95,6 @@ pub(crate) struct Broad {
 }
 
 impl Broad {
-    /// The box of a body that was placed.
-    pub fn bounds(&self, body: u32) -> &Aabb {
-        &self.boxes[body as usize]
-    }
-
     /// What is new about a body in this generation.
     pub fn news(&self, body: u32) -> Change {
         self.proxies[body as usize].news
@@ -160,7 +153,6 @@ impl Broad {
 
     /// Makes room for bodies of indices below `bodies`.
     pub fn reserve(&mut self, bodies: usize) {
-        reserve(&mut self.boxes, bodies);
         reserve(&mut self.proxies, bodies);
         reserve(&mut self.newcomers, bodies);
         reserve(&mut self.cropped, bodies);
@@ -176,15 +168,13 @@ impl Broad {
 
     /// Takes a body in that has no box yet.
     pub fn insert(&mut self, body: u32) {
-        if body as usize == self.boxes.len() {
-            self.boxes.push(Aabb::EMPTY);
+        if body as usize == self.proxies.len() {
             self.proxies.push(Proxy::NOWHERE);
         }
     }
 
     /// Gives a body its box; an empty box takes it away.
     pub fn place(&mut self, body: u32, bounds: Aabb, moving: bool, news: Change, importance: f32) {
-        self.boxes[body as usize] = bounds;
         let proxy = &mut self.proxies[body as usize];
         proxy.moving = moving;
         let inside = proxy.fat.min.cmple(bounds.min).all() && bounds.max.cmple(proxy.fat.max).all();

@@ -128,7 +128,7 @@ impl Casting<'_> {
             let has_room = deadline.has_room(WORK_PER_SEARCH);
             deadline.spend(WORK_PER_SEARCH);
             if has_room && !bodies.facts(index).is_changed() {
-                rays.push(line, What::Body(index), broad.bounds(index));
+                rays.push(line, What::Body(index), bodies.bounds(index));
             }
             has_room
         };
@@ -178,7 +178,7 @@ impl Casting<'_> {
                 let facts = self.bodies.facts(body);
                 let is_here = !facts.is_changed() && !self.broad.is_unsettled(body);
                 if is_here && self.asked.filter.meets(facts.filter) {
-                    self.rays.push(line, What::Body(body), self.broad.bounds(body));
+                    self.rays.push(line, What::Body(body), self.bodies.bounds(body));
                 }
             }
         }

@@ -7,7 +7,7 @@
 use super::batch::{Desk, Ended};
 use super::question::Question;
 use super::spent::Spent;
-use super::state::{PairState, Turn};
+use super::state::Turn;
 use super::travel::{Travel, slack};
 use crate::math::Pose;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
@@ -54,19 +54,7 @@ impl Bodies {
     }
 
     fn travels_of(&self, key: PairKey) -> [&Travel; 2] {
-        bodies_of(key).map(|body| &self.travels[body as usize])
-    }
-}
-
-impl PairState {
-    /// Whether the bodies are known to be apart in `frame` since they have not gone far. If so, takes note of it.
-    #[inline]
-    pub fn stays_apart(&mut self, bodies: &Bodies, key: PairKey, frame: u64) -> bool {
-        let stays = self.apart > 0.0 && self.apart > bodies.gone(key, self.completed, frame);
-        if stays {
-            (self.decided, self.completed) = (frame, frame);
-        }
-        stays
+        bodies_of(key).map(|body| &self.spots[body as usize].travel)
     }
 }
 
@@ -149,7 +137,8 @@ fn until(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], low: f64, frame: u64
 
 /// How far both have gone in this frame, together.
 fn step(bodies: &Bodies, key: PairKey, frame: u64) -> f64 {
-    let step = |body: u32| if bodies.facts(body).changed == frame { bodies.travels[body as usize].step } else { 0.0 };
+    let step =
+        |body: u32| if bodies.facts(body).changed == frame { bodies.spots[body as usize].travel.step } else { 0.0 };
     let [a, b] = bodies_of(key);
     f64::from(step(a)) + f64::from(step(b))
 }

@@ -7,25 +7,24 @@ use super::state::PairState;
 use super::travel::slack;
 use crate::math::{Aabb, length};
 use crate::scene::body::{Bodies, margins};
-use crate::scene::broad::Broad;
 use crate::scene::id::{PairKey, bodies_of};
 use glam::DVec3;
 
 impl Bodies {
     /// What is known of the distance of a pair in `frame`; the bodies were last new in `changed`.
-    pub fn near(&self, key: PairKey, state: &PairState, broad: &Broad, changed: u64, frame: u64) -> Near {
+    pub fn near(&self, key: PairKey, state: &PairState, changed: u64, frame: u64) -> Near {
         let (bounds, is_of_query) = match state.bounds(false) {
             Some((bounds, since)) if since >= changed => (bounds, true),
             Some((bounds, since)) => (self.carried(key, bounds, since, frame), false),
             None => (Bounds::NOTHING, false),
         };
-        let low = bounds.low.max(self.boxes_apart(key, broad)[0]);
+        let low = bounds.low.max(self.boxes_apart(key)[0]);
         Near { bounds: Bounds { low, ..bounds }, is_of_query }
     }
 
     /// What is known of the distance of a pair by its boxes alone.
-    pub fn near_by_boxes(&self, key: PairKey, broad: &Broad) -> Near {
-        let low = self.boxes_apart(key, broad)[0];
+    pub fn near_by_boxes(&self, key: PairKey) -> Near {
+        let low = self.boxes_apart(key)[0];
         Near { bounds: Bounds { low, ..Bounds::NOTHING }, is_of_query: false }
     }
 
@@ -44,13 +43,13 @@ impl Bodies {
     }
 
     /// Bounds of the distance of a pair by its boxes.
-    pub fn boxes_apart(&self, key: PairKey, broad: &Broad) -> [f64; 2] {
+    pub fn boxes_apart(&self, key: PairKey) -> [f64; 2] {
         let nothing = [0.0, f64::INFINITY];
         let Some(pair) = self.pair(key) else { return nothing };
         if bodies_of(key).into_iter().any(|body| self.facts(body).is_changed()) {
             return nothing;
         }
-        let [x, y] = bodies_of(key).map(|body| broad.bounds(body));
+        let [x, y] = bodies_of(key).map(|body| self.bounds(body));
         if x.is_empty() || y.is_empty() {
             return [f64::INFINITY; 2];
         }

@@ -58,24 +58,34 @@ pub(crate) struct Turn {
     pub spent: Spent,
     /// What came of it.
     pub standing: Standing,
+    pub marks: Marks,
+}
+
+/// What is known of a pair after its turn, for the list of pairs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Marks {
     /// Whether it met when it was last decided, and its witnesses were lost since.
     pub met: bool,
     pub lost: bool,
+    /// Above 0: the bodies are apart until the ways of both add up to this.
+    pub apart: f64,
+    /// The last frame that ran it to its end, its low bits.
+    pub completed: u32,
 }
 
 impl Turn {
     /// Of a pair about which nothing is to be asked yet.
-    pub fn new(key: PairKey, state: Box<PairState>, is_blank: bool, [met, lost]: [bool; 2]) -> Self {
+    pub fn new(key: PairKey, state: Box<PairState>, is_blank: bool, marks: Marks) -> Self {
         let standing = Standing { verdict: Verdict::Undecided, found: 0, complete: false };
         let (kind, spent) = (TurnKind::Meet, Spent::default());
-        Self { state, key, index: 0, median: 0, kind, next: None, is_blank, teaches: false, spent, standing, met, lost }
+        Self { state, key, index: 0, median: 0, kind, next: None, is_blank, teaches: false, spent, standing, marks }
     }
 
     /// Takes note of what came of it in `frame`.
     #[inline]
     pub fn end(&mut self, frame: u64) {
         let state = &self.state;
-        (self.standing, self.met, self.lost) = (state.standing(frame), state.met(), state.is_lost(frame));
+        (self.standing, self.marks) = (state.standing(frame), state.marks(frame));
     }
 
     /// Ends the turn of a question in `frame`: says what is to be asked next.
@@ -166,6 +176,17 @@ impl PairState {
     #[inline]
     pub fn met(&self) -> bool {
         matches!(self.verdict, Verdict::Intersecting { .. })
+    }
+
+    /// What the list of pairs is told of it in `frame`.
+    pub fn marks(&self, frame: u64) -> Marks {
+        let (lost, completed) = (self.is_lost(frame), self.completed as u32);
+        Marks { met: self.met(), lost, apart: self.apart.max(0.0), completed }
+    }
+
+    /// Takes note of bodies that were known to be apart until `frame`, since they had not gone far.
+    pub fn stayed_apart(&mut self, frame: u64) {
+        (self.completed, self.decided) = (self.completed.max(frame), self.decided.max(frame));
     }
 
     /// What is known of it in `frame`.

@@ -6,7 +6,7 @@ use crate::query::displacement;
 use crate::tree::Tree;
 
 /// How far a body has gone.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Travel {
     /// A bound on the way of every point of its mesh, of all moves since `remade` together, with what rounding may add.
     pub gone: f64,
@@ -17,6 +17,8 @@ pub(crate) struct Travel {
 }
 
 impl Travel {
+    pub const NONE: Self = Self { gone: 0.0, step: 0.0, remade: 0 };
+
     /// Of a body that is changed in a frame other than by a move: nothing is known of where its points were.
     pub fn remake(&mut self, frame: u64) {
         (self.gone, self.remade) = (0.0, frame as u32);

@@ -1,18 +1,24 @@
 //! What is known of every pair of near bodies, in few bytes: a frame looks at all of them.
 
+use crate::scene::body::Bodies;
 use crate::scene::id::PairKey;
+use crate::scene::pair::state::{Marks, PairState};
 
 /// The slot of a pair whose boxes are apart, and of one whose boxes overlap but that had no turn yet.
 pub(crate) const APART: u32 = u32::MAX;
 pub(crate) const BLANK: u32 = u32::MAX - 1;
 
-/// Two bodies whose fat AABBs overlap, and where their state is.
+/// Two bodies whose fat AABBs overlap, and where their state is. Of pairs that stay apart, their states are not looked at.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
     pub key: PairKey,
     pub slot: u32,
     /// The low bits of the frame since which their boxes overlap, [`MET`] and [`LOST`].
     since: u32,
+    /// Above 0: they are apart until the ways of both add up to this.
+    apart: f64,
+    /// The last frame of which this is known, its low bits.
+    apart_in: u32,
 }
 
 /// Of [`Known::since`]: whether they met when it was last decided, whether their witnesses were lost since, and the frame.
@@ -20,17 +26,17 @@ const MET: u32 = 1 << 31;
 const LOST: u32 = 1 << 30;
 const FRAME: u32 = LOST - 1;
 
-const _: () = assert!(size_of::<Known>() == 16);
+const _: () = assert!(size_of::<Known>() == 32);
 
 impl Known {
     /// Of a pair whose boxes were not compared yet.
     pub fn new(key: PairKey) -> Self {
-        Self { key, slot: APART, since: 0 }
+        Self { key, slot: APART, since: 0, apart: 0.0, apart_in: 0 }
     }
 
     /// Takes note of boxes that overlap from `frame` on.
     pub fn begin(&mut self, frame: u64) {
-        (self.slot, self.since) = (BLANK, frame as u32 & FRAME);
+        (self.slot, self.since, self.apart) = (BLANK, frame as u32 & FRAME, 0.0);
     }
 
     /// The frame since which they do, if that is not 2^30 frames before `frame`.
@@ -38,9 +44,36 @@ impl Known {
         frame - u64::from((frame as u32).wrapping_sub(self.since) & FRAME)
     }
 
-    /// Takes note of whether the bodies met when it was last decided, and their witnesses were lost since.
-    pub fn mark(&mut self, [met, lost]: [bool; 2]) {
+    /// Takes note of what is known of the pair after its turn.
+    pub fn mark(&mut self, Marks { met, lost, apart, completed }: Marks) {
         self.since = self.since & FRAME | if met { MET } else { 0 } | if lost { LOST } else { 0 };
+        (self.apart, self.apart_in) = (apart, completed);
+    }
+
+    pub fn marks(&self) -> Marks {
+        Marks { met: self.met(), lost: self.is_lost(), apart: self.apart, completed: self.apart_in }
+    }
+
+    /// Whether the bodies are known to be apart in `frame` since they have not gone far. If so, takes note of it.
+    #[inline]
+    pub fn stays_apart(&mut self, bodies: &Bodies, frame: u64) -> bool {
+        let stays = self.apart > 0.0 && self.apart > bodies.gone(self.key, self.apart_in(frame), frame);
+        if stays {
+            self.apart_in = frame as u32;
+        }
+        stays
+    }
+
+    /// Tells the state of the pair what the list has found out since its last turn.
+    #[inline]
+    pub fn tell(&self, state: &mut PairState, frame: u64) {
+        if self.apart > 0.0 {
+            state.stayed_apart(self.apart_in(frame));
+        }
+    }
+
+    fn apart_in(&self, frame: u64) -> u64 {
+        frame - u64::from((frame as u32).wrapping_sub(self.apart_in))
     }
 
     /// Whether a query of it was ever begun since their boxes overlap.

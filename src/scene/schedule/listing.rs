@@ -18,6 +18,7 @@ use crate::scene::id::{BodyId, PairKey, bodies_of};
 use crate::scene::pair::frame::Frame;
 use crate::scene::report::Report;
 use alloc::vec::Vec;
+use arrayvec::ArrayVec;
 use core::ops::Range;
 
 pub(crate) struct Listing<'l> {
@@ -38,18 +39,30 @@ pub(crate) struct Listing<'l> {
     pub kept: usize,
 }
 
-/// A known pair, and the facts of its bodies.
+/// So many pairs are fetched together: bodies are in no order, and in a large scene each waits for memory.
+const TOGETHER: usize = 16;
+
+/// A known pair, and what is to be known of its bodies.
 #[derive(Clone, Copy)]
-struct Candidate<'f> {
-    place: usize,
+struct Candidate {
     key: PairKey,
-    facts: [&'f Facts; 2],
+    /// The frame in which one of them was last new.
+    changed: u64,
+    place: u32,
+    generations: [u32; 2],
+    is_special: bool,
+    /// Whether their boxes overlap, as they were placed.
+    overlap: bool,
 }
 
-impl Candidate<'_> {
+impl Candidate {
+    fn place(&self) -> usize {
+        self.place as usize
+    }
+
     fn ids(&self) -> [BodyId; 2] {
-        let ([a, b], [x, y]) = (bodies_of(self.key), self.facts);
-        [BodyId { index: a, generation: x.generation }, BodyId { index: b, generation: y.generation }]
+        let ([a, b], [x, y]) = (bodies_of(self.key), self.generations);
+        [BodyId { index: a, generation: x }, BodyId { index: b, generation: y }]
     }
 }
 
@@ -124,21 +137,24 @@ impl<'l> Listing<'l> {
         let forecasts = self.frame.threads() > 1 || !self.frame.budget.is_unlimited();
         let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
         let mut paid = if places.is_empty() { 0 } else { self.first_found(places.start) };
-        for place in places.clone() {
-            if !deadline.has_room(WORK_PER_LISTED_PAIR) {
-                return place;
+        for first in places.clone().step_by(TOGETHER) {
+            let mut together = ArrayVec::<_, TOGETHER>::new();
+            together.extend((first..places.end).take(TOGETHER).map(|place| self.candidate(place)));
+            for &pair in &together {
+                if !deadline.has_room(WORK_PER_LISTED_PAIR) {
+                    return pair.place();
+                }
+                if let Some(&meeting) = self.found.get(paid).filter(|meeting| meeting.key == pair.key) {
+                    paid += 1;
+                    self.list_found(pair, meeting);
+                    continue;
+                }
+                let listed = match pair.is_special {
+                    true => self.list::<true>(pair, settled, forecasts),
+                    false => self.list::<false>(pair, settled, forecasts),
+                };
+                deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
             }
-            let pair = self.candidate(place);
-            if let Some(&meeting) = self.found.get(paid).filter(|meeting| meeting.key == pair.key) {
-                paid += 1;
-                self.list_found(pair, meeting);
-                continue;
-            }
-            let listed = match Facts::are_special(pair.facts) {
-                true => self.list::<true>(pair, settled, forecasts),
-                false => self.list::<false>(pair, settled, forecasts),
-            };
-            deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
         }
         places.end
     }
@@ -172,9 +188,12 @@ impl<'l> Listing<'l> {
     }
 
     #[inline(always)]
-    fn candidate(&self, place: usize) -> Candidate<'l> {
-        let key = self.pairs.key(place);
-        Candidate { place, key, facts: self.frame.bodies.facts_of(key) }
+    fn candidate(&self, place: usize) -> Candidate {
+        let (key, bodies) = (self.pairs.key(place), self.frame.bodies);
+        let facts @ [x, y] = bodies.facts_of(key);
+        let (generations, changed) = ([x.generation, y.generation], x.changed.max(y.changed));
+        let (is_special, overlap) = (Facts::are_special(facts), bodies.overlap(bodies_of(key)));
+        Candidate { key, changed, place: place as u32, generations, is_special, overlap }
     }
 
     /// Lists a pair that was found to meet: all that is told of it is known.
@@ -185,8 +204,7 @@ impl<'l> Listing<'l> {
             self.list::<false>(pair, false, true);
             return;
         }
-        let changed = pair.facts[0].changed.max(pair.facts[1].changed);
-        self.turns.list(pair.key, changed == self.frame.number);
+        self.turns.list(pair.key, pair.changed == self.frame.number);
         let verdict = Verdict::Intersecting { witness: meeting.witness };
         self.report.push_complete(pair.ids(), verdict, 1, 0);
     }
@@ -195,27 +213,32 @@ impl<'l> Listing<'l> {
     #[inline(always)]
     fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool, forecasts: bool) -> bool {
         let Frame { number, bodies, .. } = *self.frame;
-        let Candidate { place, key, facts } = pair;
-        let [a, b] = bodies_of(key);
+        let (place, key) = (pair.place(), pair.key);
         let look = if SPECIAL { self.look(pair, settled) } else { Look::default() };
         if look.is_out {
             return false;
         }
-        let overlap = look.listed || self.broad.bounds(a).intersects(self.broad.bounds(b));
+        let overlap = look.listed || pair.overlap;
         let Some(overlap) = (if settled { Some(overlap) } else { self.may_overlap(pair, overlap) }) else {
             return false;
         };
-        let changed = facts[0].changed.max(facts[1].changed).max(self.frame.asked_since);
-        let Some(state) = self.pairs.overlapping(place, overlap | look.keep, number) else { return false };
+        let Some(known) = self.pairs.overlapping(place, overlap | look.keep, number) else { return false };
         if look.keep && !overlap {
             self.kept += 1;
             return false;
         }
+        let changed = pair.changed.max(self.frame.asked_since);
         self.turns.list(key, changed == number);
+        if known.stays_apart(bodies, number) && look.nearness.is_none() {
+            self.report.push_complete(pair.ids(), Verdict::Separated, 0, 0);
+            return true;
+        }
+        let known = *known;
+        let state = self.pairs.state_of(known, number);
         if changed == number {
             state.forget_told();
         }
-        let complete = state.completed >= changed || state.stays_apart(bodies, key, number);
+        let complete = state.completed >= changed;
         if complete && state.verdict != Verdict::Undecided {
             state.decided = number;
         }
@@ -252,7 +275,7 @@ impl<'l> Listing<'l> {
     #[cold]
     fn look(&mut self, pair: Candidate, settled: bool) -> Look {
         let Frame { number, bodies, .. } = *self.frame;
-        let Candidate { place, key, .. } = pair;
+        let (place, key) = (pair.place(), pair.key);
         let Some(wanted) = bodies.distance_requests.wanted(key) else { return Look::default() };
         if !bodies.may_meet(bodies_of(key)) {
             self.tallies.add(&bodies.distance_requests, key, None, true);
@@ -261,11 +284,11 @@ impl<'l> Listing<'l> {
         if !wanted.of_groups {
             return Look { listed: true, ..Look::default() };
         }
-        let of_boxes = bodies.near_by_boxes(key, self.broad);
+        let of_boxes = bodies.near_by_boxes(key);
         let is_far = wanted.is_settled(&of_boxes);
         let is_known = settled || self.may_overlap(pair, true).is_some();
         let near = match is_known && !is_far && self.pairs.overlapped(place) {
-            true => bodies.near(key, self.pairs.state(place, number), self.broad, self.frame.changed(key), number),
+            true => bodies.near(key, self.pairs.state(place, number), self.frame.changed(key), number),
             false => of_boxes,
         };
         let is_settled = wanted.is_settled(&near);
@@ -284,15 +307,15 @@ impl<'l> Listing<'l> {
 
     /// Whether the boxes of a pair may overlap, of which `overlap` says whether they did when they were made. `None` if that
     /// cannot be said: one of the bodies is not the one that it was, may not meet the other now, or is not where its box is.
-    fn may_overlap(&self, Candidate { place, key, facts }: Candidate, overlap: bool) -> Option<bool> {
-        let pair = bodies_of(key);
-        if self.broad.is_of_another(self.frame.bodies, pair) || !self.frame.bodies.may_meet(pair) {
+    fn may_overlap(&self, pair: Candidate, overlap: bool) -> Option<bool> {
+        let (bodies, both) = (self.frame.bodies, bodies_of(pair.key));
+        if self.broad.is_of_another(bodies, both) || !bodies.may_meet(both) {
             return None;
         }
-        if facts.iter().all(|facts| !facts.is_changed()) {
+        if both.into_iter().all(|body| !bodies.facts(body).is_changed()) {
             return Some(overlap);
         }
-        (overlap || self.pairs.overlapped(place)).then_some(true)
+        (overlap || self.pairs.overlapped(pair.place())).then_some(true)
     }
 }
 

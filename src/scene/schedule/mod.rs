@@ -273,7 +273,7 @@ impl Schedule {
         }
         for &Job { key, place, .. } in self.jobs.iter().filter(|job| job.measures) {
             let state = found.pairs.state(place as usize, number);
-            let near = bodies.near(key, state, found.broad, frame.changed(key), number);
+            let near = bodies.near(key, state, frame.changed(key), number);
             let is_settled = bodies.distance_requests.wanted(key).is_none_or(|wanted| wanted.is_settled(&near));
             self.tallies.add(&bodies.distance_requests, key, Some(&near), is_settled);
         }
@@ -432,7 +432,7 @@ impl Schedule {
                 job.ask(next, frame, &turn.state);
             }
             report.note(job.listed as usize, turn.standing, turn.spent);
-            pairs.put_back(job.place as usize, turn.state, turn.is_blank, [turn.met, turn.lost]);
+            pairs.put_back(job.place as usize, turn.state, turn.is_blank, turn.marks);
         }
         report.work - before
     }

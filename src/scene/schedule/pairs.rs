@@ -10,7 +10,7 @@ use crate::scene::facts::Change;
 use crate::scene::id::{PairKey, bodies_of, pair_key};
 use crate::scene::pair::bounds::Bounds;
 use crate::scene::pair::frame::Frame;
-use crate::scene::pair::state::{PairState, Turn};
+use crate::scene::pair::state::{Marks, PairState, Turn};
 use crate::scene::pair::touch::{Touch, Touches};
 use crate::scene::report::{PairDistance, PairPassage, PairReport, Report};
 use crate::scene::room::{Room, reserve};
@@ -118,18 +118,17 @@ impl Pairs {
         low
     }
 
-    /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what is known about it if they do.
+    /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what the list has of it if they do.
     #[inline(always)]
-    pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut PairState> {
-        let known = self.at_mut(place);
+    pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut Known> {
         if overlap {
+            let known = self.at_mut(place);
             if known.slot == APART {
                 known.begin(frame);
             }
-            let known = *known;
-            return Some(self.state_of(known, frame));
+            return Some(known);
         }
-        let slot = mem::replace(&mut known.slot, APART);
+        let slot = mem::replace(&mut self.at_mut(place).slot, APART);
         if slot != APART {
             self.release(slot);
         }
@@ -172,8 +171,9 @@ impl Pairs {
     }
 
     #[inline]
-    fn state_of(&mut self, known: Known, frame: u64) -> &mut PairState {
+    pub fn state_of(&mut self, known: Known, frame: u64) -> &mut PairState {
         if let Some(Some(state)) = self.states.get_mut(known.slot as usize) {
+            known.tell(state, frame);
             return state;
         }
         self.blank.decided = known.since(frame) - 1;
@@ -191,10 +191,11 @@ impl Pairs {
     #[inline]
     pub fn take(&mut self, place: usize, frame: u64) -> Turn {
         let known = *self.at(place);
-        if let Some(state) = self.states.get_mut(known.slot as usize).and_then(Option::take) {
-            return Turn::new(known.key, state, false, [known.met(), known.is_lost()]);
+        if let Some(mut state) = self.states.get_mut(known.slot as usize).and_then(Option::take) {
+            known.tell(&mut state, frame);
+            return Turn::new(known.key, state, false, known.marks());
         }
-        Turn::new(known.key, self.new_state(place, frame), true, [false; 2])
+        Turn::new(known.key, self.new_state(place, frame), true, Marks::default())
     }
 
     #[cold]
@@ -248,10 +249,9 @@ impl Pairs {
         self.touches.ask(self.room[1].asked);
     }
 
-    /// Puts a state back, or lets others have it if the turn of its pair did not come; and whether the pair met when it was last
-    /// decided, and its witnesses were lost since.
+    /// Puts a state back, or lets others have it if the turn of its pair did not come; and takes note of what is known then.
     #[inline]
-    pub fn put_back(&mut self, place: usize, state: Box<PairState>, is_blank: bool, marks: [bool; 2]) {
+    pub fn put_back(&mut self, place: usize, state: Box<PairState>, is_blank: bool, marks: Marks) {
         let known = self.at_mut(place);
         let slot = known.slot;
         known.mark(marks);
@@ -381,11 +381,12 @@ impl Pairs {
             }
             deadline.spend(WORK);
             for _ in 0..STEP {
-                let (known, new) = (self.known.get(self.merge.known).copied(), found.get(self.merge.found).copied());
-                match (known, new) {
-                    (Some(mut known), new) if new.is_none_or(|new| known.key <= new) => {
+                let known = self.known.get(self.merge.known).map(|known| known.key);
+                match (known, found.get(self.merge.found).copied()) {
+                    (Some(key), new) if new.is_none_or(|new| key <= new) => {
+                        let mut known = self.known[self.merge.known];
                         self.merge.known += 1;
-                        let again = new == Some(known.key);
+                        let again = new == Some(key);
                         if self.stays(&mut known, again, broad, bodies) {
                             self.merge.found += usize::from(again);
                             self.merged.push(known);

@@ -15,7 +15,7 @@ use crate::scene::pair::batch::{Batch, Round, RoundKind};
 use crate::scene::pair::frame::Frame;
 use crate::scene::pair::retest::{LANES, Outcome, Test};
 use crate::scene::pair::spent::Spent;
-use crate::scene::pair::state::{PairState, Turn};
+use crate::scene::pair::state::{Marks, PairState, Turn};
 use crate::scene::room::reserve;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -159,7 +159,12 @@ impl Revisit {
                     Outcome::Untested if is_cut => {}
                     Outcome::Untested => (is_cut, self.next) = (true, key),
                 }
-                pairs.put_back(place as usize, state, false, [true, outcome == Outcome::Lost]);
+                pairs.put_back(
+                    place as usize,
+                    state,
+                    false,
+                    Marks { met: true, lost: outcome == Outcome::Lost, ..Marks::default() },
+                );
             });
         }
         // Those from a place on come before the others; and before both, those that rest.
@@ -176,7 +181,8 @@ impl Revisit {
                 Outcome::Met(witness) => self.find(Meeting { key, witness }),
                 Outcome::Lost | Outcome::Untested => self.lost.push(place),
             }
-            pairs.put_back(place as usize, state, false, [true, !matches!(outcome, Outcome::Met(_))]);
+            let lost = !matches!(outcome, Outcome::Met(_));
+            pairs.put_back(place as usize, state, false, Marks { met: true, lost, ..Marks::default() });
         });
     }
 
@@ -361,13 +367,12 @@ impl Revisit {
         if frame.changed(key) < number {
             return false;
         }
-        let [a, b] = bodies_of(key).map(|body| broad.bounds(body));
-        if !a.intersects(b) {
+        if !frame.bodies.overlap(bodies_of(key)) {
             return false;
         }
-        pairs.overlapping(place, true, number);
-        let state = pairs.state(place, number);
-        state.completed < number && is_plain(key, frame, broad) && !state.stays_apart(frame.bodies, key, number)
+        let stays_apart =
+            pairs.overlapping(place, true, number).is_some_and(|known| known.stays_apart(frame.bodies, number));
+        !stays_apart && pairs.state(place, number).completed < number && is_plain(key, frame, broad)
     }
 
     /// Asks whether a pair meets; on several threads, together with a few others.
@@ -420,7 +425,7 @@ impl Revisit {
         if searched.next.is_some() {
             self.turns[turn] = self.turns[turn].min(searched.key);
         }
-        pairs.put_back(searched.index as usize, searched.state, searched.is_blank, [searched.met, searched.lost]);
+        pairs.put_back(searched.index as usize, searched.state, searched.is_blank, searched.marks);
     }
 }
 
