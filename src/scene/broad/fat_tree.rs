@@ -9,15 +9,16 @@ use crate::scene::body::Bodies;
 use crate::scene::id::{PairKey, pair_key};
 use crate::scene::room::reserve;
 use alloc::vec::Vec;
+use arrayvec::ArrayVec;
 
 /// Times that a body leaves its fat AABB, on average, before the tree is built anew.
 const MOVES_BEFORE_REBUILD: usize = 6;
 
-/// Nodes of a step.
+/// Nodes of a step, or pairs of them.
 const STEP: usize = 16;
 
 /// The most pairs that a step of the search finds.
-pub(crate) const MOST_FOUND: usize = 4 * STEP;
+pub(crate) const MOST_FOUND: usize = STEP;
 
 /// How a part of a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,23 +51,29 @@ impl FatTree {
     ///
     /// A tree has less than `2 bodies` nodes. Beside it there are no more roots than [`FatTree::begin_update`] allows, less than
     /// `bodies + 64`, and those of bodies that came in this generation. Each newcomer has at most two leaves that are
-    /// marked.
+    /// marked. A step of the search adds no more than three pairs of nodes for each that it opens, one level deeper; a balanced
+    /// tree has less than twice as many levels as it needs.
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.marked, 2 * bodies);
         reserve(&mut self.roots, 2 * bodies + 64);
         reserve(&mut self.nodes, 4 * bodies + 64);
         reserve(&mut self.inner, bodies);
-        reserve(&mut self.stack, 1024);
+        let levels = 2 * bodies.max(1).ilog2() as usize + 8;
+        reserve(&mut self.stack, 3 * STEP * levels);
         self.build.reserve(bodies);
     }
 
-    /// Puts a body's fat AABB into its leaf, or into a one-leaf tree if it was teleported.
-    pub fn renew(&mut self, body: u32, proxy: &mut Proxy) {
+    /// Whether the fat AABB of a body overlaps that in its leaf: it was not teleported.
+    pub fn is_near(&self, proxy: &Proxy) -> bool {
+        self.bounds(proxy).intersects(&proxy.fat)
+    }
+
+    /// Puts a body's fat AABB into its leaf if it [is near](FatTree::is_near), or else into a one-leaf tree.
+    pub fn renew(&mut self, body: u32, proxy: &mut Proxy, is_near: bool) {
         self.moves += 1;
-        if let Some(leaf) = self.nodes.get(proxy.leaf as usize) {
-            let moved = leaf.bounds.intersects(&proxy.fat);
-            self.set_leaf(proxy.leaf, if moved { proxy.fat } else { Aabb::EMPTY }, proxy.moving);
-            if moved {
+        if (proxy.leaf as usize) < self.nodes.len() {
+            self.set_leaf(proxy.leaf, if is_near { proxy.fat } else { Aabb::EMPTY }, proxy.moving);
+            if is_near {
                 return;
             }
         }
@@ -198,21 +205,22 @@ impl FatTree {
             if !deadline.has_room(WORK) {
                 return Searched::Stopped;
             }
-            deadline.spend(WORK);
-            for _ in 0..STEP {
-                if let Some([x, y]) = search.stack.pop() {
-                    search.open(x, y);
-                    continue;
-                }
-                let [i, j] = self.next_roots;
-                let Some(&root) = self.roots.get(i) else { return Searched::All };
-                if i == j {
-                    search.within(root);
-                    self.next_roots = [i + 1, 0];
-                } else {
-                    search.across(root, self.roots[j]);
-                    self.next_roots = [i, j + 1];
-                }
+            // Together, since in a large tree each waits for memory.
+            let first = search.stack.len().saturating_sub(STEP);
+            let step: ArrayVec<_, STEP> = search.stack.drain(first..).collect();
+            deadline.spend(WORK_PER_SEARCH * step.len().max(1) as u64);
+            if !step.is_empty() {
+                step.into_iter().for_each(|[x, y]| search.open(x, y));
+                continue;
+            }
+            let [i, j] = self.next_roots;
+            let Some(&root) = self.roots.get(i) else { return Searched::All };
+            if i == j {
+                search.within(root);
+                self.next_roots = [i + 1, 0];
+            } else {
+                search.across(root, self.roots[j]);
+                self.next_roots = [i, j + 1];
             }
         }
     }
@@ -231,28 +239,34 @@ impl Search<'_> {
     #[inline(always)]
     fn within(&mut self, at: u32) {
         let node = &self.nodes[at as usize];
-        if node.new && node.moving && node.second != NONE {
-            self.stack.push([at; 2]);
-        }
+        self.push([at; 2], node.new & node.moving & (node.second != NONE));
     }
 
     /// Pairs of one body below each of two nodes.
     #[inline(always)]
     fn across(&mut self, x: u32, y: u32) {
         let (a, b) = (&self.nodes[x as usize], &self.nodes[y as usize]);
-        if (a.new | b.new) & (a.moving | b.moving) && a.bounds.intersects(&b.bounds) {
-            if a.second != NONE || b.second != NONE {
-                self.stack.push([x, y]);
-            } else if self.bodies.may_meet([a.body, b.body]) {
-                self.found.push(pair_key(a.body, b.body));
-            }
-        }
+        self.push([x, y], (a.new | b.new) & (a.moving | b.moving) & a.bounds.intersects(&b.bounds));
     }
 
-    /// Replaces two nodes that are not both leaves by their children.
+    /// Without a branch: whether nodes are kept is hard to foretell.
+    #[inline(always)]
+    fn push(&mut self, nodes: [u32; 2], keep: bool) {
+        let len = self.stack.len();
+        self.stack.push(nodes);
+        self.stack.truncate(len + usize::from(keep));
+    }
+
+    /// Replaces two nodes by their children; two leaves are found.
     #[inline(always)]
     fn open(&mut self, x: u32, y: u32) {
         match (self.nodes[x as usize].second, self.nodes[y as usize].second) {
+            (NONE, NONE) => {
+                let [a, b] = [x, y].map(|leaf| self.nodes[leaf as usize].body);
+                if self.bodies.may_meet([a, b]) {
+                    self.found.push(pair_key(a, b));
+                }
+            }
             (second, _) if x == y => {
                 self.within(second);
                 self.within(x + 1);

@@ -29,6 +29,7 @@ use crate::math::Aabb;
 use crate::model::cost::{WORK_PER_NEW_PLACE, WORK_PER_REFIT};
 use crate::query::Deadline;
 use alloc::vec::Vec;
+use arrayvec::ArrayVec;
 use core::mem;
 use fat_tree::{FatTree, MOST_FOUND, Searched};
 use glam::DVec3;
@@ -45,7 +46,7 @@ const GENERATION_PART: usize = 64;
 const WORK_PER_NEWCOMER: u64 = 1_000;
 
 /// Bodies of a step.
-const STEP: usize = 8;
+const STEP: usize = 16;
 
 /// Pairs of a portion, at least, and for so many known pairs one.
 const PORTION: usize = 4096;
@@ -252,14 +253,20 @@ impl Broad {
     }
 
     fn renew(&mut self, mut next: usize, deadline: &mut Deadline) -> Option<Stage> {
-        while let Some(&body) = self.newcomers.get(next) {
-            if !deadline.has_room(WORK_PER_NEW_PLACE) {
+        while next < self.newcomers.len() {
+            if !deadline.has_room(STEP as u64 * WORK_PER_NEW_PLACE) {
                 self.stage = Stage::Renew(next);
                 return None;
             }
-            deadline.spend(WORK_PER_NEW_PLACE);
-            self.tree.renew(body, &mut self.proxies[body as usize]);
-            next += 1;
+            let step = &self.newcomers[next..self.newcomers.len().min(next + STEP)];
+            deadline.spend(step.len() as u64 * WORK_PER_NEW_PLACE);
+            // First all leaves, which are in no order: in a large tree each waits for memory.
+            let stay: ArrayVec<_, STEP> =
+                step.iter().map(|&body| self.tree.is_near(&self.proxies[body as usize])).collect();
+            for (&body, stays) in step.iter().zip(stay) {
+                self.tree.renew(body, &mut self.proxies[body as usize], stays);
+            }
+            next += step.len();
         }
         Some(if self.tree.begin_update(self.proxies.len()) { Stage::Build } else { Stage::Refit })
     }
