@@ -176,6 +176,8 @@ impl Bodies {
     /// Puts a body where [`Bodies::next_ids`] said.
     pub fn insert(&mut self, placed: Placed, frame: u64) {
         let index = self.free.pop().map_or(self.slots.len(), |index| index as usize);
+        // Nothing can be known of pairs of a new slot.
+        let news = if index == self.slots.len() { Change::Place } else { Change::Body };
         if index == self.slots.len() {
             self.slots.push(None);
             self.facts.push(Facts::default());
@@ -188,7 +190,7 @@ impl Bodies {
         self.len += 1;
         self.facts[index].changed = frame;
         self.note(index);
-        self.set_pending(index as u32, Change::Body);
+        self.set_pending(index as u32, news);
     }
 
     pub fn remove(&mut self, id: BodyId) -> Result<Placed, SceneError> {

@@ -414,3 +414,23 @@ fn a_body_that_comes_while_the_broad_phase_is_cut_is_paired_once() {
         assert_eq!(detect(&mut fresh, Budget::unlimited()).pairs.len(), pairs.len(), "{nanos} ns");
     }
 }
+
+/// Of bodies that come at once, pairs are asked about as soon as they are known, not when all are.
+#[test]
+fn a_crowd_is_asked_about_while_it_is_being_paired() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let mut scene = Scene::new();
+    for _ in 0..400 {
+        scene.insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY)).unwrap();
+    }
+    let (mut frames, mut idle) = (0, 0);
+    loop {
+        let report = detect(&mut scene, Budget::work(20_000));
+        if report.unpaired == 0 {
+            break;
+        }
+        frames += 1;
+        idle += usize::from(report.decided == 0);
+    }
+    assert!(frames > 300 && idle < 30, "{frames} frames, {idle} of them decide nothing");
+}

@@ -13,53 +13,52 @@ pub(crate) const BLANK: u32 = u32::MAX - 1;
 pub(crate) struct Known {
     pub key: PairKey,
     pub slot: u32,
-    /// The low bits of the frame since which their boxes overlap, [`MET`] and [`LOST`].
-    since: u32,
+    /// [`MET`], [`LOST`], and the low bits of a frame: of a pair that had no turn, that since which their boxes overlap; of
+    /// others, the last one that ran it to its end or in which it was known to stay apart.
+    marks: u32,
     /// Above 0: they are apart until the ways of both add up to this.
     apart: f64,
-    /// The last frame of which this is known, its low bits.
-    apart_in: u32,
 }
 
-/// Of [`Known::since`]: whether they met when it was last decided, whether their witnesses were lost since, and the frame.
+/// Of [`Known::marks`]: whether they met when it was last decided, whether their witnesses were lost since, and the frame.
 const MET: u32 = 1 << 31;
 const LOST: u32 = 1 << 30;
 const FRAME: u32 = LOST - 1;
 
-const _: () = assert!(size_of::<Known>() == 32);
+const _: () = assert!(size_of::<Known>() == 24);
 
 impl Known {
     /// Of a pair whose boxes were not compared yet.
     pub fn new(key: PairKey) -> Self {
-        Self { key, slot: APART, since: 0, apart: 0.0, apart_in: 0 }
+        Self { key, slot: APART, marks: 0, apart: 0.0 }
     }
 
     /// Takes note of boxes that overlap from `frame` on.
     pub fn begin(&mut self, frame: u64) {
-        (self.slot, self.since, self.apart) = (BLANK, frame as u32 & FRAME, 0.0);
+        (self.slot, self.marks, self.apart) = (BLANK, frame as u32 & FRAME, 0.0);
     }
 
-    /// The frame since which they do, if that is not 2^30 frames before `frame`.
+    /// The frame in the marks, if that is not 2^30 frames before `frame`.
     pub fn since(&self, frame: u64) -> u64 {
-        frame - u64::from((frame as u32).wrapping_sub(self.since) & FRAME)
+        frame - u64::from((frame as u32).wrapping_sub(self.marks) & FRAME)
     }
 
     /// Takes note of what is known of the pair after its turn.
     pub fn mark(&mut self, Marks { met, lost, apart, completed }: Marks) {
-        self.since = self.since & FRAME | if met { MET } else { 0 } | if lost { LOST } else { 0 };
-        (self.apart, self.apart_in) = (apart, completed);
+        self.marks = completed & FRAME | if met { MET } else { 0 } | if lost { LOST } else { 0 };
+        self.apart = apart;
     }
 
     pub fn marks(&self) -> Marks {
-        Marks { met: self.met(), lost: self.is_lost(), apart: self.apart, completed: self.apart_in }
+        Marks { met: self.met(), lost: self.is_lost(), apart: self.apart, completed: self.marks & FRAME }
     }
 
     /// Whether the bodies are known to be apart in `frame` since they have not gone far. If so, takes note of it.
     #[inline]
     pub fn stays_apart(&mut self, bodies: &Bodies, frame: u64) -> bool {
-        let stays = self.apart > 0.0 && self.apart > bodies.gone(self.key, self.apart_in(frame), frame);
+        let stays = self.apart > 0.0 && self.apart > bodies.gone(self.key, self.since(frame), frame);
         if stays {
-            self.apart_in = frame as u32;
+            self.marks = self.marks & !FRAME | frame as u32 & FRAME;
         }
         stays
     }
@@ -68,12 +67,8 @@ impl Known {
     #[inline]
     pub fn tell(&self, state: &mut PairState, frame: u64) {
         if self.apart > 0.0 {
-            state.stayed_apart(self.apart_in(frame));
+            state.stayed_apart(self.since(frame));
         }
-    }
-
-    fn apart_in(&self, frame: u64) -> u64 {
-        frame - u64::from((frame as u32).wrapping_sub(self.apart_in))
     }
 
     /// Whether a query of it was ever begun since their boxes overlap.
@@ -83,11 +78,11 @@ impl Known {
 
     /// Whether it met when it was last decided.
     pub fn met(&self) -> bool {
-        self.is_begun() && self.since & MET != 0
+        self.is_begun() && self.marks & MET != 0
     }
 
     /// Whether its witnesses were lost since then.
     pub fn is_lost(&self) -> bool {
-        self.is_begun() && self.since & LOST != 0
+        self.is_begun() && self.marks & LOST != 0
     }
 }

@@ -254,10 +254,11 @@ impl Pairs {
     pub fn put_back(&mut self, place: usize, state: Box<PairState>, is_blank: bool, marks: Marks) {
         let known = self.at_mut(place);
         let slot = known.slot;
-        known.mark(marks);
         if is_blank {
             known.slot = BLANK;
             self.free.push(slot);
+        } else {
+            known.mark(marks);
         }
         self.states[slot as usize] = Some(state);
     }

@@ -22,11 +22,15 @@ use alloc::vec::Vec;
 use core::mem;
 use core::time::Duration;
 
-/// A frame looks for pairs that met among this many known ones at least, or among so many for each test of the last frame. For
-/// so many of them it finds at most one that rests: listing these leaves less for the others.
+/// A frame looks for pairs that met among this many known ones at least, or among so many for each test of the last frame; and for
+/// pairs to be searched among this many, and so many for each search. For so many of them it finds at most one that rests:
+/// listing these leaves less for the others.
 const LEAST: usize = 8192;
 const PER_TEST: usize = 8;
 const PER_REST: usize = 16;
+
+/// Pairs that are passed by before the clock is thought of again.
+const PASSED: usize = 64;
 
 /// What lies next to a lost witness is tested where it is expected to meet this often, and one time in so many where it is not.
 const LEAST_NEARBY: f32 = 0.2;
@@ -331,17 +335,26 @@ impl Revisit {
             self.ask(0, place, frame, pairs, hands, deadline);
         }
         self.run_searches(0, frame, pairs, hands);
+        if frame.bodies.changed == 0 {
+            return;
+        }
         for (turn, is_begun) in [(1, false), (2, true)] {
             let (known, start) = (pairs.len(), pairs.place(self.turns[turn]));
+            let mut left = LEAST;
             for place in (start..known).chain(0..start) {
-                if !pairs.is_unmet(place, is_begun) {
+                let is_unmet = pairs.is_unmet(place, is_begun);
+                // There may be many others, one after the other.
+                if !is_unmet && place % PASSED > 0 {
                     continue;
                 }
-                if !self.has_room(hands, deadline) {
-                    return self.stop(turn, place, frame, pairs, hands);
+                if left == 0 || !self.has_room(hands, deadline) {
+                    self.turns[turn] = pairs.key(place);
+                    break;
                 }
-                deadline.spend(WORK_PER_MERGED_PAIR);
-                if self.is_sought(place, frame, broad, pairs) {
+                left -= 1;
+                deadline.spend(if is_unmet { WORK_PER_MERGED_PAIR } else { PASSED as u64 });
+                if is_unmet && self.is_sought(place, frame, broad, pairs) {
+                    left += PER_TEST;
                     self.ask(turn, place, frame, pairs, hands, deadline);
                 }
             }
