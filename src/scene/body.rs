@@ -176,9 +176,8 @@ impl Bodies {
     /// Puts a body where [`Bodies::next_ids`] said.
     pub fn insert(&mut self, placed: Placed, frame: u64) {
         let index = self.free.pop().map_or(self.slots.len(), |index| index as usize);
-        // Nothing can be known of pairs of a new slot.
-        let news = if index == self.slots.len() { Change::Place } else { Change::Body };
-        if index == self.slots.len() {
+        let is_new = index == self.slots.len();
+        if is_new {
             self.slots.push(None);
             self.facts.push(Facts::default());
             self.spots.push(Spot::NOWHERE);
@@ -190,7 +189,8 @@ impl Bodies {
         self.len += 1;
         self.facts[index].changed = frame;
         self.note(index);
-        self.set_pending(index as u32, news);
+        // Nothing is known of pairs of a new slot.
+        self.set_pending(index as u32, if is_new { Change::Place } else { Change::Body });
     }
 
     pub fn remove(&mut self, id: BodyId) -> Result<Placed, SceneError> {

@@ -7,9 +7,10 @@
 //! 3. runs the query that answers what is asked of each pair ([`pair`]), on one thread or on several;
 //! 4. reports which contacts began and ended ([`events`]).
 //!
-//! A pair has three records: a state that is kept from its first query on, a job of the frame, and a report. A pair that was
-//! proven to be farther apart than its bodies have moved since needs no job. A pair that meets may have a second question: where
-//! it touches. The questions, and how much each matters, are in [`ask`]; rays are cast between frames ([`cast`]).
+//! A pair has four records: an entry in the list of known pairs, a state that is kept from its first query on, a job of the
+//! frame, and a report. A pair that was proven to be farther apart than its bodies have moved since needs no job, and of its
+//! records only the entry is looked at. A pair that meets may have a second question: where it touches. The questions, and how
+//! much each matters, are in [`ask`]; rays are cast between frames ([`cast`]).
 //!
 //! Each of these steps has a part of the budget ([`schedule::share`]), stops when that is spent, and goes on in the next frame
 //! where it stopped. What was not reached is counted: bodies that are not placed, bodies whose partners are not known, pairs that

@@ -73,6 +73,13 @@ pub(crate) struct Marks {
     pub completed: u32,
 }
 
+impl Marks {
+    /// Of a pair that met, whose witnesses were tested.
+    pub fn of_test(lost: bool) -> Self {
+        Self { met: true, lost, ..Self::default() }
+    }
+}
+
 impl Turn {
     /// Of a pair about which nothing is to be asked yet.
     pub fn new(key: PairKey, state: Box<PairState>, is_blank: bool, marks: Marks) -> Self {

@@ -163,12 +163,7 @@ impl Revisit {
                     Outcome::Untested if is_cut => {}
                     Outcome::Untested => (is_cut, self.next) = (true, key),
                 }
-                pairs.put_back(
-                    place as usize,
-                    state,
-                    false,
-                    Marks { met: true, lost: outcome == Outcome::Lost, ..Marks::default() },
-                );
+                pairs.put_back(place as usize, state, false, Marks::of_test(outcome == Outcome::Lost));
             });
         }
         // Those from a place on come before the others; and before both, those that rest.
@@ -185,8 +180,7 @@ impl Revisit {
                 Outcome::Met(witness) => self.find(Meeting { key, witness }),
                 Outcome::Lost | Outcome::Untested => self.lost.push(place),
             }
-            let lost = !matches!(outcome, Outcome::Met(_));
-            pairs.put_back(place as usize, state, false, Marks { met: true, lost, ..Marks::default() });
+            pairs.put_back(place as usize, state, false, Marks::of_test(!matches!(outcome, Outcome::Met(_))));
         });
     }
 
