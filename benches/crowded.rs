@@ -44,7 +44,7 @@ fn play(bodies: usize, wall: f64, speed: f64, budget: Duration) -> (Vec<f64>, us
     (late, decided)
 }
 
-/// The part `part` of some values is no larger.
+/// The value below which a `part` of all lies.
 fn quantile(mut values: Vec<f64>, part: f64) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     values[(values.len() as f64 * part) as usize]

@@ -189,7 +189,7 @@ impl Bodies {
         self.len += 1;
         self.facts[index].changed = frame;
         self.note(index);
-        // Nothing is known of pairs of a new slot.
+        // A new slot has no known pairs.
         self.set_pending(index as u32, if is_new { Change::Place } else { Change::Body });
     }
 

@@ -3,7 +3,7 @@
 use super::pair::travel::Travel;
 use crate::math::Aabb;
 
-/// The box of a body, and how far the body has gone: one cache line, as a list of pairs asks both of bodies in no order.
+/// The box of a body and how far the body has gone, in one cache line: the list of pairs reads both, of bodies in no order.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Spot {

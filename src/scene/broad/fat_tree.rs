@@ -51,8 +51,8 @@ impl FatTree {
     ///
     /// A tree has less than `2 bodies` nodes. Beside it there are no more roots than [`FatTree::begin_update`] allows, less than
     /// `bodies + 64`, and those of bodies that came in this generation. Each newcomer has at most two leaves that are
-    /// marked. A step of the search adds no more than three pairs of nodes for each that it opens, one level deeper; a balanced
-    /// tree has less than twice as many levels as it needs.
+    /// marked. A step of the search adds no more than three pairs of nodes for each that it opens, one level deeper; the
+    /// tree is balanced, and has fewer levels than this allows for.
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.marked, 2 * bodies);
         reserve(&mut self.roots, 2 * bodies + 64);
@@ -205,7 +205,7 @@ impl FatTree {
             if !deadline.has_room(WORK) {
                 return Searched::Stopped;
             }
-            // Together, since in a large tree each waits for memory.
+            // Opened together, so that their cache misses overlap.
             let first = search.stack.len().saturating_sub(STEP);
             let step: ArrayVec<_, STEP> = search.stack.drain(first..).collect();
             deadline.spend(WORK_PER_SEARCH * step.len().max(1) as u64);
@@ -249,7 +249,7 @@ impl Search<'_> {
         self.push([x, y], (a.new | b.new) & (a.moving | b.moving) & a.bounds.intersects(&b.bounds));
     }
 
-    /// Without a branch: whether nodes are kept is hard to foretell.
+    /// Branch-free: a branch on `keep` would often be mispredicted.
     #[inline(always)]
     fn push(&mut self, nodes: [u32; 2], keep: bool) {
         let len = self.stack.len();

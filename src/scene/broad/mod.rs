@@ -260,11 +260,11 @@ impl Broad {
             }
             let step = &self.newcomers[next..self.newcomers.len().min(next + STEP)];
             deadline.spend(step.len() as u64 * WORK_PER_NEW_PLACE);
-            // First all leaves, which are in no order: in a large tree each waits for memory.
-            let stay: ArrayVec<_, STEP> =
+            // All leaves are read first, so that their cache misses overlap.
+            let near: ArrayVec<_, STEP> =
                 step.iter().map(|&body| self.tree.is_near(&self.proxies[body as usize])).collect();
-            for (&body, stays) in step.iter().zip(stay) {
-                self.tree.renew(body, &mut self.proxies[body as usize], stays);
+            for (&body, is_near) in step.iter().zip(near) {
+                self.tree.renew(body, &mut self.proxies[body as usize], is_near);
             }
             next += step.len();
         }

@@ -69,7 +69,7 @@ pub(crate) struct Marks {
     pub lost: bool,
     /// Above 0: the bodies are apart until the ways of both add up to this.
     pub apart: f64,
-    /// The last frame that ran it to its end, its low bits.
+    /// The last frame that ran it to its end, its low bits; of use only with `apart`.
     pub completed: u32,
 }
 

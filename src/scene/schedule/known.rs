@@ -8,19 +8,19 @@ use crate::scene::pair::state::{Marks, PairState};
 pub(crate) const APART: u32 = u32::MAX;
 pub(crate) const BLANK: u32 = u32::MAX - 1;
 
-/// Two bodies whose fat AABBs overlap, and where their state is. Of pairs that stay apart, their states are not looked at.
+/// Two bodies whose fat AABBs overlap, and where their state is. The state of a pair that stays apart is not read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
     pub key: PairKey,
     pub slot: u32,
-    /// [`MET`], [`LOST`], and the low bits of a frame: of a pair that had no turn, that since which their boxes overlap; of
-    /// others, the last one that ran it to its end or in which it was known to stay apart.
-    marks: u32,
+    /// [`MET`], [`LOST`], and the low bits of a frame: of a pair that had no turn, that since which their boxes overlap; of one
+    /// that stays apart, the last in which that was known.
+    bits: u32,
     /// Above 0: they are apart until the ways of both add up to this.
     apart: f64,
 }
 
-/// Of [`Known::marks`]: whether they met when it was last decided, whether their witnesses were lost since, and the frame.
+/// Of [`Known::bits`]: whether they met when it was last decided, whether their witnesses were lost since, and the frame.
 const MET: u32 = 1 << 31;
 const LOST: u32 = 1 << 30;
 const FRAME: u32 = LOST - 1;
@@ -30,27 +30,27 @@ const _: () = assert!(size_of::<Known>() == 24);
 impl Known {
     /// Of a pair whose boxes were not compared yet.
     pub fn new(key: PairKey) -> Self {
-        Self { key, slot: APART, marks: 0, apart: 0.0 }
+        Self { key, slot: APART, bits: 0, apart: 0.0 }
     }
 
     /// Takes note of boxes that overlap from `frame` on.
     pub fn begin(&mut self, frame: u64) {
-        (self.slot, self.marks, self.apart) = (BLANK, frame as u32 & FRAME, 0.0);
+        (self.slot, self.bits, self.apart) = (BLANK, frame as u32 & FRAME, 0.0);
     }
 
-    /// The frame in the marks, if that is not 2^30 frames before `frame`.
+    /// The frame in the bits, if that is not 2^30 frames before `frame`.
     pub fn since(&self, frame: u64) -> u64 {
-        frame - u64::from((frame as u32).wrapping_sub(self.marks) & FRAME)
+        frame - u64::from((frame as u32).wrapping_sub(self.bits) & FRAME)
     }
 
     /// Takes note of what is known of the pair after its turn.
     pub fn mark(&mut self, Marks { met, lost, apart, completed }: Marks) {
-        self.marks = completed & FRAME | if met { MET } else { 0 } | if lost { LOST } else { 0 };
+        self.bits = completed & FRAME | if met { MET } else { 0 } | if lost { LOST } else { 0 };
         self.apart = apart;
     }
 
     pub fn marks(&self) -> Marks {
-        Marks { met: self.met(), lost: self.is_lost(), apart: self.apart, completed: self.marks & FRAME }
+        Marks { met: self.met(), lost: self.is_lost(), apart: self.apart, completed: self.bits & FRAME }
     }
 
     /// Whether the bodies are known to be apart in `frame` since they have not gone far. If so, takes note of it.
@@ -58,7 +58,7 @@ impl Known {
     pub fn stays_apart(&mut self, bodies: &Bodies, frame: u64) -> bool {
         let stays = self.apart > 0.0 && self.apart > bodies.gone(self.key, self.since(frame), frame);
         if stays {
-            self.marks = self.marks & !FRAME | frame as u32 & FRAME;
+            self.bits = self.bits & !FRAME | frame as u32 & FRAME;
         }
         stays
     }
@@ -78,11 +78,11 @@ impl Known {
 
     /// Whether it met when it was last decided.
     pub fn met(&self) -> bool {
-        self.is_begun() && self.marks & MET != 0
+        self.is_begun() && self.bits & MET != 0
     }
 
     /// Whether its witnesses were lost since then.
     pub fn is_lost(&self) -> bool {
-        self.is_begun() && self.marks & LOST != 0
+        self.is_begun() && self.bits & LOST != 0
     }
 }

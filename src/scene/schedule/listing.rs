@@ -39,7 +39,7 @@ pub(crate) struct Listing<'l> {
     pub kept: usize,
 }
 
-/// So many pairs are fetched together: bodies are in no order, and in a large scene each waits for memory.
+/// Pairs whose bodies are read together, so that their cache misses overlap.
 const TOGETHER: usize = 16;
 
 /// A known pair, and what is to be known of its bodies.

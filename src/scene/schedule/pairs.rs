@@ -382,12 +382,11 @@ impl Pairs {
             }
             deadline.spend(WORK);
             for _ in 0..STEP {
-                let known = self.known.get(self.merge.known).map(|known| known.key);
-                match (known, found.get(self.merge.found).copied()) {
-                    (Some(key), new) if new.is_none_or(|new| key <= new) => {
-                        let mut known = self.known[self.merge.known];
+                let (known, new) = (self.known.get(self.merge.known).copied(), found.get(self.merge.found).copied());
+                match (known, new) {
+                    (Some(mut known), new) if new.is_none_or(|new| known.key <= new) => {
                         self.merge.known += 1;
-                        let again = new == Some(key);
+                        let again = new == Some(known.key);
                         if self.stays(&mut known, again, broad, bodies) {
                             self.merge.found += usize::from(again);
                             self.merged.push(known);

@@ -29,7 +29,7 @@ const LEAST: usize = 8192;
 const PER_TEST: usize = 8;
 const PER_REST: usize = 16;
 
-/// Pairs that are passed by before the clock is thought of again.
+/// Of pairs that are not to be searched, every so many-th place is checked against the deadline, and costs as many units of work.
 const PASSED: usize = 64;
 
 /// What lies next to a lost witness is tested where it is expected to meet this often, and one time in so many where it is not.
@@ -309,8 +309,8 @@ impl Revisit {
         self.found.insert(at, met);
     }
 
-    /// Asks whether the pairs meet that were lost, then those that were never asked, and then all others that are known, each in
-    /// turn, as far as the deadline allows.
+    /// Asks whether the pairs meet that were lost; if bodies have moved, then those that were never asked, and then all others that
+    /// are known; each in turn, as far as the deadline and [`LEAST`] allow.
     pub fn search(
         &mut self,
         frame: &Frame,
@@ -324,7 +324,8 @@ impl Revisit {
         for at in (first..self.lost.len()).chain(0..first) {
             let place = self.lost[at] as usize;
             if !self.has_room(hands, deadline) {
-                return self.stop(0, place, frame, pairs, hands);
+                self.turns[0] = pairs.key(place);
+                return self.run_searches(0, frame, pairs, hands);
             }
             self.ask(0, place, frame, pairs, hands, deadline);
         }
@@ -337,7 +338,6 @@ impl Revisit {
             let mut left = LEAST;
             for place in (start..known).chain(0..start) {
                 let is_unmet = pairs.is_unmet(place, is_begun);
-                // There may be many others, one after the other.
                 if !is_unmet && place % PASSED > 0 {
                     continue;
                 }
@@ -354,12 +354,6 @@ impl Revisit {
             }
             self.run_searches(turn, frame, pairs, hands);
         }
-    }
-
-    /// Ends the searches before a place: the next frame goes on there, or with the first pair that was dealt in vain.
-    fn stop(&mut self, turn: usize, place: usize, frame: &Frame, pairs: &mut Pairs, hands: &mut Hands) {
-        self.turns[turn] = pairs.key(place);
-        self.run_searches(turn, frame, pairs, hands);
     }
 
     fn has_room(&mut self, hands: &Hands, deadline: &mut Deadline) -> bool {
