@@ -112,9 +112,7 @@ impl<'c> Deadline<'c> {
         if self.is_timed() {
             let safe = self.safe_work().and_then(|safe| safe.checked_sub(self.after));
             let Some(safe) = safe else { return Some(StopReason::Deadline) };
-            // How fast units are is not known before the first of them.
-            let safe = if self.done == 0 { safe / FIRST_TO_SLOWEST } else { safe / self.stretch };
-            self.safe = safe.max(self.poll_interval);
+            self.safe = self.until_next_look(safe).max(self.poll_interval);
         }
         self.begin(work);
         None
@@ -137,7 +135,7 @@ impl<'c> Deadline<'c> {
     pub fn has_room(&mut self, work: u64) -> bool {
         if self.safe < work && self.is_timed() {
             let safe = self.safe_work().unwrap_or(0);
-            self.safe = safe.min(work.max(safe / self.stretch));
+            self.safe = safe.min(work.max(self.until_next_look(safe)));
         }
         self.left >= work && self.safe >= work
     }
@@ -173,6 +171,11 @@ impl<'c> Deadline<'c> {
     #[inline]
     pub fn elapsed(&self) -> Option<Duration> {
         self.started.map(|started| self.clock.now().saturating_sub(started))
+    }
+
+    /// Work that is done before the next look at the clock. How fast units are is not known before the first of them.
+    fn until_next_look(&self, safe: u64) -> u64 {
+        safe / if self.done == 0 { FIRST_TO_SLOWEST } else { self.stretch }
     }
 
     /// Looks at the clock: work that takes no longer than the time that is left; `None` if it is up.
@@ -227,7 +230,7 @@ mod tests {
 
     #[test]
     fn a_part_whose_units_become_slower_ends_in_time() {
-        for [first, later] in [[0.3, 1.8], [1.6, 1.6], [1.0, 3.5]] {
+        for [first, later] in [[0.3, 1.8], [1.6, 1.6], [1.0, 3.5], [4.5, 4.5]] {
             let clock = ManualClock::new();
             let end = Duration::from_micros(75);
             let mut deadline = Deadline::of_a_part(Some(end), u64::MAX, &clock);
