@@ -19,6 +19,7 @@ use crate::scene::pair::frame::Frame;
 use crate::scene::report::Report;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
+use core::mem;
 use core::ops::Range;
 
 pub(crate) struct Listing<'l> {
@@ -31,6 +32,8 @@ pub(crate) struct Listing<'l> {
     pub tallies: &'l mut Tallies,
     /// Pairs that were found to meet before anything else, ascending.
     pub found: &'l [Meeting],
+    /// The next of them to be listed.
+    pub next_found: usize,
     /// Pairs whose contacts are asked for, as they met when it was last decided.
     pub touching: usize,
     /// Those of them of whose contacts a frame with a larger budget would look for more.
@@ -97,6 +100,8 @@ impl<'l> Listing<'l> {
         let start = if self.turns.cut { self.pairs.place(self.turns.cursor) } else { 0 };
         // What was found is paid for, wherever it is listed.
         deadline.spend(self.found.len() as u64 * WORK_PER_FOUND_PAIR);
+        let split = if start > 0 { self.found.partition_point(|met| met.key < self.turns.cursor) } else { 0 };
+        self.next_found = split;
         let mut end = start;
         for part in 1..=parts {
             let until = start + (known - start) * part / parts;
@@ -106,17 +111,20 @@ impl<'l> Listing<'l> {
             }
             hand_out(part - 1, self.jobs, self.pairs);
         }
-        let mut seen = end - start + self.walk_found(end..known);
+        let mut is_whole = end == known;
+        let mut seen = end - start + self.list_found_until(self.found.len(), end);
         if start > 0 {
             let (jobs, pairs) = (self.jobs.len(), self.report.pairs.len());
-            let begin = if end == known { self.walk(0..start, deadline) } else { 0 };
-            seen += begin + self.walk_found(begin..start);
-            end = if end == known { begin } else { end };
+            self.next_found = 0;
+            let begin = if is_whole { self.walk(0..start, deadline) } else { 0 };
+            seen += begin + self.list_found_until(split, begin);
+            end = if is_whole { begin } else { end };
+            is_whole &= begin == start;
             self.turn(jobs, pairs);
         }
         let next = if end < known { self.pairs.key(end) } else { 0 };
-        self.turns.end_list(next, seen < known);
-        self.report.unlisted = known - seen;
+        self.turns.end_list(next, !is_whole);
+        self.report.unlisted = known.saturating_sub(seen);
         [self.kept, self.touching, self.partial]
     }
 
@@ -136,7 +144,6 @@ impl<'l> Listing<'l> {
         // Without a budget, on one thread, nothing depends on what is expected.
         let forecasts = self.frame.threads() > 1 || !self.frame.budget.is_unlimited();
         let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
-        let mut paid = if places.is_empty() { 0 } else { self.first_found(places.start) };
         for first in places.clone().step_by(TOGETHER) {
             let mut together = ArrayVec::<_, TOGETHER>::new();
             together.extend((first..places.end).take(TOGETHER).map(|place| self.candidate(place)));
@@ -144,9 +151,12 @@ impl<'l> Listing<'l> {
                 if !deadline.has_room(WORK_PER_LISTED_PAIR) {
                     return pair.place();
                 }
-                if let Some(&meeting) = self.found.get(paid).filter(|meeting| meeting.key == pair.key) {
-                    paid += 1;
-                    self.list_found(pair, meeting);
+                if self.found.get(self.next_found).is_some_and(|met| met.key < pair.key) {
+                    self.list_found_before(pair);
+                }
+                if let Some(&met) = self.found.get(self.next_found).filter(|met| met.key == pair.key) {
+                    self.next_found += 1;
+                    self.list_found(met, pair.ids(), pair.place());
                     continue;
                 }
                 let listed = match pair.is_special {
@@ -159,34 +169,6 @@ impl<'l> Listing<'l> {
         places.end
     }
 
-    /// Lists the pairs in a range of places that were found; how many.
-    fn walk_found(&mut self, places: Range<usize>) -> usize {
-        if self.found.is_empty() || places.is_empty() {
-            return 0;
-        }
-        let (mut seen, mut place) = (0, places.start);
-        let found = self.found;
-        for &meeting in &found[self.first_found(places.start)..] {
-            let key = meeting.key;
-            place = self.pairs.place_from(place, key);
-            if place >= places.end {
-                break;
-            }
-            let pair = self.candidate(place);
-            if pair.key == key {
-                self.list_found(pair, meeting);
-                seen += 1;
-            }
-        }
-        seen
-    }
-
-    /// Of the pairs that were found, the first one from a place on.
-    fn first_found(&self, place: usize) -> usize {
-        let first = self.pairs.key(place);
-        self.found.partition_point(|meeting| meeting.key < first)
-    }
-
     #[inline(always)]
     fn candidate(&self, place: usize) -> Candidate {
         let (key, bodies) = (self.pairs.key(place), self.frame.bodies);
@@ -196,17 +178,40 @@ impl<'l> Listing<'l> {
         Candidate { key, changed, place: place as u32, generations, is_special, overlap }
     }
 
-    /// Lists a pair that was found to meet: all that is told of it is known.
-    #[inline(always)]
-    fn list_found(&mut self, pair: Candidate, meeting: Meeting) {
-        if self.frame.bodies.contact_requests.any() {
-            // But where it touches.
-            self.list::<false>(pair, false, true);
-            return;
+    /// Lists the next pairs that were found, up to one of these; none of them is known at a place before `from`. How many.
+    fn list_found_until(&mut self, end: usize, from: usize) -> usize {
+        let next = mem::replace(&mut self.next_found, end);
+        for &met in &self.found[next..end] {
+            self.list_found(met, bodies_of(met.key).map(|body| self.frame.bodies.id(body)), from);
         }
-        self.turns.list(pair.key, pair.changed == self.frame.number);
-        let verdict = Verdict::Intersecting { witness: meeting.witness };
-        self.report.push_complete(pair.ids(), verdict, 1, 0);
+        end - next
+    }
+
+    /// Lists pairs that were found and are not known any more, since their fat AABBs do not overlap as the tree has them.
+    #[cold]
+    fn list_found_before(&mut self, pair: Candidate) {
+        let found = &self.found[self.next_found..];
+        let count = found.iter().take_while(|met| met.key < pair.key).count();
+        self.list_found_until(self.next_found + count, pair.place());
+    }
+
+    /// Lists a pair that was found to meet: all that is told of it is known, unless it is asked where it touches.
+    #[inline(always)]
+    fn list_found(&mut self, met: Meeting, ids: [BodyId; 2], from: usize) {
+        let Frame { bodies, number, .. } = *self.frame;
+        if bodies.contact_requests.any() {
+            return self.list_touching(met, from);
+        }
+        self.turns.list(met.key, || bodies.last_change(met.key) == number);
+        self.report.push_complete(ids, Verdict::Intersecting { witness: met.witness }, 1, 0);
+    }
+
+    #[cold]
+    fn list_touching(&mut self, met: Meeting, from: usize) {
+        let place = self.pairs.place_from(from, met.key);
+        if place < self.pairs.len() && self.pairs.key(place) == met.key {
+            self.list::<false>(self.candidate(place), false, true);
+        }
     }
 
     /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than whether it meets.
@@ -228,7 +233,7 @@ impl<'l> Listing<'l> {
             return false;
         }
         let changed = pair.changed.max(self.frame.asked_since);
-        self.turns.list(key, changed == number);
+        self.turns.list(key, || changed == number);
         if known.stays_apart(bodies, number) && look.nearness.is_none() {
             self.report.push_complete(pair.ids(), Verdict::Separated, 0, 0);
             return true;

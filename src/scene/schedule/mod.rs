@@ -362,8 +362,20 @@ impl Schedule {
         let Self { jobs, turns, tallies, revisit, batches, .. } = self;
         tallies.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
-        let listing =
-            Listing { frame, broad, pairs, jobs, report, turns, tallies, found, touching: 0, partial: 0, kept: 0 };
+        let listing = Listing {
+            frame,
+            broad,
+            pairs,
+            jobs,
+            report,
+            turns,
+            tallies,
+            found,
+            next_found: 0,
+            touching: 0,
+            partial: 0,
+            kept: 0,
+        };
         let is_free = frame.budget.is_unlimited() && frame.threads() > 1 && !listing.turns.cut;
         let begins = is_free && batches.iter().all(|batch| batch.held.is_none());
         let parts = if begins { (listing.pairs.len() / PART).clamp(1, BATCHES) } else { 1 };

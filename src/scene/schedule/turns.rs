@@ -25,8 +25,9 @@ impl RoundRobin {
     /// Takes note of a pair that is listed. If its turn ended without an answer and a body moved, its run would begin anew, so
     /// the next pair has its turn.
     #[inline]
-    pub fn list(&mut self, key: PairKey, changed: bool) {
+    pub fn list(&mut self, key: PairKey, changed: impl FnOnce() -> bool) {
         if self.overspent && key == self.cursor {
+            let changed = changed();
             self.cursor += u64::from(changed);
             self.at_contacts &= !changed;
             self.overspent = false;
