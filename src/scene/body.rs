@@ -390,6 +390,15 @@ impl Bodies {
         self.bounds(a).intersects(self.bounds(b))
     }
 
+    /// If the boxes of two bodies that were placed overlap, how large the box that they have in common is: its volume, relative
+    /// to that of a box with the shorter of their edges along each axis; 0 to 1.
+    #[inline]
+    pub fn common_part(&self, [a, b]: [u32; 2]) -> Option<f64> {
+        let [x, y] = [self.bounds(a), self.bounds(b)];
+        let [common, shorter] = [x.intersection(y).extents(), x.extents().min(y.extents())];
+        x.intersects(y).then(|| (common / shorter).element_product())
+    }
+
     pub fn id(&self, index: u32) -> BodyId {
         BodyId { index, generation: self.facts.get(index as usize).map_or(0, |facts| facts.generation) }
     }

@@ -76,6 +76,11 @@ impl Known {
         self.slot < BLANK
     }
 
+    /// Whether `frame` ran it to its end.
+    pub fn is_completed(&self, frame: u64) -> bool {
+        self.is_begun() && self.bits & FRAME == frame as u32 & FRAME
+    }
+
     /// Whether it met when it was last decided.
     pub fn met(&self) -> bool {
         self.is_begun() && self.bits & MET != 0

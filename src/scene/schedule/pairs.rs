@@ -158,10 +158,9 @@ impl Pairs {
         self.at(place).is_lost()
     }
 
-    /// Whether a pair did not meet, and a query of it was begun since their boxes overlap, or was not.
-    pub fn is_unmet(&self, place: usize, is_begun: bool) -> bool {
-        let known = self.at(place);
-        known.is_begun() == is_begun && !known.met()
+    /// Whether a pair did not meet when it was last decided, or never was.
+    pub fn is_unmet(&self, place: usize) -> bool {
+        !self.at(place).met()
     }
 
     /// What is known about a pair whose boxes overlap.
