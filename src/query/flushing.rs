@@ -12,7 +12,7 @@ const LEAST_UNIT: i32 = -900;
 /// Whether numbers of this query are so small that flushing matters, and denormal numbers are flushed here. Asked in this
 /// order, since to find out the latter takes longer: a denormal result costs a hundred times an ordinary one.
 #[inline(always)]
-pub(super) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
+pub(crate) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
     !is_far_from_denormal(a, b, b_in_a) && denormals::are_flushed()
 }
 

@@ -1,7 +1,6 @@
 //! What one frame tells the next about a pair of meshes.
 
 use super::clearance::Clearance;
-use super::flushing;
 use super::interval::Interval;
 use super::options::Mode;
 use super::outcome::{StopReason, Verdict};
@@ -151,16 +150,15 @@ impl PairMemory {
         self.trees == Some([a.lineage(), b.lineage()])
     }
 
-    /// One of the latest witnesses, in tree order: whether these triangles meet at this pose may be tested by itself.
+    /// One of the latest witnesses, in tree order.
     #[inline]
-    pub(crate) fn witness(&self, number: usize, [a, b]: [&Tree; 2], b_in_a: &Pose) -> Option<[u32; 2]> {
-        let &witness = self.witnesses.get(number)?;
-        let is_known = self.is_of(a, b) && !flushing::matters(a, b, b_in_a);
-        is_known.then_some(witness)
+    pub(crate) fn witness(&self, number: usize) -> Option<[u32; 2]> {
+        self.witnesses.get(number).copied()
     }
 
-    /// Takes note that a triangle pair (tree order) that was tested by itself meets.
+    /// Takes note that a triangle pair (tree order) that was tested by itself meets: it is the latest witness.
     pub(crate) fn found(&mut self, pair: [u32; 2]) {
+        self.witnesses.retain(|witness| *witness != pair);
         self.witnesses.truncate(WITNESSES - 1);
         self.witnesses.insert(0, pair);
     }

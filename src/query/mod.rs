@@ -71,6 +71,7 @@ pub use contacts::{ContactQuery, Contacts};
 pub(crate) use deadline::Deadline;
 pub use distance::{Distance, DistanceQuery, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
+pub(crate) use flushing::matters as flushing_matters;
 pub use memory::PairMemory;
 pub use motion::{MotionQuery, Passage};
 pub use options::Mode;

@@ -384,6 +384,12 @@ impl Bodies {
         &self.spots[index as usize].bounds
     }
 
+    /// The ids of two triangles (tree order) of a pair, if there are such.
+    pub fn ids_of(&self, key: PairKey, [x, y]: [u32; 2]) -> Option<[u32; 2]> {
+        let [a, b] = self.pair(key)?;
+        Some([*a.body.tree.ids().get(x as usize)?, *b.body.tree.ids().get(y as usize)?])
+    }
+
     /// Whether the boxes of two bodies that were placed overlap.
     #[inline]
     pub fn overlap(&self, [a, b]: [u32; 2]) -> bool {

@@ -140,3 +140,31 @@ fn a_pair_that_was_known_to_be_apart_is_as_old_as_that() {
         }
     }
 }
+
+#[test]
+fn what_goes_on_meeting_and_comes_to_rest_is_told_with_triangles_that_meet_there() {
+    let tree = Arc::new(Tree::new(shapes::icosphere(2)));
+    let mut scene = Scene::new();
+    let mut insert = |pose| scene.insert(Body::moving(Arc::clone(&tree), pose)).unwrap();
+    let [a, b, far] = [at(0.0, 0.0, 0.0), at(1.2, 0.0, 0.0), at(9.0, 0.0, 0.0)].map(&mut insert);
+    let (mut workspace, mut searches) = (Workspace::new(), 0);
+    for step in 0..200 {
+        // It turns about the other for 20 frames, with a stop of 5; meanwhile another body goes its way.
+        let turn = f64::from(step - step % 25 + (step % 25).min(20)) / 40.0;
+        let place = at(1.2 * turn.cos(), 1.2 * turn.sin(), 0.0);
+        let rests = step % 25 > 20;
+        if !rests {
+            scene.set_pose(b, place).unwrap();
+        }
+        scene.set_pose(far, at(9.0 + f64::from(step), 0.0, 0.0)).unwrap();
+        let report = detect(&mut scene, Budget::unlimited());
+        let told = *report.pair(a, b).unwrap();
+        let Verdict::Intersecting { witness } = told.verdict else { panic!("{told:?}, step {step}") };
+        assert!(told.complete && told.age == 0 && (!rests || report.work == 0), "{told:?}");
+        searches += usize::from(report.bv_tests > 0);
+        let query = Query::new(&tree, &tree, place).mode(Mode::All);
+        let (_, meeting) = check::run_to_end(&query, &mut workspace, Budget::unlimited());
+        assert!(meeting.contains(&witness), "{witness:?} do not meet, step {step}");
+    }
+    assert!((1..100).contains(&searches), "{searches} searches: its witnesses last for some frames");
+}

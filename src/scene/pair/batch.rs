@@ -32,9 +32,8 @@ pub(crate) fn workspace() -> Box<Workspace> {
 /// What is done with the pairs of a round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum RoundKind {
-    /// Their latest witnesses are tested; or what lies next to these.
-    TestWitnesses,
-    TestBeside,
+    /// Witnesses of them are tested.
+    Test,
     /// They are searched before the broad phase; a search that is stopped is not gone on with.
     Search,
     /// Their questions are answered.
@@ -110,8 +109,7 @@ impl Batch {
     pub fn run(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &dyn Clock) {
         let mut deadline = Deadline::of_a_part(round.end, u64::MAX, clock);
         match round.kind {
-            RoundKind::TestWitnesses => Retest::new(bodies, round.frame).latest(&mut self.tests, &mut deadline),
-            RoundKind::TestBeside => Retest::new(bodies, round.frame).beside(&mut self.tests, &mut deadline),
+            RoundKind::Test => Retest::new(bodies).run(&mut self.tests, &mut deadline),
             RoundKind::Search => self.search(bodies, scratch, round, &mut deadline),
             RoundKind::Answer => self.answer(bodies, scratch, round, clock),
         }

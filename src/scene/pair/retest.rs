@@ -4,7 +4,7 @@ use super::state::PairState;
 use crate::math::lanes::Instructions;
 use crate::math::{Pose, bits};
 use crate::model::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
-use crate::query::Deadline;
+use crate::query::{Deadline, flushing_matters};
 use crate::scene::body::Bodies;
 use crate::scene::id::PairKey;
 use crate::tree::Tree;
@@ -25,12 +25,20 @@ pub(crate) const WITNESSES: usize = 2;
 /// A pair that met, in a batch of tests. All that is needed to deal and to collect it is here.
 #[derive(Clone, Debug)]
 pub(crate) struct Test {
-    pub state: Box<PairState>,
     pub key: PairKey,
     /// Its place among the known pairs.
     pub place: u32,
+    /// The triangles that are tested (tree order); of a pair that met, those that do (ids).
+    pub witness: [u32; 2],
+    /// What is known of it, unless its latest witness is tested: that is in the list.
+    pub state: Option<Box<PairState>>,
+    /// Whether to test what lies next to its latest witness too, unless these meet; and whether it then did meet.
+    pub asks_beside: bool,
+    pub beside: Option<bool>,
     pub outcome: Outcome,
 }
+
+const _: () = assert!(size_of::<Test>() == 32);
 
 /// What came of a test.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,24 +46,24 @@ pub(crate) enum Outcome {
     /// There was no time for it.
     Untested,
     Lost,
-    /// These triangles meet (ids).
-    Met([u32; 2]),
+    Met,
 }
 
 impl Test {
-    fn end(&mut self, witness: Option<[u32; 2]>, frame: u64) {
-        self.state.note_test(witness, frame);
-        self.outcome = witness.map_or(Outcome::Lost, Outcome::Met);
+    pub fn new(key: PairKey, place: u32, witness: [u32; 2]) -> Self {
+        Self { key, place, witness, state: None, asks_beside: false, beside: None, outcome: Outcome::Untested }
+    }
+
+    fn end(&mut self, met: Option<[u32; 2]>) {
+        self.witness = met.unwrap_or(self.witness);
+        self.outcome = if met.is_some() { Outcome::Met } else { Outcome::Lost };
     }
 }
 
-/// What is in a lane.
+/// What is in a lane: a pair, by its place in the batch, and its triangles (ids).
 #[derive(Clone, Copy, Debug)]
 struct Tested {
-    /// The pair, by its place in the batch.
     at: usize,
-    /// Which of its latest witnesses, and its triangles.
-    number: usize,
     witness: [u32; 2],
 }
 
@@ -66,80 +74,72 @@ fn corners([a, b]: [&Tree; 2], [x, y]: [u32; 2], b_in_a: &Pose) -> [[DVec3; 3]; 
     [a.corners(x), [b_in_a.transform_point(p), b_in_a.transform_point(q), b_in_a.transform_point(r)]]
 }
 
-/// Their ids.
+/// Their ids, if there are such triangles: the trees may be others than when it met.
 #[inline]
-fn ids([a, b]: [&Tree; 2], [x, y]: [u32; 2]) -> [u32; 2] {
-    [a.ids()[x as usize], b.ids()[y as usize]]
+fn ids([a, b]: [&Tree; 2], [x, y]: [u32; 2]) -> Option<[u32; 2]> {
+    Some([*a.ids().get(x as usize)?, *b.ids().get(y as usize)?])
 }
 
 /// Pairs that wait for their test.
 pub(crate) struct Retest<'b> {
     bodies: &'b Bodies,
-    frame: u64,
     waiting: ArrayVec<Tested, LANES>,
     columns: [Columns; 2],
     instructions: Instructions,
 }
 
 impl<'b> Retest<'b> {
-    pub fn new(bodies: &'b Bodies, frame: u64) -> Self {
+    pub fn new(bodies: &'b Bodies) -> Self {
         let (columns, instructions) = ([Columns::ZERO, Columns::ZERO], Instructions::detect());
-        Self { bodies, frame, waiting: ArrayVec::new(), columns, instructions }
+        Self { bodies, waiting: ArrayVec::new(), columns, instructions }
     }
 
-    /// Tests the latest witnesses of pairs, as far as the deadline allows.
-    pub fn latest(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
-        let mut next = 0;
-        loop {
-            while next < tests.len() && !self.waiting.is_full() && deadline.has_room(WORK_PER_WITNESS) {
-                deadline.spend(WORK_PER_WITNESS);
-                if !self.add([next, 0], &tests[next]) {
-                    tests[next].outcome = Outcome::Lost;
-                }
-                next += 1;
-            }
-            let hits = meeting(self.instructions, &self.columns, self.waiting.len());
-            let tested = mem::take(&mut self.waiting);
-            if tested.is_empty() {
-                break;
-            }
-            for (lane, Tested { at, number, witness }) in tested.into_iter().enumerate() {
-                let tested = &mut tests[at];
-                if hits >> lane & 1 != 0 {
-                    tested.end(Some(witness), self.frame);
-                } else if number + 1 == WITNESSES || !self.add([at, number + 1], tested) {
-                    tested.end(None, self.frame);
-                }
-            }
-        }
-    }
-
-    /// Tests what lies next to the latest witnesses of pairs, as far as the deadline allows.
-    pub fn beside(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
-        for test in tests {
+    /// Tests witnesses of pairs, and what lies next to them where that is asked, as far as the deadline allows.
+    pub fn run(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
+        self.witnesses(tests, deadline);
+        for test in tests.iter_mut().filter(|test| test.asks_beside && test.outcome == Outcome::Lost) {
             if !deadline.has_room(WORK_PER_NEIGHBORS) {
                 break;
             }
             deadline.spend(WORK_PER_NEIGHBORS);
-            match self.meets_beside(test) {
-                None => test.outcome = Outcome::Lost,
-                met => test.end(met, self.frame),
+            let met = self.meets_beside(test);
+            test.beside = Some(met.is_some());
+            test.end(met);
+        }
+    }
+
+    fn witnesses(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
+        let mut next = 0;
+        while next < tests.len() {
+            while next < tests.len() && !self.waiting.is_full() && deadline.has_room(WORK_PER_WITNESS) {
+                deadline.spend(WORK_PER_WITNESS);
+                if self.add(next, &tests[next]).is_none() {
+                    tests[next].outcome = Outcome::Lost;
+                }
+                next += 1;
+            }
+            if self.waiting.is_empty() {
+                break;
+            }
+            let hits = meeting(self.instructions, &self.columns, self.waiting.len());
+            for (lane, Tested { at, witness }) in mem::take(&mut self.waiting).into_iter().enumerate() {
+                tests[at].end((hits >> lane & 1 != 0).then_some(witness));
             }
         }
     }
 
-    /// Adds one of the latest witnesses of a pair, if there is such a one.
+    /// Puts the witness of a pair into the next lane, if it may be tested by itself.
     #[inline]
-    fn add(&mut self, [at, number]: [usize; 2], test: &Test) -> bool {
-        let Some([a, b]) = self.bodies.pair(test.key) else { return false };
+    fn add(&mut self, at: usize, test: &Test) -> Option<()> {
+        let [a, b] = self.bodies.pair(test.key)?;
         let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
-        let Some(witness) = test.state.memory.witness(number, trees, &b_in_a) else { return false };
+        let witness = ids(trees, test.witness).filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
+        let [of_a, of_b] = corners(trees, test.witness, &b_in_a);
         let lane = self.waiting.len();
-        let [of_a, of_b] = corners(trees, witness, &b_in_a);
         self.columns[0].set(lane, &of_a);
         self.columns[1].set(lane, &of_b);
-        self.waiting.push(Tested { at, number, witness: ids(trees, witness) });
-        true
+        self.waiting.push(Tested { at, witness });
+        Some(())
     }
 
     /// Of what lies next to the latest witness of a pair, a triangle of it with one behind an edge of the other, two that
@@ -147,7 +147,9 @@ impl<'b> Retest<'b> {
     fn meets_beside(&mut self, test: &mut Test) -> Option<[u32; 2]> {
         let [a, b] = self.bodies.pair(test.key)?;
         let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
-        let latest = test.state.memory.witness(0, trees, &b_in_a)?;
+        let memory = &mut test.state.as_mut()?.memory;
+        let latest = memory.witness(0)?;
+        ids(trees, latest).filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
         for (columns, corners) in self.columns.iter_mut().zip(&corners(trees, latest, &b_in_a)) {
             columns.fill(corners);
         }
@@ -166,8 +168,8 @@ impl<'b> Retest<'b> {
         }
         let hits = meeting(self.instructions, &self.columns, next.len());
         let found = *next.get(hits.trailing_zeros() as usize)?;
-        test.state.memory.found(found);
-        Some(ids(trees, found))
+        memory.found(found);
+        ids(trees, found)
     }
 }
 

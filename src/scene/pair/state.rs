@@ -19,6 +19,12 @@ const TOLD: usize = 8;
 const TESTS_OF_STEADINESS: f32 = 8.0;
 const USUAL_STEADINESS: f32 = 0.8;
 
+/// A witness that no two trees have.
+pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];
+
+/// After so many tests nothing is left of what was before.
+const MOST_TESTS: u64 = 64;
+
 /// What was said of a pair, besides verdicts.
 #[derive(Clone, Debug)]
 pub(crate) enum Said {
@@ -67,16 +73,35 @@ pub(crate) struct Marks {
     /// Whether it met when it was last decided, and its witnesses were lost since.
     pub met: bool,
     pub lost: bool,
-    /// Above 0: the bodies are apart until the ways of both add up to this.
-    pub apart: f64,
-    /// The last frame that ran it to its end, its low bits; of use only with `apart`.
+    /// The last frame that ran it to its end, its low bits.
     pub completed: u32,
+    pub proof: Proof,
 }
 
-impl Marks {
-    /// Of a pair that met, whose witnesses were tested.
-    pub fn of_test(lost: bool) -> Self {
-        Self { met: true, lost, ..Self::default() }
+/// What proves what was found of a pair. If it met, two triangles that did (tree order); or else a length: above 0, the bodies are
+/// apart until the ways of both add up to it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Proof(u64);
+
+impl Proof {
+    pub fn witness(self) -> [u32; 2] {
+        [(self.0 >> 32) as u32, self.0 as u32]
+    }
+
+    pub fn apart(self) -> f64 {
+        f64::from_bits(self.0)
+    }
+}
+
+impl From<[u32; 2]> for Proof {
+    fn from([x, y]: [u32; 2]) -> Self {
+        Self(u64::from(x) << 32 | u64::from(y))
+    }
+}
+
+impl From<f64> for Proof {
+    fn from(apart: f64) -> Self {
+        Self(apart.to_bits())
     }
 }
 
@@ -187,13 +212,28 @@ impl PairState {
 
     /// What the list of pairs is told of it in `frame`.
     pub fn marks(&self, frame: u64) -> Marks {
-        let (lost, completed) = (self.is_lost(frame), self.completed as u32);
-        Marks { met: self.met(), lost, apart: self.apart.max(0.0), completed }
+        let met = self.met();
+        let proof = match met {
+            true => self.memory.witness(0).unwrap_or(NO_TRIANGLES).into(),
+            false => self.apart.max(0.0).into(),
+        };
+        Marks { met, lost: self.is_lost(frame), completed: self.completed as u32, proof }
     }
 
     /// Takes note of bodies that were known to be apart until `frame`, since they had not gone far.
     pub fn stayed_apart(&mut self, frame: u64) {
         (self.completed, self.decided) = (self.completed.max(frame), self.decided.max(frame));
+    }
+
+    /// Takes note of triangles that went on meeting until `frame`, as tests found in the frames since it was decided.
+    #[cold]
+    pub fn went_on_meeting(&mut self, witness: Option<[u32; 2]>, frame: u64) {
+        for _ in self.decided.max(frame.saturating_sub(MOST_TESTS)) + 1..frame {
+            self.learn_steadiness(1.0);
+        }
+        if witness.is_some() {
+            self.note_test(witness, frame);
+        }
     }
 
     /// What is known of it in `frame`.
@@ -243,14 +283,17 @@ impl PairState {
 
     /// Takes note of a test of its last witnesses in `frame`: which of them still meets.
     pub fn note_test(&mut self, witness: Option<[u32; 2]>, frame: u64) {
-        let held = if witness.is_some() { 1.0 } else { 0.0 };
-        self.steadiness += (held - self.steadiness) / TESTS_OF_STEADINESS;
+        self.learn_steadiness(if witness.is_some() { 1.0 } else { 0.0 });
         let Some(witness) = witness else {
             self.refuted = frame as u32;
             return;
         };
         (self.completed, self.pending) = (frame, Spent::default());
         self.decide(Verdict::Intersecting { witness }, 1, frame);
+    }
+
+    fn learn_steadiness(&mut self, held: f32) {
+        self.steadiness += (held - self.steadiness) / TESTS_OF_STEADINESS;
     }
 
     /// Takes note of bounds that are proven in `frame`.

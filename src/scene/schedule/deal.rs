@@ -4,6 +4,7 @@ use super::job::Job;
 use super::pairs::Pairs;
 use crate::scene::ask::TurnKind;
 use crate::scene::pair::batch::Batch;
+use crate::scene::pair::frame::Frame;
 use alloc::vec::Vec;
 
 /// Batches under a budget of work, on any number of threads; the first is that of the round robin.
@@ -35,7 +36,7 @@ pub(crate) struct Deal<'s> {
     pub jobs: &'s mut [Job],
     pub batches: &'s mut [Batch],
     pub pairs: &'s mut Pairs,
-    pub frame: u64,
+    pub frame: &'s Frame<'s>,
     /// Buffer: sort keys and indices of jobs.
     pub order: &'s mut Vec<(u64, u32)>,
     /// The job whose turn it is.

@@ -32,7 +32,7 @@ impl Job {
     }
 
     /// Its turn in a batch, as the job `index` of the frame.
-    pub fn deal(&mut self, index: u32, pairs: &mut Pairs, frame: u64) -> Turn {
+    pub fn deal(&mut self, index: u32, pairs: &mut Pairs, frame: &Frame) -> Turn {
         self.open = false;
         let mut turn = pairs.take(self.place as usize, frame);
         if self.kind == TurnKind::Contacts && turn.state.touch.is_none() {

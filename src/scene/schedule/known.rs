@@ -2,7 +2,7 @@
 
 use crate::scene::body::Bodies;
 use crate::scene::id::PairKey;
-use crate::scene::pair::state::{Marks, PairState};
+use crate::scene::pair::state::{Marks, PairState, Proof};
 
 /// The slot of a pair whose boxes are apart, and of one whose boxes overlap but that had no turn yet.
 pub(crate) const APART: u32 = u32::MAX;
@@ -13,11 +13,10 @@ pub(crate) const BLANK: u32 = u32::MAX - 1;
 pub(crate) struct Known {
     pub key: PairKey,
     pub slot: u32,
-    /// [`MET`], [`LOST`], and the low bits of a frame: of a pair that had no turn, that since which their boxes overlap; of one
-    /// that stays apart, the last in which that was known.
+    /// [`MET`], [`LOST`], and the low bits of a frame: of a pair that had no turn, that since which their boxes overlap; of others,
+    /// the last in which it was known whether they meet.
     bits: u32,
-    /// Above 0: they are apart until the ways of both add up to this.
-    apart: f64,
+    proof: Proof,
 }
 
 /// Of [`Known::bits`]: whether they met when it was last decided, whether their witnesses were lost since, and the frame.
@@ -30,12 +29,12 @@ const _: () = assert!(size_of::<Known>() == 24);
 impl Known {
     /// Of a pair whose boxes were not compared yet.
     pub fn new(key: PairKey) -> Self {
-        Self { key, slot: APART, bits: 0, apart: 0.0 }
+        Self { key, slot: APART, bits: 0, proof: Proof::default() }
     }
 
     /// Takes note of boxes that overlap from `frame` on.
     pub fn begin(&mut self, frame: u64) {
-        (self.slot, self.bits, self.apart) = (BLANK, frame as u32 & FRAME, 0.0);
+        (self.slot, self.bits, self.proof) = (BLANK, frame as u32 & FRAME, Proof::default());
     }
 
     /// The frame in the bits, if that is not 2^30 frames before `frame`.
@@ -44,19 +43,35 @@ impl Known {
     }
 
     /// Takes note of what is known of the pair after its turn.
-    pub fn mark(&mut self, Marks { met, lost, apart, completed }: Marks) {
+    pub fn mark(&mut self, Marks { met, lost, completed, proof }: Marks) {
         self.bits = completed & FRAME | if met { MET } else { 0 } | if lost { LOST } else { 0 };
-        self.apart = apart;
+        self.proof = proof;
     }
 
     pub fn marks(&self) -> Marks {
-        Marks { met: self.met(), lost: self.is_lost(), apart: self.apart, completed: self.bits & FRAME }
+        Marks { met: self.met(), lost: self.is_lost(), completed: self.bits & FRAME, proof: self.proof }
+    }
+
+    /// The triangles of a pair that met last.
+    pub fn witness(&self) -> [u32; 2] {
+        self.proof.witness()
+    }
+
+    /// How far both can go until they may meet.
+    fn apart(&self) -> f64 {
+        if self.met() { 0.0 } else { self.proof.apart() }
+    }
+
+    /// Takes note that these meet in `frame` too.
+    pub fn hold(&mut self, frame: u64) {
+        self.bits = MET | frame as u32 & FRAME;
     }
 
     /// Whether the bodies are known to be apart in `frame` since they have not gone far. If so, takes note of it.
     #[inline]
     pub fn stays_apart(&mut self, bodies: &Bodies, frame: u64) -> bool {
-        let stays = self.apart > 0.0 && self.apart > bodies.gone(self.key, self.since(frame), frame);
+        let apart = self.apart();
+        let stays = apart > 0.0 && apart > bodies.gone(self.key, self.since(frame), frame);
         if stays {
             self.bits = self.bits & !FRAME | frame as u32 & FRAME;
         }
@@ -65,9 +80,12 @@ impl Known {
 
     /// Tells the state of the pair what the list has found out since its last turn.
     #[inline]
-    pub fn tell(&self, state: &mut PairState, frame: u64) {
-        if self.apart > 0.0 {
-            state.stayed_apart(self.since(frame));
+    pub fn tell(&self, state: &mut PairState, bodies: &Bodies, frame: u64) {
+        let since = self.since(frame);
+        if self.apart() > 0.0 {
+            state.stayed_apart(since);
+        } else if self.met() && since > state.decided {
+            state.went_on_meeting(bodies.ids_of(self.key, self.witness()), since);
         }
     }
 

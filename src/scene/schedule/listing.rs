@@ -239,7 +239,7 @@ impl<'l> Listing<'l> {
             return true;
         }
         let known = *known;
-        let state = self.pairs.state_of(known, number);
+        let state = self.pairs.state_of(known, self.frame);
         if changed == number {
             state.forget_told();
         }
@@ -293,7 +293,7 @@ impl<'l> Listing<'l> {
         let is_far = wanted.is_settled(&of_boxes);
         let is_known = settled || self.may_overlap(pair, true).is_some();
         let near = match is_known && !is_far && self.pairs.overlapped(place) {
-            true => bodies.near(key, self.pairs.state(place, number), self.frame.changed(key), number),
+            true => bodies.near(key, self.pairs.state(place, self.frame), self.frame.changed(key), number),
             false => of_boxes,
         };
         let is_settled = wanted.is_settled(&near);

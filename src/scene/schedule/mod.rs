@@ -272,7 +272,7 @@ impl Schedule {
             return;
         }
         for &Job { key, place, .. } in self.jobs.iter().filter(|job| job.measures) {
-            let state = found.pairs.state(place as usize, number);
+            let state = found.pairs.state(place as usize, frame);
             let near = bodies.near(key, state, frame.changed(key), number);
             let is_settled = bodies.distance_requests.wanted(key).is_none_or(|wanted| wanted.is_settled(&near));
             self.tallies.add(&bodies.distance_requests, key, Some(&near), is_settled);
@@ -292,7 +292,7 @@ impl Schedule {
         let overhead = timed.map_or(0, |threads| of_a_job(threads) as u64);
         let Self { jobs, batches, order, turns, .. } = self;
         let first_turn = jobs.partition_point(|job| job.key < turns.cursor);
-        let mut deal = Deal { jobs, batches, pairs, frame: frame.number, order, first_turn, overhead };
+        let mut deal = Deal { jobs, batches, pairs, frame, order, first_turn, overhead };
         let [expected, high] = deal.expected();
         round.to_the_end = high <= left - reserve;
         if round.to_the_end {
@@ -325,7 +325,7 @@ impl Schedule {
             let Question::Meet(query) = Question::new(frame.bodies, key, [a, b], a.relative(b), frame.mode) else {
                 continue;
             };
-            let state = pairs.state(place as usize, frame.number);
+            let state = pairs.state(place as usize, frame);
             if let Ok(mut estimate) = query.estimate_while(workspace, Some(&state.memory), &goes_on) {
                 state.tell(estimate.probability);
                 estimate.probability = self.calibration.apply(estimate.probability);
@@ -389,7 +389,7 @@ impl Schedule {
             (batch.budget, batch.looks_ahead) = (u64::MAX, true);
             for job in &mut jobs[dealt..] {
                 if !batch.is_full() {
-                    batch.turns.push(job.deal(dealt as u32, pairs, frame.number));
+                    batch.turns.push(job.deal(dealt as u32, pairs, frame));
                 }
                 dealt += 1;
             }

@@ -165,36 +165,50 @@ impl Pairs {
 
     /// What is known about a pair whose boxes overlap.
     #[inline]
-    pub fn state(&mut self, place: usize, frame: u64) -> &mut PairState {
+    pub fn state(&mut self, place: usize, frame: &Frame) -> &mut PairState {
         self.state_of(*self.at(place), frame)
     }
 
     #[inline]
-    pub fn state_of(&mut self, known: Known, frame: u64) -> &mut PairState {
+    pub fn state_of(&mut self, known: Known, frame: &Frame) -> &mut PairState {
         if let Some(Some(state)) = self.states.get_mut(known.slot as usize) {
-            known.tell(state, frame);
+            known.tell(state, frame.bodies, frame.number);
             return state;
         }
-        self.blank.decided = known.since(frame) - 1;
+        self.blank.decided = known.since(frame.number) - 1;
         &mut self.blank
+    }
+
+    /// The triangles of a pair that met last (tree order).
+    #[inline]
+    pub fn witness(&self, place: usize) -> [u32; 2] {
+        self.at(place).witness()
+    }
+
+    /// Takes note that the last witness of a pair meets in `frame` too.
+    #[inline]
+    pub fn hold(&mut self, place: usize, frame: u64) {
+        self.at_mut(place).hold(frame);
     }
 
     /// Takes the state of a pair that met out, for a test.
     #[inline]
-    pub fn take_met(&mut self, place: usize) -> Option<Box<PairState>> {
-        let slot = self.at(place).slot as usize;
-        self.states.get_mut(slot)?.take()
+    pub fn take_met(&mut self, place: usize, frame: &Frame) -> Option<Box<PairState>> {
+        let known = *self.at(place);
+        let mut state = self.states.get_mut(known.slot as usize)?.take()?;
+        known.tell(&mut state, frame.bodies, frame.number);
+        Some(state)
     }
 
     /// Takes the state of a pair out, for a turn; a pair that had none gets one.
     #[inline]
-    pub fn take(&mut self, place: usize, frame: u64) -> Turn {
+    pub fn take(&mut self, place: usize, frame: &Frame) -> Turn {
         let known = *self.at(place);
         if let Some(mut state) = self.states.get_mut(known.slot as usize).and_then(Option::take) {
-            known.tell(&mut state, frame);
+            known.tell(&mut state, frame.bodies, frame.number);
             return Turn::new(known.key, state, false, known.marks());
         }
-        Turn::new(known.key, self.new_state(place, frame), true, Marks::default())
+        Turn::new(known.key, self.new_state(place, frame.number), true, Marks::default())
     }
 
     #[cold]
@@ -312,7 +326,7 @@ impl Pairs {
             && self.key(place) == key
             && self.overlapped(place)
             && !broad.is_of_another(frame.bodies, bodies_of(key));
-        let proven = if is_known { self.state(place, frame.number).bounds(are_times) } else { None };
+        let proven = if is_known { self.state(place, frame).bounds(are_times) } else { None };
         match proven {
             Some((bounds, since)) if since >= frame.changed(key) => (bounds, 0),
             Some((bounds, since)) => (bounds, frame.number - since),

@@ -16,7 +16,7 @@ use crate::scene::pair::batch::{Batch, Round, RoundKind};
 use crate::scene::pair::frame::Frame;
 use crate::scene::pair::retest::{LANES, Outcome, Test};
 use crate::scene::pair::spent::Spent;
-use crate::scene::pair::state::{Marks, PairState, Turn};
+use crate::scene::pair::state::{NO_TRIANGLES, PairState, Turn};
 use crate::scene::room::reserve;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -100,6 +100,8 @@ pub(crate) struct Revisit {
     /// Places of pairs that wait for their tests, and of those whose witnesses are lost.
     waiting: Vec<u32>,
     lost: Vec<u32>,
+    /// Places of pairs whose latest witnesses are.
+    failed: Vec<u32>,
     /// Tests of this frame, work of looking next to witnesses that are lost, and what its searches spent.
     tests: usize,
     beside: u64,
@@ -122,6 +124,7 @@ impl Revisit {
         reserve(&mut self.found, pairs);
         reserve(&mut self.waiting, pairs);
         reserve(&mut self.lost, pairs);
+        reserve(&mut self.failed, pairs);
     }
 
     /// What this frame spent.
@@ -159,16 +162,20 @@ impl Revisit {
         let (mut goes_on, mut is_cut) = (true, false);
         while goes_on && !is_cut {
             goes_on = self.gather(frame, broad, pairs, cut, &mut left, deadline);
-            self.run(RoundKind::TestWitnesses, frame, pairs, hands);
-            hands.tests().for_each(|Test { state, key, place, outcome }| {
+            self.run(frame, pairs, hands, |pairs, place| {
+                Some(Test::new(pairs.key(place as usize), place, pairs.witness(place as usize)))
+            });
+            hands.tests().for_each(|Test { key, place, witness, outcome, .. }| {
                 self.tests += usize::from(outcome != Outcome::Untested);
                 match outcome {
-                    Outcome::Met(witness) => self.found.push(Meeting { key, witness }),
-                    Outcome::Lost => self.lost.push(place),
+                    Outcome::Met => {
+                        pairs.hold(place as usize, frame.number);
+                        self.found.push(Meeting { key, witness });
+                    }
+                    Outcome::Lost => self.failed.push(place),
                     Outcome::Untested if is_cut => {}
                     Outcome::Untested => (is_cut, self.next) = (true, key),
                 }
-                pairs.put_back(place as usize, state, false, Marks::of_test(outcome == Outcome::Lost));
             });
         }
         // Those from a place on come before the others; and before both, those that rest.
@@ -177,15 +184,49 @@ impl Revisit {
         if !self.found.is_sorted_by_key(|meeting| meeting.key) {
             self.found.sort_unstable_by_key(|meeting| meeting.key);
         }
-        self.gather_beside(frame, pairs, deadline);
-        self.run(RoundKind::TestBeside, frame, pairs, hands);
-        hands.tests().for_each(|Test { mut state, key, place, outcome }| {
-            self.learn_beside(&mut state, outcome);
-            match outcome {
-                Outcome::Met(witness) => self.find(Meeting { key, witness }),
-                Outcome::Lost | Outcome::Untested => self.lost.push(place),
+        self.test_again(frame, pairs, hands, deadline);
+    }
+
+    /// Of the pairs whose latest witnesses do not meet any more, tests the ones before, and what lies next to the latest if it is
+    /// expected to meet: surfaces that meet go on meeting there, unless they go far in a frame.
+    fn test_again(&mut self, frame: &Frame, pairs: &mut Pairs, hands: &mut Hands, deadline: &mut Deadline) {
+        mem::swap(&mut self.waiting, &mut self.failed);
+        let (of_all, mut passed) = (USUAL_NEARBY + self.nearby, self.passed);
+        self.run(frame, pairs, hands, |pairs, place| {
+            let mut test = Test::new(pairs.key(place as usize), place, NO_TRIANGLES);
+            let state = pairs.take_met(place as usize, frame)?;
+            test.witness = state.memory.witness(1).unwrap_or(test.witness);
+            if deadline.has_room(WORK_PER_NEIGHBORS) && frame.bodies.know_neighbors(test.key) {
+                let is_expected = of_all + state.nearby >= LEAST_NEARBY;
+                // Things may have changed since it was expected.
+                passed = if is_expected { passed } else { (passed + 1) % PER_NEARBY };
+                test.asks_beside = is_expected || passed == 0;
+                deadline.spend(if test.asks_beside { WORK_PER_NEIGHBORS } else { 0 });
             }
-            pairs.put_back(place as usize, state, false, Marks::of_test(!matches!(outcome, Outcome::Met(_))));
+            test.state = Some(state);
+            Some(test)
+        });
+        self.passed = passed;
+        hands.tests().for_each(|Test { state, key, place, witness, beside, outcome, .. }| {
+            let Some(mut state) = state else { return };
+            if let Some(met) = beside {
+                self.learn_beside(&mut state, met);
+            }
+            match outcome {
+                Outcome::Met => {
+                    if let Some(older) = state.memory.witness(1).filter(|_| beside.is_none()) {
+                        state.memory.found(older);
+                    }
+                    state.note_test(Some(witness), frame.number);
+                    self.find(Meeting { key, witness });
+                }
+                Outcome::Lost | Outcome::Untested => {
+                    state.note_test(None, frame.number);
+                    self.lost.push(place);
+                }
+            }
+            let marks = state.marks(frame.number);
+            pairs.put_back(place as usize, state, false, marks);
         });
     }
 
@@ -215,7 +256,8 @@ impl Revisit {
             if met.is_none() {
                 continue;
             }
-            self.is_full = self.found.len() + self.waiting.len() + self.lost.len() >= self.found.capacity();
+            self.is_full =
+                self.found.len() + self.waiting.len() + self.failed.len() + self.lost.len() >= self.found.capacity();
             goes_on = !self.is_full && deadline.has_room(WORK_PER_WITNESS);
             if !goes_on {
                 break;
@@ -223,7 +265,7 @@ impl Revisit {
             let key = pairs.key(place);
             // What moved in this frame does not rest, whatever is known of it.
             let changed = frame.changed(key);
-            let rests = changed < frame.number && pairs.state(place, frame.number).completed >= changed;
+            let rests = changed < frame.number && pairs.state(place, frame).completed >= changed;
             if (cut || !rests) && is_plain(key, frame, broad) {
                 if rests {
                     goes_on = *resting > 0;
@@ -231,7 +273,7 @@ impl Revisit {
                         break;
                     }
                     *resting -= 1;
-                    let state = pairs.state(place, frame.number);
+                    let state = pairs.state(place, frame);
                     state.decided = frame.number;
                     self.found.extend(Meeting::new(key, state.verdict));
                 } else if pairs.is_lost(place) {
@@ -247,39 +289,13 @@ impl Revisit {
         goes_on && *left > 0
     }
 
-    /// Of the pairs whose witnesses this frame has lost, gathers those that may meet next door: surfaces that meet go on meeting
-    /// there, unless they go far in a frame.
-    fn gather_beside(&mut self, frame: &Frame, pairs: &mut Pairs, deadline: &mut Deadline) {
-        let (mut lost, mut waiting) = (mem::take(&mut self.lost), mem::take(&mut self.waiting));
-        lost.retain(|&place| {
-            let (key, state) = (pairs.key(place as usize), pairs.state(place as usize, frame.number));
-            if state.refuted != frame.number as u32 || !deadline.has_room(WORK_PER_NEIGHBORS) {
-                return true;
-            }
-            let expected = USUAL_NEARBY + self.nearby + state.nearby;
-            if !frame.bodies.know_neighbors(key) || expected < LEAST_NEARBY && !self.tries_anyway() {
-                return true;
-            }
-            deadline.spend(WORK_PER_NEIGHBORS);
-            waiting.push(place);
-            false
-        });
-        (self.lost, self.waiting) = (lost, waiting);
-    }
-
-    /// Whether it is the turn of a test that is not expected to find anything: things may have changed.
-    fn tries_anyway(&mut self) -> bool {
-        self.passed = (self.passed + 1) % PER_NEARBY;
-        self.passed == 0
-    }
-
     /// Tests the pairs that wait, in batches.
     fn run(
         &mut self,
-        kind: RoundKind,
         frame: &Frame,
         pairs: &mut Pairs,
         Hands { batches, scratch, end, .. }: &mut Hands,
+        mut test: impl FnMut(&mut Pairs, u32) -> Option<Test>,
     ) {
         if self.waiting.is_empty() {
             return;
@@ -287,23 +303,17 @@ impl Revisit {
         let parts = if frame.threads() == 1 { 1 } else { PARTS };
         let each = self.waiting.len().div_ceil(parts).next_multiple_of(LANES);
         for (batch, places) in batches.iter_mut().zip(self.waiting.chunks(each)) {
-            for &place in places {
-                let Some(state) = pairs.take_met(place as usize) else { continue };
-                batch.tests.push(Test { state, key: pairs.key(place as usize), place, outcome: Outcome::Untested });
-            }
+            batch.tests.extend(places.iter().filter_map(|&place| test(pairs, place)));
         }
         self.waiting.clear();
-        let round = Round { kind, ..Round::to_the_end(frame.number, frame.mode, *end) };
+        let round = Round { kind: RoundKind::Test, ..Round::to_the_end(frame.number, frame.mode, *end) };
         frame.crew.run(batches, &round, frame.bodies, scratch);
     }
 
     /// Learns from a test of what lies next to the witness of a pair.
-    fn learn_beside(&mut self, state: &mut PairState, outcome: Outcome) {
-        if outcome == Outcome::Untested {
-            return;
-        }
+    fn learn_beside(&mut self, state: &mut PairState, met: bool) {
         self.beside += WORK_PER_NEIGHBORS;
-        let (met, of_all) = (if outcome == Outcome::Lost { 0.0 } else { 1.0 }, USUAL_NEARBY + self.nearby);
+        let (met, of_all) = (if met { 1.0 } else { 0.0 }, USUAL_NEARBY + self.nearby);
         state.nearby += (met - of_all - state.nearby) / TESTS_OF_PAIR;
         self.nearby += (met - of_all) / TESTS_OF_SCENE;
     }
@@ -389,7 +399,7 @@ impl Revisit {
         deadline: &mut Deadline,
     ) {
         let threads = frame.threads().min(hands.batches.len());
-        let dealt = Turn { index: place as u32, next: Some(TurnKind::Meet), ..pairs.take(place, frame.number) };
+        let dealt = Turn { index: place as u32, next: Some(TurnKind::Meet), ..pairs.take(place, frame) };
         if threads == 1 {
             // A deadline that goes on knows how fast it goes.
             let mut searched = dealt;
