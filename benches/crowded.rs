@@ -56,6 +56,7 @@ fn main() {
         ("2,000 in one place, at rest", 2_000, 0.0, 0.0),
         ("2,000 in one place, moving", 2_000, 0.1, 0.01),
         ("10,000 moving", 10_000, 0.5 * 200_000_f64.cbrt(), 0.02),
+        ("50,000 moving", 50_000, 0.5 * 1_000_000_f64.cbrt(), 0.02),
     ];
     for budget in [200, 1_000].map(Duration::from_micros) {
         for (name, bodies, wall, speed) in crowds {

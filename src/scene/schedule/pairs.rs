@@ -191,9 +191,9 @@ impl Pairs {
         self.at_mut(place).hold(frame);
     }
 
-    /// Takes the state of a pair that met out, for a test.
+    /// Takes the state of a pair out, if it has one.
     #[inline]
-    pub fn take_met(&mut self, place: usize, frame: &Frame) -> Option<Box<PairState>> {
+    pub fn take_state(&mut self, place: usize, frame: &Frame) -> Option<Box<PairState>> {
         let known = *self.at(place);
         let mut state = self.states.get_mut(known.slot as usize)?.take()?;
         known.tell(&mut state, frame.bodies, frame.number);
@@ -204,8 +204,7 @@ impl Pairs {
     #[inline]
     pub fn take(&mut self, place: usize, frame: &Frame) -> Turn {
         let known = *self.at(place);
-        if let Some(mut state) = self.states.get_mut(known.slot as usize).and_then(Option::take) {
-            known.tell(&mut state, frame.bodies, frame.number);
+        if let Some(state) = self.take_state(place, frame) {
             return Turn::new(known.key, state, false, known.marks());
         }
         Turn::new(known.key, self.new_state(place, frame.number), true, Marks::default())

@@ -194,7 +194,7 @@ impl Revisit {
         let (of_all, mut passed) = (USUAL_NEARBY + self.nearby, self.passed);
         self.run(frame, pairs, hands, |pairs, place| {
             let mut test = Test::new(pairs.key(place as usize), place, NO_TRIANGLES);
-            let state = pairs.take_met(place as usize, frame)?;
+            let state = pairs.take_state(place as usize, frame)?;
             test.witness = state.memory.witness(1).unwrap_or(test.witness);
             if deadline.has_room(WORK_PER_NEIGHBORS) && frame.bodies.know_neighbors(test.key) {
                 let is_expected = of_all + state.nearby >= LEAST_NEARBY;
