@@ -34,6 +34,12 @@ pub(crate) struct Listing<'l> {
     pub found: &'l [Meeting],
     /// The next of them to be listed.
     pub next_found: usize,
+    pub counts: Counts,
+}
+
+/// What a list counts beside the pairs in it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Counts {
     /// Pairs whose contacts are asked for, as they met when it was last decided.
     pub touching: usize,
     /// Those of them of whose contacts a frame with a larger budget would look for more.
@@ -85,15 +91,14 @@ struct Look {
 }
 
 impl<'l> Listing<'l> {
-    /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend. Of how many
-    /// pairs more something is kept, and how many touch, as far as it is known, if that matters, and of these are known in part.
+    /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend.
     /// After each of so many `parts` of the list, its number and all jobs so far are given to `hand_out`.
     pub fn run(
         mut self,
         deadline: &mut Deadline,
         parts: usize,
         mut hand_out: impl FnMut(usize, &mut [Job], &mut Pairs),
-    ) -> [usize; 3] {
+    ) -> Counts {
         self.jobs.clear();
         self.report.begin();
         let known = self.pairs.len();
@@ -125,7 +130,7 @@ impl<'l> Listing<'l> {
         let next = if end < known { self.pairs.key(end) } else { 0 };
         self.turns.end_list(next, !is_whole);
         self.report.unlisted = known.saturating_sub(seen);
-        [self.kept, self.touching, self.partial]
+        self.counts
     }
 
     /// Brings what was listed first, so many jobs and pairs, behind the rest.
@@ -229,7 +234,7 @@ impl<'l> Listing<'l> {
         };
         let Some(known) = self.pairs.overlapping(place, overlap | look.keep, number) else { return false };
         if look.keep && !overlap {
-            self.kept += 1;
+            self.counts.kept += 1;
             return false;
         }
         let changed = pair.changed.max(self.frame.asked_since);
@@ -248,8 +253,8 @@ impl<'l> Listing<'l> {
             state.decided = number;
         }
         let touches = state.met() && bodies.contact_requests.has(key);
-        self.touching += usize::from(touches);
-        self.partial += usize::from(touches && state.touch.as_ref().is_none_or(|touch| touch.left_out > 0));
+        self.counts.touching += usize::from(touches);
+        self.counts.partial += usize::from(touches && state.touch.as_ref().is_none_or(|touch| touch.left_out > 0));
         let located = !touches || self.frame.knows_contacts(state, changed);
         let mut probability = 0.0;
         if look.nearness.is_some() || !((complete || look.is_apart) && located) {

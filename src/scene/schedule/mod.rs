@@ -62,7 +62,7 @@ use core::time::Duration;
 pub(super) use deal::BATCHES;
 use deal::Deal;
 use job::Job;
-use listing::Listing;
+use listing::{Counts, Listing};
 use pace::{Overhead, Reserved, Speed};
 use pairs::Pairs;
 use revisit::{Hands, Revisit};
@@ -362,26 +362,14 @@ impl Schedule {
         let Self { jobs, turns, tallies, revisit, batches, .. } = self;
         tallies.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
-        let listing = Listing {
-            frame,
-            broad,
-            pairs,
-            jobs,
-            report,
-            turns,
-            tallies,
-            found,
-            next_found: 0,
-            touching: 0,
-            partial: 0,
-            kept: 0,
-        };
+        let counts = Counts::default();
+        let listing = Listing { frame, broad, pairs, jobs, report, turns, tallies, found, next_found: 0, counts };
         let is_free = frame.budget.is_unlimited() && frame.threads() > 1 && !listing.turns.cut;
         let begins = is_free && batches.iter().all(|batch| batch.held.is_none());
         let parts = if begins { (listing.pairs.len() / PART).clamp(1, BATCHES) } else { 1 };
         let round = Round::to_the_end(frame.number, frame.mode, None);
         let mut dealt = 0;
-        let [kept, touching, partial] = listing.run(deadline, parts, |part, jobs, pairs| {
+        let Counts { kept, touching, partial } = listing.run(deadline, parts, |part, jobs, pairs| {
             if !begins {
                 return;
             }
