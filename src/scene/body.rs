@@ -116,6 +116,13 @@ pub(super) fn margins([a, b]: [&Placed; 2]) -> f64 {
     a.body.margin + b.body.margin
 }
 
+/// The ids of a triangle of each of two bodies (tree order). `None` if there are no such triangles: a body may have another tree
+/// than before.
+#[inline]
+pub(super) fn triangle_ids([a, b]: [&Placed; 2], [x, y]: [u32; 2]) -> Option<[u32; 2]> {
+    Some([*a.body.tree.ids().get(x as usize)?, *b.body.tree.ids().get(y as usize)?])
+}
+
 /// The bodies of a scene, in slots that are used again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bodies {
@@ -382,12 +389,6 @@ impl Bodies {
     /// The box of a body that was placed.
     pub fn bounds(&self, index: u32) -> &Aabb {
         &self.spots[index as usize].bounds
-    }
-
-    /// The ids of two triangles (tree order) of a pair, if there are such.
-    pub fn ids_of(&self, key: PairKey, [x, y]: [u32; 2]) -> Option<[u32; 2]> {
-        let [a, b] = self.pair(key)?;
-        Some([*a.body.tree.ids().get(x as usize)?, *b.body.tree.ids().get(y as usize)?])
     }
 
     /// Whether the boxes of two bodies that were placed overlap.

@@ -32,7 +32,7 @@ pub(crate) fn workspace() -> Box<Workspace> {
 /// What is done with the pairs of a round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum RoundKind {
-    /// Witnesses of them are tested.
+    /// One of their witnesses is tested, and what lies next to the latest one if that is asked.
     Test,
     /// They are searched before the broad phase; a search that is stopped is not gone on with.
     Search,

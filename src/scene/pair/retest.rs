@@ -5,7 +5,7 @@ use crate::math::lanes::Instructions;
 use crate::math::{Pose, bits};
 use crate::model::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
 use crate::query::{Deadline, flushing_matters};
-use crate::scene::body::Bodies;
+use crate::scene::body::{Bodies, triangle_ids};
 use crate::scene::id::PairKey;
 use crate::tree::Tree;
 use crate::triangle::again::{Again, Columns};
@@ -30,9 +30,9 @@ pub(crate) struct Test {
     pub place: u32,
     /// The triangles that are tested (tree order); of a pair that met, those that do (ids).
     pub witness: [u32; 2],
-    /// What is known of it, unless its latest witness is tested: that is in the list.
+    /// Its state; the test of its latest witness does without.
     pub state: Option<Box<PairState>>,
-    /// Whether to test what lies next to its latest witness too, unless these meet; and whether it then did meet.
+    /// Whether to test what lies next to its latest witness too, if these triangles do not meet; and what came of it.
     pub asks_beside: bool,
     pub beside: Option<bool>,
     pub outcome: Outcome,
@@ -72,12 +72,6 @@ struct Tested {
 fn corners([a, b]: [&Tree; 2], [x, y]: [u32; 2], b_in_a: &Pose) -> [[DVec3; 3]; 2] {
     let [p, q, r] = b.corners(y);
     [a.corners(x), [b_in_a.transform_point(p), b_in_a.transform_point(q), b_in_a.transform_point(r)]]
-}
-
-/// Their ids, if there are such triangles: the trees may be others than when it met.
-#[inline]
-fn ids([a, b]: [&Tree; 2], [x, y]: [u32; 2]) -> Option<[u32; 2]> {
-    Some([*a.ids().get(x as usize)?, *b.ids().get(y as usize)?])
 }
 
 /// Pairs that wait for their test.
@@ -133,7 +127,7 @@ impl<'b> Retest<'b> {
     fn add(&mut self, at: usize, test: &Test) -> Option<()> {
         let [a, b] = self.bodies.pair(test.key)?;
         let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
-        let witness = ids(trees, test.witness).filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
+        let witness = triangle_ids([a, b], test.witness).filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
         let [of_a, of_b] = corners(trees, test.witness, &b_in_a);
         let lane = self.waiting.len();
         self.columns[0].set(lane, &of_a);
@@ -149,7 +143,7 @@ impl<'b> Retest<'b> {
         let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
         let memory = &mut test.state.as_mut()?.memory;
         let latest = memory.witness(0)?;
-        ids(trees, latest).filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
+        triangle_ids([a, b], latest).filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
         for (columns, corners) in self.columns.iter_mut().zip(&corners(trees, latest, &b_in_a)) {
             columns.fill(corners);
         }
@@ -169,7 +163,7 @@ impl<'b> Retest<'b> {
         let hits = meeting(self.instructions, &self.columns, next.len());
         let found = *next.get(hits.trailing_zeros() as usize)?;
         memory.found(found);
-        ids(trees, found)
+        triangle_ids([a, b], found)
     }
 }
 

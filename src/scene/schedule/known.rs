@@ -1,6 +1,6 @@
 //! What is known of every pair of near bodies, in few bytes: a frame looks at all of them.
 
-use crate::scene::body::Bodies;
+use crate::scene::body::{Bodies, triangle_ids};
 use crate::scene::id::PairKey;
 use crate::scene::pair::state::{Marks, PairState, Proof};
 
@@ -57,12 +57,12 @@ impl Known {
         self.proof.witness()
     }
 
-    /// How far both can go until they may meet.
+    /// If above 0, the bodies are apart until the ways of both add up to this.
     fn apart(&self) -> f64 {
-        if self.met() { 0.0 } else { self.proof.apart() }
+        if self.bits & MET != 0 { 0.0 } else { self.proof.apart() }
     }
 
-    /// Takes note that these meet in `frame` too.
+    /// Takes note that the triangles that met last meet in `frame` too.
     pub fn hold(&mut self, frame: u64) {
         self.bits = MET | frame as u32 & FRAME;
     }
@@ -85,7 +85,8 @@ impl Known {
         if self.apart() > 0.0 {
             state.stayed_apart(since);
         } else if self.met() && since > state.decided {
-            state.went_on_meeting(bodies.ids_of(self.key, self.witness()), since);
+            let ids = bodies.pair(self.key).and_then(|pair| triangle_ids(pair, self.witness()));
+            state.went_on_meeting(ids, since);
         }
     }
 

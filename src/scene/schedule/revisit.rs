@@ -33,8 +33,7 @@ const PER_REST: usize = 16;
 /// Of pairs that are not to be searched, every so many-th place is checked against the deadline, and costs as many units of work.
 const PASSED: usize = 64;
 
-/// From this part on boxes overlap deeply ([`Bodies::common_part`]): there, one pair in three was found to meet, or in two, and one
-/// in 30 of the others.
+/// Boxes overlap deeply that have this part in common ([`Bodies::common_part`]) or more. Most pairs that meet are among these.
 const DEEP: f64 = 0.1;
 
 /// What lies next to a lost witness is tested where it is expected to meet this often, and one time in so many where it is not.
@@ -100,8 +99,6 @@ pub(crate) struct Revisit {
     /// Places of pairs that wait for their tests, and of those whose witnesses are lost.
     waiting: Vec<u32>,
     lost: Vec<u32>,
-    /// Places of pairs whose latest witnesses are.
-    failed: Vec<u32>,
     /// Tests of this frame, work of looking next to witnesses that are lost, and what its searches spent.
     tests: usize,
     beside: u64,
@@ -124,7 +121,6 @@ impl Revisit {
         reserve(&mut self.found, pairs);
         reserve(&mut self.waiting, pairs);
         reserve(&mut self.lost, pairs);
-        reserve(&mut self.failed, pairs);
     }
 
     /// What this frame spent.
@@ -172,7 +168,7 @@ impl Revisit {
                         pairs.hold(place as usize, frame.number);
                         self.found.push(Meeting { key, witness });
                     }
-                    Outcome::Lost => self.failed.push(place),
+                    Outcome::Lost => self.lost.push(place),
                     Outcome::Untested if is_cut => {}
                     Outcome::Untested => (is_cut, self.next) = (true, key),
                 }
@@ -190,7 +186,8 @@ impl Revisit {
     /// Of the pairs whose latest witnesses do not meet any more, tests the ones before, and what lies next to the latest if it is
     /// expected to meet: surfaces that meet go on meeting there, unless they go far in a frame.
     fn test_again(&mut self, frame: &Frame, pairs: &mut Pairs, hands: &mut Hands, deadline: &mut Deadline) {
-        mem::swap(&mut self.waiting, &mut self.failed);
+        // The others were lost before this frame.
+        self.waiting.extend(self.lost.extract_if(.., |place| !pairs.is_lost(*place as usize)));
         let (of_all, mut passed) = (USUAL_NEARBY + self.nearby, self.passed);
         self.run(frame, pairs, hands, |pairs, place| {
             let mut test = Test::new(pairs.key(place as usize), place, NO_TRIANGLES);
@@ -256,8 +253,7 @@ impl Revisit {
             if met.is_none() {
                 continue;
             }
-            self.is_full =
-                self.found.len() + self.waiting.len() + self.failed.len() + self.lost.len() >= self.found.capacity();
+            self.is_full = self.found.len() + self.waiting.len() + self.lost.len() >= self.found.capacity();
             goes_on = !self.is_full && deadline.has_room(WORK_PER_WITNESS);
             if !goes_on {
                 break;
