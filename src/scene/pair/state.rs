@@ -17,7 +17,7 @@ const TOLD: usize = 8;
 
 /// Tests over which the steadiness of a pair is averaged, and what it is before the first.
 const TESTS_OF_STEADINESS: f32 = 8.0;
-const USUAL_STEADINESS: f32 = 0.8;
+const USUAL_STEADINESS: f32 = 0.5;
 
 /// A witness that no two trees have.
 pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];

@@ -20,15 +20,21 @@ pub(crate) struct Forecast {
 }
 
 impl Forecast {
-    /// From what is remembered, or else from the fourth roots of the triangle counts, in a frame.
+    /// From what is remembered, or else from the fourth roots of the triangle counts, in a frame; and from the part that the boxes
+    /// have [in common](crate::scene::body::Bodies::common_part).
     #[inline]
-    pub fn new(state: &PairState, sizes: [f32; 2], frame: &Frame) -> Self {
+    pub fn new(state: &PairState, sizes: [f32; 2], part: f32, frame: &Frame) -> Self {
         let age = (frame.number - frame.decided(state)) as f32;
         let probability = match state.verdict {
-            Verdict::Intersecting { .. } if state.is_lost(frame.number) => LOST_WITNESS,
-            Verdict::Intersecting { .. } => (1.0 - PARTED * age).max(LOST_WITNESS),
-            Verdict::Undecided => (NEVER_DECIDED * age).min(MOST_OF_UNKNOWN),
-            Verdict::Separated => (NEW_CONTACT * state.search as f32 * age).min(MOST_OF_UNKNOWN),
+            Verdict::Intersecting { .. } if state.is_lost(frame.number) => {
+                LEAST_OF_LOST + (MOST_OF_LOST - LEAST_OF_LOST) * saturating(part, DEEP)
+            }
+            Verdict::Intersecting { .. } => (1.0 - PARTED * age).max(LEAST_OF_MET),
+            Verdict::Undecided => saturating(part * part, NEVER_DECIDED),
+            Verdict::Separated => {
+                let search = (state.search + WORK_OF_GLANCE) as f32;
+                (NEW_CONTACT * age * search * part * saturating(part, DEEP)).min(MOST_OF_APART)
+            }
         };
         let (median, high) = expected_cost(state, sizes);
         let [median, high] = [median, high].map(|work| capped(work + WORK_PER_QUERY));
@@ -57,13 +63,23 @@ const SHORTEST_LOSS: f32 = 0.02;
 /// Per-frame probability that an intersecting pair has separated (.007 and .015 measured on two scenes).
 const PARTED: f32 = 0.01;
 
-/// Chances that a pair intersects: whose remembered witnesses do not meet any more (.92 and .95 measured on two scenes); that
-/// was never decided, for each frame since their boxes met (.005 to .015 in the first); for each unit of work that it took to
-/// find it apart, and each frame since (1e-5 and 1e-4); and the most of the last two.
-const LOST_WITNESS: f32 = 0.93;
-const NEVER_DECIDED: f32 = 0.01;
-const NEW_CONTACT: f32 = 3e-5;
-const MOST_OF_UNKNOWN: f32 = 0.3;
+/// However long ago a pair met, unless its witnesses were lost, the least chance that it does; and if they were, the chance where
+/// boxes have next to nothing in common, and all.
+const LEAST_OF_MET: f32 = 0.93;
+const LEAST_OF_LOST: f32 = 0.55;
+const MOST_OF_LOST: f32 = 0.98;
+
+/// A part in common by which chances are half as large as they become.
+const DEEP: f32 = 0.1;
+
+/// That of a pair that was never decided is one half where this is the square of that part.
+const NEVER_DECIDED: f32 = 0.1;
+
+/// That of a pair that was apart, for each frame since, each unit of work that it took to find it apart and so many more, and that
+/// part; and the most that it is.
+const NEW_CONTACT: f32 = 2.5e-5;
+const WORK_OF_GLANCE: u32 = 1000;
+const MOST_OF_APART: f32 = 0.5;
 
 /// Work of finding the contacts of a pair for the first time, times the fourth roots of the triangle counts.
 const CONTACTS: u64 = 2000;
@@ -80,4 +96,10 @@ fn expected_cost(state: &PairState, sizes: [f32; 2]) -> (u64, u64) {
     };
     let left = search.saturating_sub(state.pending.work).max(MAX_STEP_WORK);
     (left, left + spread)
+}
+
+/// From 0 to 1, and 1/2 where `x` is `half`.
+#[inline]
+fn saturating(x: f32, half: f32) -> f32 {
+    x / (x + half)
 }

@@ -3,7 +3,7 @@
 use super::forecast::Forecast;
 use super::pairs::Pairs;
 use crate::scene::ask::TurnKind;
-use crate::scene::id::PairKey;
+use crate::scene::id::{PairKey, bodies_of};
 use crate::scene::pair::frame::Frame;
 use crate::scene::pair::state::{PairState, Turn};
 
@@ -70,7 +70,10 @@ pub(crate) fn outlook(
     let sizes = [scale * x.size, scale * y.size];
     let forecast = match kind {
         TurnKind::Contacts => Forecast::of_contacts(state, sizes),
-        TurnKind::Meet => Forecast::new(state, sizes, frame),
+        TurnKind::Meet => {
+            let part = frame.bodies.common_part(bodies_of(key)).unwrap_or(0.0);
+            Forecast::new(state, sizes, part as f32, frame)
+        }
     };
     let urgency = if special && kind != TurnKind::Contacts { nearness.or_else(|| state.urgency()) } else { None };
     let importance = x.importance.max(y.importance) + frame.bodies.weight(key, kind);
