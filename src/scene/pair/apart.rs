@@ -20,8 +20,10 @@ use crate::scene::id::{PairKey, bodies_of};
 /// Lengths in the scene and in the frame of a body differ by less than this part of them.
 pub(crate) const STRETCH: f64 = 8.0 * SCENE_ROTATION_TOLERANCE;
 
-/// A proof has to last for this many steps at least; at most so many are asked for.
+/// A proof has to last for this many steps at least, or for so many where bodies are found to be closer than was asked; at most so
+/// many are asked for.
 const LEAST_STEPS: f64 = 8.0;
+const LEAST_OF_NEAR: f64 = 3.0;
 const MOST_STEPS: f64 = 64.0;
 
 /// Nor is more asked for than this part of the smaller body: what is farther apart is found to be so at little cost.
@@ -102,28 +104,39 @@ impl Turn {
     pub fn prove_apart(&mut self, pair: [&Placed; 2], b_in_a: Pose, desk: &mut Desk) -> Option<Ended> {
         let Desk { bodies, round, deadline, workspace, .. } = desk;
         let (key, frame) = (self.key, round.frame);
-        let Some(limit) = reach(bodies, key, pair, frame) else {
+        let Some(mut limit) = reach(bodies, key, pair, frame) else {
             self.state.apart = -((frame + BREAK) as f64);
             return None;
         };
-        if !deadline.has_room(ROOM * u64::from(self.state.search) + MORE_ROOM) {
+        let room = ROOM * u64::from(self.state.search) + MORE_ROOM;
+        if !deadline.has_room(room) {
             return None;
         }
         self.state.apart = -((frame + PAUSE) as f64);
-        let question = Question::apart(pair, b_in_a, limit);
-        question.begin(workspace, &self.state.memory, round.to_the_end, 0);
-        deadline.spend(WORK_PER_QUERY);
-        let answer = question.go_on(workspace, &mut self.state.memory, deadline);
-        self.spent.add(Spent::of(workspace));
-        self.spent.work += WORK_PER_QUERY;
-        match answer.verdict {
-            Verdict::Separated => {
-                let low = answer.bounds.map_or(0.0, |bounds| bounds.low);
-                self.state.apart = until(bodies, key, pair, low, frame);
+        let answer = loop {
+            let question = Question::apart(pair, b_in_a, limit);
+            question.begin(workspace, &self.state.memory, round.to_the_end, 0);
+            deadline.spend(WORK_PER_QUERY);
+            let answer = question.go_on(workspace, &mut self.state.memory, deadline);
+            self.spent.add(Spent::of(workspace));
+            self.spent.work += WORK_PER_QUERY;
+            let bounds = answer.bounds?;
+            match answer.verdict {
+                Verdict::Separated => self.state.apart = until(bodies, key, pair, bounds.low, frame),
+                Verdict::Intersecting { .. } if round.mode == Mode::Any => {}
+                Verdict::Undecided if bounds.high < limit => {
+                    // They are likely to be as far apart as this.
+                    limit = bounds.high / 2.0;
+                    let lasts = limit >= LEAST_OF_NEAR * step(bodies, key, frame);
+                    if lasts && deadline.has_room(room) {
+                        continue;
+                    }
+                    return None;
+                }
+                _ => return None,
             }
-            Verdict::Intersecting { .. } if round.mode == Mode::Any => {}
-            _ => return None,
-        }
+            break answer;
+        };
         (self.state.completed, self.state.pending) = (frame, Spent::default());
         self.state.decide(answer.verdict, answer.found, frame);
         Some(Ended::Complete)
