@@ -122,20 +122,18 @@ impl Turn {
             self.spent.work += WORK_PER_QUERY;
             let bounds = answer.bounds?;
             match answer.verdict {
-                Verdict::Separated => self.state.apart = until(bodies, key, pair, bounds.low, frame),
-                Verdict::Intersecting { .. } if round.mode == Mode::Any => {}
-                Verdict::Undecided if bounds.high < limit => {
-                    // They are likely to be as far apart as this.
-                    limit = bounds.high / 2.0;
-                    let lasts = limit >= LEAST_OF_NEAR * step(bodies, key, frame);
-                    if lasts && deadline.has_room(room) {
-                        continue;
-                    }
-                    return None;
+                Verdict::Separated => {
+                    self.state.apart = until(bodies, key, pair, bounds.low, frame);
+                    break answer;
                 }
+                Verdict::Intersecting { .. } if round.mode == Mode::Any => break answer,
+                // They are likely to be half as far apart as was found.
+                Verdict::Undecided if bounds.high < limit => limit = bounds.high / 2.0,
                 _ => return None,
             }
-            break answer;
+            if limit < LEAST_OF_NEAR * step(bodies, key, frame) || !deadline.has_room(room) {
+                return None;
+            }
         };
         (self.state.completed, self.state.pending) = (frame, Spent::default());
         self.state.decide(answer.verdict, answer.found, frame);
