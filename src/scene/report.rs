@@ -27,7 +27,7 @@ pub struct PairReport {
     pub complete: bool,
     /// Probability that the surfaces meet: 1 or 0 if that is decided, 0.5 if the pair is complete all the same. Otherwise by
     /// [`crate::Query::estimate`] for a pair whose query was stopped, corrected by [`crate::Scene::calibration`], and by what is
-    /// remembered for one that had no turn, or in frames of less than 1 ms.
+    /// remembered and what the boxes have in common for one that had no turn, or in frames of less than 1 ms.
     pub probability: f64,
     /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, and 0 if nothing was found;
     /// by [`crate::Query::estimate`] for a query that was stopped, likewise.
