@@ -108,8 +108,8 @@ impl Turn {
             self.state.apart = -((frame + BREAK) as f64);
             return None;
         };
-        let room = ROOM * u64::from(self.state.search) + MORE_ROOM;
-        if !deadline.has_room(room) {
+        let needed = ROOM * u64::from(self.state.search) + MORE_ROOM;
+        if !deadline.has_room(needed) {
             return None;
         }
         self.state.apart = -((frame + PAUSE) as f64);
@@ -131,7 +131,7 @@ impl Turn {
                 Verdict::Undecided if bounds.high < limit => limit = bounds.high / 2.0,
                 _ => return None,
             }
-            if limit < LEAST_OF_NEAR * step(bodies, key, frame) || !deadline.has_room(room) {
+            if limit < LEAST_OF_NEAR * step(bodies, key, frame) || !deadline.has_room(needed) {
                 return None;
             }
         };

@@ -27,13 +27,13 @@ impl Forecast {
         let age = (frame.number - frame.decided(state)) as f32;
         let probability = match state.verdict {
             Verdict::Intersecting { .. } if state.is_lost(frame.number) => {
-                LEAST_OF_LOST + (MOST_OF_LOST - LEAST_OF_LOST) * saturating(part, DEEP)
+                LEAST_OF_LOST + (MOST_OF_LOST - LEAST_OF_LOST) * saturating(part, HALF_PART)
             }
             Verdict::Intersecting { .. } => (1.0 - PARTED * age).max(LEAST_OF_MET),
             Verdict::Undecided => saturating(part * part, NEVER_DECIDED),
             Verdict::Separated => {
                 let search = state.search as f32 + MORE_WORK;
-                (NEW_CONTACT * age * search * part * saturating(part, DEEP)).min(MOST_OF_APART)
+                (NEW_CONTACT * age * search * part * saturating(part, HALF_PART)).min(MOST_OF_APART)
             }
         };
         let (median, high) = expected_cost(state, sizes);
@@ -71,8 +71,8 @@ const LEAST_OF_MET: f32 = 0.93;
 const LEAST_OF_LOST: f32 = 0.55;
 const MOST_OF_LOST: f32 = 0.98;
 
-/// A part in common by which chances are half as large as they become.
-const DEEP: f32 = 0.1;
+/// The part in common at which the chances of a pair that was lost or apart are half way to their largest.
+const HALF_PART: f32 = 0.1;
 
 /// That of a pair that was never decided is one half where this is the square of that part.
 const NEVER_DECIDED: f32 = 0.1;
