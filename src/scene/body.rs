@@ -145,6 +145,8 @@ pub(super) struct Bodies {
     pub weights: Weights,
     /// Whether any body is, or was, [special](Facts::is_special).
     pub has_special: bool,
+    /// Whether any body is, or was, filtered or a part of a compound.
+    has_filtered: bool,
 }
 
 /// A scene counts as young for this many frames after it had more bodies than ever before.
@@ -271,6 +273,7 @@ impl Bodies {
             (facts.importance, facts.filter, facts.is_part) = (body.importance, body.filter, compound.is_some());
             facts.is_special = facts.is_measured || body.margin > 0.0 || motion.is_some();
             self.has_special |= facts.is_special;
+            self.has_filtered |= facts.is_part || facts.filter != Filter::default();
             facts.size = libm::sqrtf(libm::sqrtf(body.tree.mesh().len() as f32));
         }
     }
@@ -278,6 +281,9 @@ impl Bodies {
     /// Whether two bodies may meet: by their filters, and unless they are parts of one compound.
     #[inline]
     pub fn may_meet(&self, [a, b]: [u32; 2]) -> bool {
+        if !self.has_filtered {
+            return true;
+        }
         let (x, y) = (self.facts(a), self.facts(b));
         x.filter.meets(y.filter) && !(x.is_part && y.is_part && self.are_of_one([a, b]))
     }

@@ -18,6 +18,7 @@ pub(super) enum Change {
 
 /// What is asked of a body for each of its pairs: few bytes, so that those of a large scene stay in the caches.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(align(32))]
 pub(super) struct Facts {
     /// The frame in which pose or tree were last new.
     pub changed: u64,

@@ -5,8 +5,9 @@ use crate::scene::facts::Change;
 
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// A body in the broad phase.
+/// A body in the broad phase, one cache line.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(crate) struct Proxy {
     pub fat: Aabb,
     pub leaf: u32,
@@ -21,6 +22,8 @@ pub(crate) struct Proxy {
     /// Its place among those of which pairs were left out, or [`NONE`].
     pub cropped: u32,
 }
+
+const _: () = assert!(size_of::<Proxy>() == 64);
 
 impl Proxy {
     pub const NOWHERE: Self = Self {

@@ -1,10 +1,12 @@
-//! Which job goes into which batch.
+//! Which job goes into which batch, and what comes back.
 
 use super::job::Job;
 use super::pairs::Pairs;
+use crate::model::calibration::Calibration;
 use crate::scene::ask::TurnKind;
 use crate::scene::pair::batch::Batch;
 use crate::scene::pair::frame::Frame;
+use crate::scene::report::Report;
 use alloc::vec::Vec;
 
 /// Batches under a budget of work, on any number of threads; the first is that of the round robin.
@@ -158,4 +160,30 @@ impl Deal<'_> {
         batch.turns.push(job.deal(index as u32, self.pairs, self.frame));
         job.median() + self.overhead
     }
+}
+
+/// Takes jobs back from batches and tells what became of them. Returns how many are at their ends.
+pub(crate) fn take_back(
+    batches: &mut [Batch],
+    jobs: &mut [Job],
+    calibration: &mut Calibration,
+    frame: &Frame,
+    pairs: &mut Pairs,
+    report: &mut Report,
+) -> usize {
+    let mut ended = 0;
+    for mut turn in batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
+        if turn.teaches {
+            turn.state.teach(calibration);
+        }
+        let job = &mut jobs[turn.index as usize];
+        job.open = turn.next.is_some();
+        ended += usize::from(!job.open);
+        if let Some(next) = turn.next.filter(|&next| next != job.kind) {
+            job.ask(next, frame, &turn.state);
+        }
+        report.note(job.listed as usize, turn.standing, turn.spent);
+        pairs.put_back(job.place as usize, turn.state, turn.is_blank, turn.marks);
+    }
+    ended
 }

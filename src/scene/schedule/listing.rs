@@ -92,12 +92,12 @@ struct Look {
 
 impl<'l> Listing<'l> {
     /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend.
-    /// After each of so many `parts` of the list, its number and all jobs so far are given to `hand_out`.
+    /// After each of so many `parts` of the list, its number and the list so far are given to `hand_out`.
     pub fn run(
         mut self,
         deadline: &mut Deadline,
         parts: usize,
-        mut hand_out: impl FnMut(usize, &mut [Job], &mut Pairs),
+        mut hand_out: impl FnMut(usize, &mut Listing),
     ) -> Counts {
         self.jobs.clear();
         self.report.begin();
@@ -114,7 +114,7 @@ impl<'l> Listing<'l> {
             if end < until {
                 break;
             }
-            hand_out(part - 1, self.jobs, self.pairs);
+            hand_out(part - 1, &mut self);
         }
         let mut is_whole = end == known;
         let mut seen = end - start + self.list_found_until(self.found.len(), end);

@@ -60,7 +60,7 @@ use alloc::vec::Vec;
 use core::cell::Cell;
 use core::time::Duration;
 pub(super) use deal::BATCHES;
-use deal::Deal;
+use deal::{Deal, take_back};
 use job::Job;
 use listing::{Counts, Listing};
 use pace::{Overhead, Reserved, Speed};
@@ -76,8 +76,9 @@ const TEST: u32 = 8;
 const SEARCH: u32 = 13;
 const PARTS: u32 = 16;
 
-/// Known pairs of a part of the list.
+/// Known pairs of a part of the list, at least; and of one whose jobs the calling thread does itself before it lists the next.
 const PART: usize = 64;
+const PART_ALONE: usize = 512;
 
 /// At most this part of a frame is kept for listing the pairs that were found to meet before it.
 const LIST_OF_FOUND: u32 = 4;
@@ -359,34 +360,45 @@ impl Schedule {
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
         }
         let Found { broad, pairs, events } = found;
-        let Self { jobs, turns, tallies, revisit, batches, .. } = self;
+        let Self { jobs, turns, tallies, revisit, batches, calibration, .. } = self;
         tallies.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
         let counts = Counts::default();
         let listing = Listing { frame, broad, pairs, jobs, report, turns, tallies, found, next_found: 0, counts };
-        let is_free = frame.budget.is_unlimited() && frame.threads() > 1 && !listing.turns.cut;
+        let is_free = frame.budget.is_unlimited() && !listing.turns.cut;
         let begins = is_free && batches.iter().all(|batch| batch.held.is_none());
-        let parts = if begins { (listing.pairs.len() / PART).clamp(1, BATCHES) } else { 1 };
+        let (known, alone) = (listing.pairs.len(), frame.threads() == 1);
+        let parts = match begins {
+            false => 1,
+            true if alone => known.div_ceil(PART_ALONE),
+            true => (known / PART).clamp(1, BATCHES),
+        };
         let round = Round::to_the_end(frame.number, frame.mode, None);
-        let mut dealt = 0;
-        let Counts { kept, touching, partial } = listing.run(deadline, parts, |part, jobs, pairs| {
+        let (mut dealt, mut ended) = (0, 0);
+        let Counts { kept, touching, partial } = listing.run(deadline, parts, |part, list| {
             if !begins {
                 return;
             }
-            let batch = &mut batches[part];
+            let at = if alone { 0 } else { part };
+            let batch = &mut batches[at];
             (batch.budget, batch.looks_ahead) = (u64::MAX, true);
-            for job in &mut jobs[dealt..] {
+            for job in &mut list.jobs[dealt..] {
                 if !batch.is_full() {
-                    batch.turns.push(job.deal(dealt as u32, pairs, frame));
+                    batch.turns.push(job.deal(dealt as u32, list.pairs, frame));
                 }
                 dealt += 1;
             }
-            frame.crew.begin(part, &mut batches[part..=part], &round, frame.bodies);
+            frame.crew.begin(at, &mut batches[at..=at], &round, frame.bodies);
+            if alone {
+                let batch = &mut batches[..1];
+                frame.crew.finish(batch, &round, frame.bodies, scratch);
+                ended += take_back(batch, list.jobs, calibration, frame, list.pairs, list.report);
+            }
         });
-        if begins {
+        if begins && !alone {
             frame.crew.finish(batches, &round, frame.bodies, scratch);
         }
-        self.open = self.jobs.len();
+        self.open = self.jobs.len() - ended;
         self.is_idle = self.jobs.is_empty() && partial == 0;
         let listed = report.pairs.len() + kept;
         let used = if revisit.is_full { listed.max(pairs.room() + 1) } else { listed };
@@ -421,19 +433,7 @@ impl Schedule {
             self.turns.advance(&self.batches[0], (total / GUARANTEED).saturating_sub(2 * least));
         }
         let before = report.work;
-        for mut turn in self.batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
-            if turn.teaches {
-                turn.state.teach(&mut self.calibration);
-            }
-            let job = &mut self.jobs[turn.index as usize];
-            job.open = turn.next.is_some();
-            self.open -= usize::from(!job.open);
-            if let Some(next) = turn.next.filter(|&next| next != job.kind) {
-                job.ask(next, frame, &turn.state);
-            }
-            report.note(job.listed as usize, turn.standing, turn.spent);
-            pairs.put_back(job.place as usize, turn.state, turn.is_blank, turn.marks);
-        }
+        self.open -= take_back(&mut self.batches, &mut self.jobs, &mut self.calibration, frame, pairs, report);
         report.work - before
     }
 }
