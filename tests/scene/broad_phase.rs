@@ -431,3 +431,23 @@ fn a_crowd_is_asked_about_while_it_is_being_paired() {
     }
     assert!(frames > 300 && idle < 30, "{frames} frames, {idle} of them decide nothing");
 }
+
+#[test]
+fn pairs_are_found_after_any_number_of_moves() {
+    // So many that the tree is not built anew for that reason before its generations are used up.
+    const BODIES: usize = 12_000;
+    let (ball, mut scene) = (ball(), Scene::new());
+    for place in 0..BODIES {
+        scene.insert(Body::fixed(Arc::clone(&ball), at(10.0 * DVec3::Y * place as f64))).unwrap();
+    }
+    let mover = scene.insert(Body::moving(ball, at(DVec3::ZERO))).unwrap();
+    for frame in 0..(1 << 16) + 1_000 {
+        let (place, met) = if frame % 2 == 0 { (1.0, true) } else { (2.5, false) };
+        scene.set_pose(mover, at(DVec3::new(place, 50_000.0, 0.0))).unwrap();
+        let report = detect(&mut scene, Budget::unlimited());
+        assert_eq!(
+            (report.is_whole(), report.pairs.len(), report.intersecting),
+            (true, usize::from(met), usize::from(met))
+        );
+    }
+}

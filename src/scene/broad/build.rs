@@ -70,15 +70,22 @@ impl Build {
         self.ranges.clear();
     }
 
-    /// Builds as far as the deadline allows; whether it is done. The root is node 0, if there is one.
-    pub fn advance(&mut self, nodes: &mut Vec<Node>, proxies: &mut [Proxy], deadline: &mut Deadline) -> bool {
+    /// Builds as far as the deadline allows; whether it is done. The root is node 0, if there is one. Newcomers are of this
+    /// `generation`.
+    pub fn advance(
+        &mut self,
+        nodes: &mut Vec<Node>,
+        proxies: &mut [Proxy],
+        generation: u16,
+        deadline: &mut Deadline,
+    ) -> bool {
         while deadline.has_room(STEP as u64 * WORK_PER_BUILT_LEVEL) {
             let count = if self.collected < self.bodies {
                 self.collect(proxies)
             } else if let Some(partition) = self.partition.take() {
                 self.partition(partition, proxies)
             } else if let Some(range) = self.ranges.pop() {
-                self.split(range, nodes, proxies);
+                self.split(range, nodes, proxies, generation);
                 self.open = nodes.len();
                 STEP.min(range.end - range.begin)
             } else if self.open > 0 {
@@ -109,7 +116,7 @@ impl Build {
     }
 
     /// Makes the node of a range.
-    fn split(&mut self, range: Range, nodes: &mut Vec<Node>, proxies: &mut [Proxy]) {
+    fn split(&mut self, range: Range, nodes: &mut Vec<Node>, proxies: &mut [Proxy], generation: u16) {
         let at = nodes.len() as u32;
         if range.second {
             nodes[range.parent as usize].second = at;
@@ -118,7 +125,7 @@ impl Build {
         if let [body] = *order {
             let proxy = &mut proxies[body as usize];
             proxy.leaf = at;
-            return nodes.push(Node::leaf(body, proxy, range.parent));
+            return nodes.push(Node::leaf(body, proxy, range.parent, generation));
         }
         nodes.push(Node::inner(range.parent));
         if order.len() > STEP {

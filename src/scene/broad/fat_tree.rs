@@ -35,8 +35,8 @@ pub(crate) struct FatTree {
     nodes: Vec<Node>,
     /// The root of the tree, then a one-leaf tree for each body inserted or teleported since the last rebuild.
     roots: Vec<u32>,
-    /// Leaves with a new box.
-    marked: Vec<u32>,
+    /// Generations of newcomers since it was built, and their moves.
+    generation: u16,
     moves: usize,
     build: Build,
     /// Nodes whose children are to be refitted, parents first, and to be looked at for that; then pairs of nodes to be searched.
@@ -50,17 +50,19 @@ impl FatTree {
     /// Makes room for bodies of indices below `bodies`.
     ///
     /// A tree has less than `2 bodies` nodes. Beside it there are no more roots than [`FatTree::begin_update`] allows, less than
-    /// `bodies + 64`, and those of bodies that came in this generation. Each newcomer has at most two leaves that are
-    /// marked. A step of the search adds no more than three pairs of nodes for each that it opens, one level deeper; the
-    /// tree is balanced, and has fewer levels than this allows for.
+    /// `bodies + 64`, and those of bodies that came in this generation. A step of the search adds no more than three pairs of
+    /// nodes for each that it opens, one level deeper; the tree is balanced, and has fewer levels than this allows for.
     pub fn reserve(&mut self, bodies: usize) {
-        reserve(&mut self.marked, 2 * bodies);
         reserve(&mut self.roots, 2 * bodies + 64);
         reserve(&mut self.nodes, 4 * bodies + 64);
         reserve(&mut self.inner, bodies);
         let levels = 2 * bodies.max(1).ilog2() as usize + 8;
         reserve(&mut self.stack, 3 * STEP * levels);
         self.build.reserve(bodies);
+    }
+
+    pub fn begin_generation(&mut self) {
+        self.generation += 1;
     }
 
     /// Whether the fat AABB of a body overlaps that in its leaf: it was not teleported.
@@ -81,32 +83,19 @@ impl FatTree {
         if !proxy.fat.is_empty() {
             proxy.leaf = self.nodes.len() as u32;
             self.roots.push(proxy.leaf);
-            self.marked.push(proxy.leaf);
-            self.nodes.push(Node::leaf(body, proxy, NONE));
+            self.nodes.push(Node::leaf(body, proxy, NONE, self.generation));
         }
     }
 
-    /// Sets a leaf and marks the path to it.
+    /// Sets a leaf, and says along the path to it that there is a new one.
     fn set_leaf(&mut self, leaf: u32, bounds: Aabb, moving: bool) {
         let node = &mut self.nodes[leaf as usize];
         (node.bounds, node.moving) = (bounds, moving);
-        self.marked.push(leaf);
         let mut at = leaf;
-        while let Some(node) = self.nodes.get_mut(at as usize).filter(|node| !node.new) {
-            node.new = true;
+        while let Some(node) = self.nodes.get_mut(at as usize).filter(|node| node.newest != self.generation) {
+            node.newest = self.generation;
             at = node.parent;
         }
-    }
-
-    /// Ends a generation: the next `count` marked leaves are like the others again. Whether none is left.
-    pub fn unmark(&mut self, count: usize) -> bool {
-        for mut at in self.marked.drain(self.marked.len().saturating_sub(count)..) {
-            while let Some(node) = self.nodes.get_mut(at as usize).filter(|node| node.new) {
-                node.new = false;
-                at = node.parent;
-            }
-        }
-        self.marked.is_empty()
     }
 
     /// The box in the tree of a body that is there.
@@ -130,12 +119,13 @@ impl FatTree {
     /// built anew.
     pub fn begin_update(&mut self, bodies: usize) -> bool {
         let leaves = self.nodes.len() / 2;
-        let outgrown = self.roots.len().pow(2) > leaves + 64 || self.moves > MOVES_BEFORE_REBUILD * leaves + 64;
+        let outgrown = self.roots.len().pow(2) > leaves + 64
+            || self.moves > MOVES_BEFORE_REBUILD * leaves + 64
+            || self.generation == u16::MAX;
         if outgrown {
-            self.moves = 0;
+            (self.generation, self.moves) = (1, 0);
             self.roots.clear();
             self.nodes.clear();
-            self.marked.clear();
             self.build.begin(bodies);
         } else {
             self.stack.extend(self.roots.iter().map(|&root| [root; 2]));
@@ -145,14 +135,14 @@ impl FatTree {
 
     /// Builds the tree of all bodies that are there; whether it is done.
     pub fn build(&mut self, proxies: &mut [Proxy], deadline: &mut Deadline) -> bool {
-        let done = self.build.advance(&mut self.nodes, proxies, deadline);
+        let done = self.build.advance(&mut self.nodes, proxies, self.generation, deadline);
         if done && !self.nodes.is_empty() {
             self.roots.push(0);
         }
         done
     }
 
-    /// Makes the boxes on marked paths fit again; whether they do. Then a search may begin.
+    /// Makes the boxes above new ones fit again; whether they do. Then a search may begin.
     pub fn refit(&mut self, deadline: &mut Deadline) -> bool {
         const WORK: u64 = STEP as u64 * WORK_PER_REFIT;
         while !(self.stack.is_empty() && self.inner.is_empty()) {
@@ -163,7 +153,7 @@ impl FatTree {
             for _ in 0..STEP {
                 if let Some([at, _]) = self.stack.pop() {
                     let node = &self.nodes[at as usize];
-                    if node.new && node.second != NONE {
+                    if node.newest == self.generation && node.second != NONE {
                         self.inner.push(at);
                         self.stack.extend([[at + 1; 2], [node.second; 2]]);
                     }
@@ -174,13 +164,6 @@ impl FatTree {
         }
         self.next_roots = [0, 0];
         true
-    }
-
-    /// Marks the leaves of newcomers in a tree that was built, so that they are unmarked at the end.
-    pub fn mark(&mut self, proxy: &Proxy) {
-        if proxy.leaf != NONE {
-            self.marked.push(proxy.leaf);
-        }
     }
 
     pub fn end_search(&mut self) {
@@ -196,8 +179,8 @@ impl FatTree {
         deadline: &mut Deadline,
     ) -> Searched {
         const WORK: u64 = STEP as u64 * WORK_PER_SEARCH;
-        let Self { nodes, stack, .. } = self;
-        let mut search = Search { nodes, bodies, stack, found };
+        let Self { nodes, stack, generation, .. } = self;
+        let mut search = Search { nodes, generation: *generation, bodies, stack, found };
         loop {
             if search.found.len() + MOST_FOUND > most {
                 return Searched::Full;
@@ -229,6 +212,7 @@ impl FatTree {
 /// The search for pairs that may meet.
 struct Search<'b> {
     nodes: &'b [Node],
+    generation: u16,
     bodies: &'b Bodies,
     stack: &'b mut Vec<[u32; 2]>,
     found: &'b mut Vec<PairKey>,
@@ -239,14 +223,15 @@ impl Search<'_> {
     #[inline(always)]
     fn within(&mut self, at: u32) {
         let node = &self.nodes[at as usize];
-        self.push([at; 2], node.new & node.moving & (node.second != NONE));
+        self.push([at; 2], (node.newest == self.generation) & node.moving & (node.second != NONE));
     }
 
     /// Pairs of one body below each of two nodes.
     #[inline(always)]
     fn across(&mut self, x: u32, y: u32) {
         let (a, b) = (&self.nodes[x as usize], &self.nodes[y as usize]);
-        self.push([x, y], (a.new | b.new) & (a.moving | b.moving) & a.bounds.intersects(&b.bounds));
+        let new = (a.newest == self.generation) | (b.newest == self.generation);
+        self.push([x, y], new & (a.moving | b.moving) & a.bounds.intersects(&b.bounds));
     }
 
     /// Branch-free: a branch on `keep` would often be mispredicted.

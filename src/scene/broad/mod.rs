@@ -61,8 +61,6 @@ enum Stage {
     /// Those from this one on are put into the tree.
     Renew(usize),
     Build,
-    /// Those from this one on are marked in the tree that was built.
-    Mark(usize),
     Refit,
     Search,
     /// A portion was found; whether it is the last.
@@ -216,8 +214,7 @@ impl Broad {
             self.stage = match self.stage {
                 Stage::Idle => self.begin_generation(known[0], deadline)?,
                 Stage::Renew(next) => self.renew(next, deadline)?,
-                Stage::Build => self.tree.build(&mut self.proxies, deadline).then_some(Stage::Mark(0))?,
-                Stage::Mark(next) => self.mark(next, deadline)?,
+                Stage::Build => self.tree.build(&mut self.proxies, deadline).then_some(Stage::Refit)?,
                 Stage::Refit => self.tree.refit(deadline).then_some(Stage::Search)?,
                 Stage::Search => self.search(bodies, known, deadline)?,
                 Stage::Sort { last } => {
@@ -249,7 +246,10 @@ impl Broad {
             (proxy.news, proxy.next, proxy.waiting) = (proxy.next, Change::None, false);
             self.newcomers.push(body);
         }
-        (!self.newcomers.is_empty()).then_some(Stage::Renew(0))
+        (!self.newcomers.is_empty()).then(|| {
+            self.tree.begin_generation();
+            Stage::Renew(0)
+        })
     }
 
     fn renew(&mut self, mut next: usize, deadline: &mut Deadline) -> Option<Stage> {
@@ -269,16 +269,6 @@ impl Broad {
             next += step.len();
         }
         Some(if self.tree.begin_update(self.proxies.len()) { Stage::Build } else { Stage::Refit })
-    }
-
-    fn mark(&mut self, next: usize, deadline: &mut Deadline) -> Option<Stage> {
-        deadline.has_room(WORK_PER_NEW_PLACE).then_some(())?;
-        deadline.spend(WORK_PER_NEW_PLACE);
-        let end = self.newcomers.len().min(next + STEP);
-        for &body in &self.newcomers[next..end] {
-            self.tree.mark(&self.proxies[body as usize]);
-        }
-        Some(if end < self.newcomers.len() { Stage::Mark(end) } else { Stage::Refit })
     }
 
     fn search(&mut self, bodies: &Bodies, [known, most]: [usize; 2], deadline: &mut Deadline) -> Option<Stage> {
@@ -302,7 +292,6 @@ impl Broad {
                 return None;
             }
             deadline.spend(STEP as u64 * WORK_PER_REFIT);
-            let unmarked = self.tree.unmark(STEP);
             let rest = self.newcomers.len().saturating_sub(STEP);
             for body in self.newcomers.drain(rest..) {
                 let proxy = &mut self.proxies[body as usize];
@@ -323,7 +312,7 @@ impl Broad {
                     }
                 }
             }
-            if unmarked && self.newcomers.is_empty() {
+            if self.newcomers.is_empty() {
                 self.crops = false;
                 return Some(Stage::Idle);
             }

@@ -49,8 +49,8 @@ pub(crate) struct Node {
     pub parent: u32,
     /// The body of a leaf.
     pub body: u32,
-    /// Whether there is a new fat AABB below.
-    pub new: bool,
+    /// The last generation of which there is a new fat AABB below.
+    pub newest: u16,
     /// Whether there is a moving body below.
     pub moving: bool,
 }
@@ -58,14 +58,15 @@ pub(crate) struct Node {
 const _: () = assert!(size_of::<Node>() == 64);
 
 impl Node {
-    pub fn leaf(body: u32, proxy: &Proxy, parent: u32) -> Self {
-        let new = proxy.news != Change::None;
-        Self { bounds: proxy.fat, second: NONE, parent, body, new, moving: proxy.moving }
+    /// Of a body that is new in `generation` if anything about it is.
+    pub fn leaf(body: u32, proxy: &Proxy, parent: u32, generation: u16) -> Self {
+        let newest = if proxy.news == Change::None { 0 } else { generation };
+        Self { bounds: proxy.fat, second: NONE, parent, body, newest, moving: proxy.moving }
     }
 
     /// Without its children.
     pub fn inner(parent: u32) -> Self {
-        Self { bounds: Aabb::EMPTY, second: NONE, parent, body: NONE, new: false, moving: false }
+        Self { bounds: Aabb::EMPTY, second: NONE, parent, body: NONE, newest: 0, moving: false }
     }
 
     /// Sets what a node has from its children, if there are any.
@@ -74,6 +75,6 @@ impl Node {
         let first = nodes[at + 1];
         let node = &mut nodes[at];
         node.bounds = first.bounds.union(&second.bounds);
-        (node.new, node.moving) = (first.new || second.new, first.moving || second.moving);
+        (node.newest, node.moving) = (first.newest.max(second.newest), first.moving || second.moving);
     }
 }
