@@ -7,7 +7,6 @@ use super::error::SceneError;
 use super::facts::{Change, Facts};
 use super::filter::Filter;
 use super::id::{BodyId, CompoundId, PairKey, bodies_of, pair_key};
-use super::pair::travel::Travel;
 use super::room::reserve;
 use super::spot::Spot;
 use super::waiting::Waiting;
@@ -149,6 +148,15 @@ pub(super) struct Bodies {
     has_filtered: bool,
 }
 
+/// A body that something will be new about: how far it went in the frame in which it was last moved, and whether this is its first
+/// change in the frame at hand.
+struct Changing<'b> {
+    placed: &'b mut Placed,
+    spot: &'b mut Spot,
+    step: &'b mut f32,
+    is_first: bool,
+}
+
 /// A scene counts as young for this many frames after it had more bodies than ever before.
 const YOUTH: u64 = 64;
 
@@ -194,7 +202,7 @@ impl Bodies {
             self.grown = frame;
         }
         self.slots[index] = Some(placed);
-        self.spots[index].travel = Travel { remade: frame as u32, ..Travel::NONE };
+        self.spots[index].remake(frame);
         self.len += 1;
         self.facts[index].changed = frame;
         self.note(index);
@@ -212,7 +220,7 @@ impl Bodies {
         self.contact_requests.forget(id.index);
         // A slot whose generations are used up is given up.
         if let Some(next) = id.generation.checked_add(1) {
-            self.facts[id.index()].generation = next;
+            self.spots[id.index()].generation = next;
             self.free.push(id.index);
         }
         self.set_pending(id.index, Change::Body);
@@ -221,8 +229,8 @@ impl Bodies {
 
     /// Changes a body in a way that may change its box or its verdicts from `frame` on.
     pub fn change(&mut self, id: BodyId, frame: u64, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
-        let (placed, travel, _) = self.begin_change(id, frame)?;
-        travel.remake(frame);
+        let Changing { placed, spot, .. } = self.begin_change(id, frame)?;
+        spot.remake(frame);
         change(placed);
         self.note(id.index());
         Ok(())
@@ -230,11 +238,13 @@ impl Bodies {
 
     /// Moves a body to a pose, where it rests.
     pub fn go(&mut self, id: BodyId, frame: u64, pose: &Pose) -> Result<(), SceneError> {
-        let (placed, travel, is_first) = self.begin_change(id, frame)?;
+        let Changing { placed, spot, step, is_first } = self.begin_change(id, frame)?;
         let was_moving = placed.motion.take().is_some();
-        match was_moving {
-            true => travel.remake(frame),
-            false => travel.go(&placed.body.tree, &placed.body.pose, pose, is_first),
+        if was_moving {
+            spot.remake(frame);
+        } else {
+            let before = if is_first { 0.0 } else { *step };
+            *step = before + spot.go(&placed.body.tree, &placed.body.pose, pose) as f32;
         }
         placed.put(pose);
         if was_moving {
@@ -243,12 +253,12 @@ impl Bodies {
         Ok(())
     }
 
-    /// A body that something will be new about in `frame`, its travel, and whether it is the first change in this frame.
-    fn begin_change(&mut self, id: BodyId, frame: u64) -> Result<(&mut Placed, &mut Travel, bool), SceneError> {
+    /// A body that something will be new about in `frame`.
+    fn begin_change(&mut self, id: BodyId, frame: u64) -> Result<Changing<'_>, SceneError> {
         let index = id.index();
         let Self { slots, facts, spots, pending, changed, .. } = self;
-        let facts = facts.get_mut(index).filter(|facts| facts.generation == id.generation);
-        let (Some(facts), Some(Some(placed)), Some(spot)) = (facts, slots.get_mut(index), spots.get_mut(index)) else {
+        let spot = spots.get_mut(index).filter(|spot| spot.generation == id.generation);
+        let (Some(spot), Some(Some(placed)), Some(facts)) = (spot, slots.get_mut(index), facts.get_mut(index)) else {
             return Err(SceneError::NoSuchBody { body: id });
         };
         wait(facts, id.index, Change::None, pending, changed);
@@ -256,7 +266,7 @@ impl Bodies {
         if is_first {
             placed.last = placed.body.pose;
         }
-        Ok((placed, &mut spot.travel, is_first))
+        Ok(Changing { placed, spot, step: &mut facts.step, is_first })
     }
 
     /// Leaves its box and its verdicts alone.
@@ -346,7 +356,7 @@ impl Bodies {
     }
 
     pub fn get(&self, id: BodyId) -> Result<&Placed, SceneError> {
-        let placed = self.at(id.index).filter(|_| self.facts[id.index()].generation == id.generation);
+        let placed = self.at(id.index).filter(|_| self.id(id.index) == id);
         placed.ok_or(SceneError::NoSuchBody { body: id })
     }
 
@@ -413,7 +423,7 @@ impl Bodies {
     }
 
     pub fn id(&self, index: u32) -> BodyId {
-        BodyId { index, generation: self.facts.get(index as usize).map_or(0, |facts| facts.generation) }
+        BodyId { index, generation: self.spots.get(index as usize).map_or(0, |spot| spot.generation) }
     }
 
     pub fn iter(&self) -> impl Iterator<Item = (BodyId, &Body)> {

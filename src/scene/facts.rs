@@ -24,10 +24,11 @@ pub(super) struct Facts {
     pub changed: u64,
     /// The change that the broad phase has not seen yet.
     pub pending: Option<Change>,
-    pub generation: u32,
     pub importance: f32,
     /// Fourth root of the number of triangles.
     pub size: f32,
+    /// How far it went, at most, in the frame in which it was last moved.
+    pub step: f32,
     pub filter: Filter,
     /// Whether one of its distances is asked for.
     pub is_measured: bool,

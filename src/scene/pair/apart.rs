@@ -8,14 +8,16 @@ use super::batch::{Desk, Ended};
 use super::question::Question;
 use super::spent::Spent;
 use super::state::Turn;
-use super::travel::{Travel, slack};
+use super::travel::slack;
 use crate::math::Pose;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use crate::model::cost::{LEAST_WORK, WORK_PER_GLANCE, WORK_PER_QUERY};
 use crate::query::{Mode, Verdict, glance};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::{Bodies, Placed, margins};
+use crate::scene::facts::Facts;
 use crate::scene::id::{PairKey, bodies_of};
+use crate::scene::spot::Spot;
 
 /// Lengths in the scene and in the frame of a body differ by less than this part of them.
 pub(crate) const STRETCH: f64 = 8.0 * SCENE_ROTATION_TOLERANCE;
@@ -45,18 +47,22 @@ impl Bodies {
     /// `frame`.
     #[inline]
     pub fn gone(&self, key: PairKey, since: u64, frame: u64) -> f64 {
-        let [x, y] = self.travels_of(key);
-        if x.is_of(since, frame) && y.is_of(since, frame) { (x.gone + y.gone).next_up() } else { f64::INFINITY }
+        let [x, y] = self.spots_of(key);
+        if x.has_only_moved(since, frame) && y.has_only_moved(since, frame) {
+            (x.gone + y.gone).next_up()
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// The same, at least.
     pub fn gone_at_least(&self, key: PairKey) -> f64 {
-        let [x, y] = self.travels_of(key);
+        let [x, y] = self.spots_of(key);
         (x.gone + y.gone).next_down()
     }
 
-    fn travels_of(&self, key: PairKey) -> [&Travel; 2] {
-        bodies_of(key).map(|body| &self.spots[body as usize].travel)
+    fn spots_of(&self, key: PairKey) -> [&Spot; 2] {
+        bodies_of(key).map(|body| &self.spots[body as usize])
     }
 }
 
@@ -148,10 +154,9 @@ fn until(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], low: f64, frame: u64
 
 /// How far both have gone in this frame, together.
 fn step(bodies: &Bodies, key: PairKey, frame: u64) -> f64 {
-    let step =
-        |body: u32| if bodies.facts(body).changed == frame { bodies.spots[body as usize].travel.step } else { 0.0 };
-    let [a, b] = bodies_of(key);
-    f64::from(step(a)) + f64::from(step(b))
+    let step = |facts: &Facts| if facts.changed == frame { f64::from(facts.step) } else { 0.0 };
+    let [a, b] = bodies.facts_of(key);
+    step(a) + step(b)
 }
 
 /// The distance to be proven; `None` if the bodies rest or are too fast, or if more is asked than whether they meet.

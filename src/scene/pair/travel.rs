@@ -3,37 +3,25 @@
 use crate::math::tolerance::UNDERFLOW;
 use crate::math::{Pose, largest};
 use crate::query::displacement;
+use crate::scene::spot::Spot;
 use crate::tree::Tree;
 
-/// How far a body has gone.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Travel {
-    /// A bound on the way of every point of its mesh, of all moves since `remade` together, with what rounding may add.
-    pub gone: f64,
-    /// The part of its last frame.
-    pub step: f32,
-    /// The last frame, its low bits, in which it was changed other than by a move.
-    pub remade: u32,
-}
-
-impl Travel {
-    pub const NONE: Self = Self { gone: 0.0, step: 0.0, remade: 0 };
-
-    /// Of a body that is changed in a frame other than by a move: nothing is known of where its points were.
+impl Spot {
+    /// Takes note of a change other than by a move, in a frame: nothing is known of where the points of the body were.
     pub fn remake(&mut self, frame: u64) {
         (self.gone, self.remade) = (0.0, frame as u32);
     }
 
-    /// Adds a move of a mesh, the first of its frame or another one.
-    pub fn go(&mut self, mesh: &Tree, from: &Pose, to: &Pose, is_first: bool) {
+    /// Adds a move of a mesh; how far it went, at most.
+    pub fn go(&mut self, mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
         let step = displacement(mesh, from, to) + slack(mesh, to);
         // The factor is a rounding up: no sum is subnormal.
         self.gone = (self.gone + step) * (1.0 + f64::EPSILON);
-        self.step = step as f32 + if is_first { 0.0 } else { self.step };
+        step
     }
 
-    /// Whether it has only been moved since frame `since`, now being `frame`.
-    pub fn is_of(&self, since: u64, frame: u64) -> bool {
+    /// Whether the body has only been moved since frame `since`, now being `frame`.
+    pub fn has_only_moved(&self, since: u64, frame: u64) -> bool {
         u64::from((frame as u32).wrapping_sub(self.remade)) >= frame - since
     }
 }

@@ -13,7 +13,6 @@ use crate::query::{Deadline, Verdict};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
-use crate::scene::facts::Facts;
 use crate::scene::id::{BodyId, PairKey, bodies_of};
 use crate::scene::pair::frame::Frame;
 use crate::scene::report::Report;
@@ -55,10 +54,8 @@ const TOGETHER: usize = 16;
 #[derive(Clone, Copy)]
 struct Candidate {
     key: PairKey,
-    /// The frame in which one of them was last new.
-    changed: u64,
     place: u32,
-    generations: [u32; 2],
+    ids: [BodyId; 2],
     is_special: bool,
     /// Whether their boxes overlap, as they were placed.
     overlap: bool,
@@ -67,11 +64,6 @@ struct Candidate {
 impl Candidate {
     fn place(&self) -> usize {
         self.place as usize
-    }
-
-    fn ids(&self) -> [BodyId; 2] {
-        let ([a, b], [x, y]) = (bodies_of(self.key), self.generations);
-        [BodyId { index: a, generation: x }, BodyId { index: b, generation: y }]
     }
 }
 
@@ -161,7 +153,7 @@ impl<'l> Listing<'l> {
                 }
                 if let Some(&met) = self.found.get(self.next_found).filter(|met| met.key == pair.key) {
                     self.next_found += 1;
-                    self.list_found(met, pair.ids(), pair.place());
+                    self.list_found(met, pair.ids, pair.place());
                     continue;
                 }
                 let listed = match pair.is_special {
@@ -177,10 +169,9 @@ impl<'l> Listing<'l> {
     #[inline(always)]
     fn candidate(&self, place: usize) -> Candidate {
         let (key, bodies) = (self.pairs.key(place), self.frame.bodies);
-        let facts @ [x, y] = bodies.facts_of(key);
-        let (generations, changed) = ([x.generation, y.generation], x.changed.max(y.changed));
-        let (is_special, overlap) = (Facts::are_special(facts), bodies.overlap(bodies_of(key)));
-        Candidate { key, changed, place: place as u32, generations, is_special, overlap }
+        let is_special = bodies.has_special && bodies.is_special(key);
+        let (ids, overlap) = (bodies_of(key).map(|body| bodies.id(body)), bodies.overlap(bodies_of(key)));
+        Candidate { key, place: place as u32, ids, is_special, overlap }
     }
 
     /// Lists the next pairs that were found, up to one of these; none of them is known at a place before `from`. How many.
@@ -237,13 +228,12 @@ impl<'l> Listing<'l> {
             self.counts.kept += 1;
             return false;
         }
-        let changed = pair.changed.max(self.frame.asked_since);
-        self.turns.list(key, || changed == number);
+        self.turns.list(key, || self.frame.changed(key) == number);
         if known.stays_apart(bodies, number) && look.nearness.is_none() {
-            self.report.push_complete(pair.ids(), Verdict::Separated, 0, 0);
+            self.report.push_complete(pair.ids, Verdict::Separated, 0, 0);
             return true;
         }
-        let known = *known;
+        let (known, changed) = (*known, self.frame.changed(key));
         let state = self.pairs.state_of(known, self.frame);
         if changed == number {
             state.forget_told();
@@ -272,11 +262,11 @@ impl<'l> Listing<'l> {
         let (verdict, found, age) = (state.verdict, state.found, number - self.frame.decided(state));
         if complete {
             let (verdict, found) = if age == 0 { (verdict, found) } else { (Verdict::Undecided, 0) };
-            self.report.push_complete(pair.ids(), verdict, found, age);
+            self.report.push_complete(pair.ids, verdict, found, age);
         } else if look.is_apart {
-            self.report.push_complete(pair.ids(), Verdict::Separated, 0, 0);
+            self.report.push_complete(pair.ids, Verdict::Separated, 0, 0);
         } else {
-            self.report.push_open(pair.ids(), probability, age);
+            self.report.push_open(pair.ids, probability, age);
         }
         true
     }
