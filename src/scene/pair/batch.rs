@@ -12,16 +12,20 @@ use crate::contact::Patches;
 use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY};
 use crate::query::{Clock, Deadline, Mode, StopReason, Workspace};
 use crate::scene::ask::TurnKind;
-use crate::scene::body::Bodies;
+use crate::scene::body::{Bodies, Placed};
 use crate::scene::id::PairKey;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use arrayvec::ArrayVec;
 use core::mem;
 use core::time::Duration;
 
 /// Room for queued node pairs in the workspaces of a scene, and for found pairs, which are only counted.
 const QUEUE: usize = 1024;
 const FOUND: usize = 1024;
+
+/// Turns whose bodies are looked up together, so that their cache misses overlap.
+const TOGETHER: usize = 16;
 
 pub(crate) fn workspace() -> Box<Workspace> {
     let mut workspace = Box::new(Workspace::with_capacity(QUEUE, FOUND));
@@ -126,7 +130,13 @@ impl Batch {
 
     fn answer(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &dyn Clock) {
         let mut deadline = Deadline::at(round.end, self.budget, clock);
-        for (at, turn) in self.turns.iter_mut().enumerate() {
+        let mut together = ArrayVec::<_, TOGETHER>::new();
+        for at in 0..self.turns.len() {
+            if at % TOGETHER == 0 {
+                together.clear();
+                together.extend(self.turns[at..].iter().take(TOGETHER).map(|turn| bodies.pair(turn.key)));
+            }
+            let turn = &mut self.turns[at];
             let key = turn.key;
             // A pair that is not expected to end has room in the next round, and those after it do not go first.
             if !deadline.has_room(LEAST_WORK) || at > 0 && u64::from(turn.median) > deadline.work_left() {
@@ -134,15 +144,18 @@ impl Batch {
             }
             let held = self.held == Some(key);
             let kept = self.workspace.as_mut().filter(|_| held);
-            let ended = turn.run(&mut Desk {
-                bodies,
-                round,
-                deadline: &mut deadline,
-                workspace: kept.unwrap_or(scratch),
-                held,
-                patches: self.patches.as_deref_mut(),
-                looks_ahead: self.looks_ahead,
-            });
+            let ended = turn.run(
+                together[at % TOGETHER],
+                &mut Desk {
+                    bodies,
+                    round,
+                    deadline: &mut deadline,
+                    workspace: kept.unwrap_or(scratch),
+                    held,
+                    patches: self.patches.as_deref_mut(),
+                    looks_ahead: self.looks_ahead,
+                },
+            );
             turn.end_question(bodies, round.frame);
             match ended {
                 Ended::Complete if held => self.held = None,
@@ -180,15 +193,15 @@ impl Turn {
     /// Asks whether the pair meets, before the broad phase.
     pub fn search(&mut self, bodies: &Bodies, workspace: &mut Workspace, round: &Round, deadline: &mut Deadline) {
         let (held, patches, looks_ahead) = (false, None, true);
-        self.run(&mut Desk { bodies, round, deadline, workspace, held, patches, looks_ahead });
+        self.run(bodies.pair(self.key), &mut Desk { bodies, round, deadline, workspace, held, patches, looks_ahead });
         self.next = None;
         self.end(round.frame);
     }
 
     /// Runs the pair as far as the deadline allows.
-    pub fn run(&mut self, desk: &mut Desk) -> Ended {
+    pub fn run(&mut self, pair: Option<[&Placed; 2]>, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, .. } = *desk;
-        let Some([a, b]) = bodies.pair(self.key) else { return Ended::NotBegun };
+        let Some([a, b]) = pair else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
         self.state.apart = self.state.apart.min(0.0);
         if self.may_glance(desk) && self.glances_apart([a, b], &b_in_a, desk) {
