@@ -94,9 +94,10 @@ pub(crate) struct Broad {
 }
 
 impl Broad {
-    /// What is new about a body in this generation.
-    pub fn news(&self, body: u32) -> Change {
-        self.proxies[body as usize].news
+    /// What is new about a pair of bodies in this generation.
+    pub fn news(&self, pair: [u32; 2]) -> Change {
+        let [x, y] = pair.map(|body| self.proxies[body as usize].news);
+        x.max(y)
     }
 
     /// Whether another body was in the slot when the pairs known were found.

@@ -31,6 +31,7 @@ mod forecast;
 mod job;
 mod known;
 mod listing;
+mod merge;
 mod pace;
 pub(crate) mod pairs;
 mod revisit;

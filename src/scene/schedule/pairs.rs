@@ -1,12 +1,10 @@
 //! The pairs of bodies whose fat AABBs overlap, and where the states of those are that had a turn.
 
 use super::known::{APART, BLANK, Known};
-use crate::model::cost::{WORK_PER_MERGED_PAIR, WORK_PER_STATE};
+use crate::model::cost::WORK_PER_STATE;
 use crate::query::{Deadline, ManualClock};
 use crate::scene::ask::distance_requests::Asker;
-use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
-use crate::scene::facts::Change;
 use crate::scene::id::{PairKey, bodies_of, pair_key};
 use crate::scene::pair::bounds::Bounds;
 use crate::scene::pair::frame::Frame;
@@ -19,9 +17,6 @@ use alloc::vec::Vec;
 use core::mem;
 use core::ops::Range;
 
-/// Pairs of a step.
-const STEP: usize = 32;
-
 /// From so many pairs on there is room for all that may be kept, so that no frame moves many of them.
 const MANY: usize = 8192;
 
@@ -31,20 +26,20 @@ pub(crate) const LIMIT: usize = BLANK as usize - 1;
 
 /// How far a portion of new pairs is merged: places of the next of those known, and of those found.
 #[derive(Clone, Copy, Debug, Default)]
-struct Merge {
-    known: usize,
-    found: usize,
+pub(super) struct Merge {
+    pub known: usize,
+    pub found: usize,
     /// Whether some did not fit.
-    left_out: bool,
+    pub left_out: bool,
 }
 
 #[derive(Debug)]
 pub(crate) struct Pairs {
     /// Ascending.
-    known: Vec<Known>,
+    pub(super) known: Vec<Known>,
     /// The list that comes after it, as far as it is merged.
-    merged: Vec<Known>,
-    merge: Merge,
+    pub(super) merged: Vec<Known>,
+    pub(super) merge: Merge,
     /// A state is away while its pair is run.
     states: Vec<Option<Box<PairState>>>,
     free: Vec<u32>,
@@ -229,7 +224,7 @@ impl Pairs {
 
     /// Lets others have the state in a slot, if there is one.
     #[inline]
-    fn release(&mut self, slot: u32) {
+    pub(super) fn release(&mut self, slot: u32) {
         if slot < BLANK {
             self.free.push(slot);
             let state = if self.touches.any() { self.states[slot as usize].as_mut() } else { None };
@@ -369,76 +364,6 @@ impl Pairs {
             self.free.push(self.states.len() as u32);
             self.states.push(Some(Box::new(PairState::new(1))));
         }
-    }
-
-    /// Brings the list of known pairs up to date, as far as the deadline allows.
-    pub fn update(&mut self, broad: &mut Broad, bodies: &Bodies, deadline: &mut Deadline) {
-        if broad.has_cropped() && self.len() < self.most - self.most / 8 {
-            broad.retry(bodies, deadline);
-        }
-        while broad.find(bodies, [self.len(), self.most], deadline).is_some() && self.merge(broad, bodies, deadline) {
-            mem::swap(&mut self.known, &mut self.merged);
-            self.merged.clear();
-            broad.end_portion(mem::take(&mut self.merge).left_out);
-        }
-    }
-
-    /// Merges a portion of new pairs with those known; whether it is done. Before the first portion of a generation, pairs of
-    /// its newcomers are dropped whose fat AABBs do not overlap any more.
-    fn merge(&mut self, broad: &Broad, bodies: &Bodies, deadline: &mut Deadline) -> bool {
-        let found = &broad.found;
-        const WORK: u64 = STEP as u64 * WORK_PER_MERGED_PAIR;
-        while self.merge.known < self.known.len() || self.merge.found < found.len() {
-            if !deadline.has_room(WORK) {
-                return false;
-            }
-            deadline.spend(WORK);
-            for _ in 0..STEP {
-                let (known, new) = (self.known.get(self.merge.known).copied(), found.get(self.merge.found).copied());
-                match (known, new) {
-                    (Some(mut known), new) if new.is_none_or(|new| known.key <= new) => {
-                        self.merge.known += 1;
-                        let again = new == Some(known.key);
-                        if self.stays(&mut known, again, broad, bodies) {
-                            self.merge.found += usize::from(again);
-                            self.merged.push(known);
-                        }
-                    }
-                    (_, Some(key)) => {
-                        self.merge.found += 1;
-                        if self.merged.len() + self.known.len() - self.merge.known < self.most {
-                            self.merged.push(Known::new(key));
-                        } else {
-                            self.merge.left_out = true;
-                        }
-                    }
-                    _ => break,
-                }
-            }
-        }
-        true
-    }
-
-    /// Whether a pair stays, which was found `again` or not; its state is given up if it does not.
-    #[inline]
-    fn stays(&mut self, known: &mut Known, again: bool, broad: &Broad, bodies: &Bodies) -> bool {
-        let pair = bodies_of(known.key);
-        let news = pair.map(|body| broad.news(body)).into_iter().max();
-        let stays = broad.purged
-            || match news {
-                None | Some(Change::Settle | Change::None) => true,
-                Some(Change::Place) => again || !broad.has_found_all() && broad.overlap(bodies, pair),
-                Some(Change::Body) => false,
-            };
-        if stays {
-            return true;
-        }
-        let is_measured = bodies.distance_requests.has(known.key);
-        if !is_measured || news == Some(Change::Body) {
-            self.release(known.slot);
-            known.slot = APART;
-        }
-        is_measured
     }
 }
 

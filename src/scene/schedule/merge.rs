@@ -1,0 +1,90 @@
+//! How the pairs that the broad phase finds are merged into those known: in steps, so that a frame may end between any two of them.
+
+use super::known::{APART, Known};
+use super::pairs::Pairs;
+use crate::model::cost::WORK_PER_MERGED_PAIR;
+use crate::query::Deadline;
+use crate::scene::body::Bodies;
+use crate::scene::broad::Broad;
+use crate::scene::facts::Change;
+use crate::scene::id::bodies_of;
+use arrayvec::ArrayVec;
+use core::mem;
+
+/// Pairs of a step.
+const STEP: usize = 32;
+
+impl Pairs {
+    /// Brings the list of known pairs up to date, as far as the deadline allows.
+    pub fn update(&mut self, broad: &mut Broad, bodies: &Bodies, deadline: &mut Deadline) {
+        if broad.has_cropped() && self.len() < self.most - self.most / 8 {
+            broad.retry(bodies, deadline);
+        }
+        while broad.find(bodies, [self.len(), self.most], deadline).is_some() && self.merge(broad, bodies, deadline) {
+            mem::swap(&mut self.known, &mut self.merged);
+            self.merged.clear();
+            broad.end_portion(mem::take(&mut self.merge).left_out);
+        }
+    }
+
+    /// Merges a portion of new pairs with those known; whether it is done. Before the first portion of a generation, pairs of
+    /// its newcomers are dropped whose fat AABBs do not overlap any more.
+    fn merge(&mut self, broad: &Broad, bodies: &Bodies, deadline: &mut Deadline) -> bool {
+        let found = &broad.found;
+        const WORK: u64 = STEP as u64 * WORK_PER_MERGED_PAIR;
+        while self.merge.known < self.known.len() || self.merge.found < found.len() {
+            if !deadline.has_room(WORK) {
+                return false;
+            }
+            deadline.spend(WORK);
+            let first = self.merge.known;
+            let next = self.known[first..].iter().take(STEP);
+            let news: ArrayVec<_, STEP> = next.map(|known| broad.news(bodies_of(known.key))).collect();
+            for _ in 0..STEP {
+                let (known, new) = (self.known.get(self.merge.known).copied(), found.get(self.merge.found).copied());
+                match (known, new) {
+                    (Some(mut known), new) if new.is_none_or(|new| known.key <= new) => {
+                        let news = news[self.merge.known - first];
+                        self.merge.known += 1;
+                        let again = new == Some(known.key);
+                        if self.stays(&mut known, news, again, broad, bodies) {
+                            self.merge.found += usize::from(again);
+                            self.merged.push(known);
+                        }
+                    }
+                    (_, Some(key)) => {
+                        self.merge.found += 1;
+                        if self.merged.len() + self.known.len() - self.merge.known < self.most {
+                            self.merged.push(Known::new(key));
+                        } else {
+                            self.merge.left_out = true;
+                        }
+                    }
+                    _ => break,
+                }
+            }
+        }
+        true
+    }
+
+    /// Whether a pair stays, which was found `again` or not; its state is given up if it does not.
+    #[inline]
+    fn stays(&mut self, known: &mut Known, news: Change, again: bool, broad: &Broad, bodies: &Bodies) -> bool {
+        let pair = bodies_of(known.key);
+        let stays = broad.purged
+            || match news {
+                Change::Settle | Change::None => true,
+                Change::Place => again || !broad.has_found_all() && broad.overlap(bodies, pair),
+                Change::Body => false,
+            };
+        if stays {
+            return true;
+        }
+        let is_measured = bodies.distance_requests.has(known.key);
+        if !is_measured || news == Change::Body {
+            self.release(known.slot);
+            known.slot = APART;
+        }
+        is_measured
+    }
+}
