@@ -9,6 +9,9 @@ const LISTING: f64 = 1.0;
 const DEALING: f64 = 50.0;
 const COLLECTING: f64 = 25.0;
 
+/// Nanoseconds that a list takes after its end, at most.
+const MOST_CLOSING: f64 = 10_000.0;
+
 /// What is beyond so many times the usual was taken by other programs.
 const MOST: f64 = 4.0;
 
@@ -63,11 +66,13 @@ pub(crate) struct Overhead {
     listing: f64,
     dealing: f64,
     collecting: Reserved,
+    /// Time of a list after its end.
+    closing: Reserved,
 }
 
 impl Default for Overhead {
     fn default() -> Self {
-        Self { listing: LISTING, dealing: DEALING, collecting: Reserved(COLLECTING) }
+        Self { listing: LISTING, dealing: DEALING, collecting: Reserved(COLLECTING), closing: Reserved(0.0) }
     }
 }
 
@@ -75,6 +80,16 @@ impl Overhead {
     pub fn learn_list(&mut self, took: Duration, work: u64) {
         let each = nanoseconds(took) / (work as f64 + NEVER_NONE);
         self.listing += (each.min(MOST * LISTING) - self.listing) / 16.0;
+    }
+
+    /// Of a list that was cut: the time from its end until it was over.
+    pub fn learn_closing(&mut self, took: Duration) {
+        self.closing.learn(nanoseconds(took), MOST_CLOSING);
+    }
+
+    /// What a list may take after its end.
+    pub fn closing(&self) -> Duration {
+        self.closing.times(1.0)
     }
 
     /// Of a round: the time in which so many jobs were dealt, and that in which they were collected.

@@ -59,8 +59,8 @@ impl<'c> Share<'c> {
         self.run_until(end, work, run)
     }
 
-    /// Runs the list, and learns how fast it goes. It has half of the time that is left, and leaves at least a quarter to the
-    /// queries. The pairs that were found are listed in addition.
+    /// Runs the list, and learns how fast it goes. It has half of the time that is left, what it takes after its end included, and
+    /// leaves at least a quarter to the queries. The pairs that were found are listed in addition.
     pub fn list<R>(&mut self, overhead: &mut Overhead, run: impl FnOnce(&mut Deadline) -> R) -> R {
         let (end, work) = self.limits(Step::List);
         let of_found = self.of_found;
@@ -69,10 +69,13 @@ impl<'c> Share<'c> {
         };
         let (began, before) = (self.clock.now(), self.spent);
         let left = frame.saturating_sub(began);
-        let end = last.min(began.saturating_add(left / 2));
+        let end = last.min(began.saturating_add(left / 2)).max(began);
+        let end = end - overhead.closing().min((end - began) / 2);
         let result =
             self.run_until(Some(end), work.min(overhead.list_work(left - left / 4)).saturating_add(of_found), run);
-        overhead.learn_list(self.clock.now().saturating_sub(began), self.spent - before);
+        let ended = self.clock.now();
+        overhead.learn_list(ended.saturating_sub(began), self.spent - before);
+        overhead.learn_closing(ended.saturating_sub(end));
         result
     }
 
@@ -92,5 +95,35 @@ impl<'c> Share<'c> {
         let result = run(&mut deadline);
         self.spent += work - deadline.work_left();
         result
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::query::ManualClock;
+
+    #[test]
+    fn a_list_that_was_over_late_ends_earlier_from_then_on() {
+        const LIMIT: Duration = Duration::from_micros(100);
+        let (clock, mut overhead) = (ManualClock::new(), Overhead::default());
+        let mut over = || {
+            let began = clock.now();
+            let mut share = Share::new(Budget::time(LIMIT), Some([began, LIMIT]), 0, &clock);
+            share.list(&mut overhead, |deadline| {
+                while deadline.has_room(100) {
+                    clock.advance(Duration::from_nanos(300));
+                    deadline.spend(100);
+                }
+                clock.advance(Duration::from_micros(8));
+            });
+            clock.now() - began
+        };
+        let half = LIMIT / 2;
+        assert!(over() > half + Duration::from_micros(7));
+        for _ in 0..10 {
+            let over = over();
+            assert!(over <= half && over > half - Duration::from_micros(2), "{over:?}");
+        }
     }
 }
