@@ -204,7 +204,7 @@ impl Bodies {
         self.slots[index] = Some(placed);
         self.spots[index].remake(frame);
         self.len += 1;
-        self.facts[index].changed = frame;
+        (self.facts[index].changed, self.facts[index].step) = (frame, 0.0);
         self.note(index);
         // A new slot has no known pairs.
         self.set_pending(index as u32, if is_new { Change::Place } else { Change::Body });

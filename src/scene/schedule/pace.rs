@@ -82,7 +82,7 @@ impl Overhead {
         self.listing += (each.min(MOST * LISTING) - self.listing) / 16.0;
     }
 
-    /// Of a list that was cut: the time from its end until it was over.
+    /// Of a list: the time from its end until it was over; none if that came first.
     pub fn learn_closing(&mut self, took: Duration) {
         self.closing.learn(nanoseconds(took), MOST_CLOSING);
     }
