@@ -53,7 +53,7 @@ fn file(mesh: &Mesh, shapes: &[u8]) -> Vec<u8> {
 fn all_options() -> [BuildOptions; 4] {
     let mut axes = BuildOptions::default();
     axes.orientations = false;
-    [BuildOptions::fast_build(), BuildOptions::default(), BuildOptions::best(), axes]
+    [BuildOptions::fast_build(), BuildOptions::default().extremes(true), BuildOptions::best().neighbors(true), axes]
 }
 
 /// All that a query says and leaves open, in every mode and order, whole and cut short.

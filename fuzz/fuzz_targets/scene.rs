@@ -18,8 +18,8 @@ static TREES: LazyLock<Vec<Arc<Tree>>> = LazyLock::new(|| {
     let none = Mesh::new([[0.0f32; 3]; 0], []).expect("sound");
     let lone = Mesh::new([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0, 1, 2]]).expect("sound");
     let meshes = [shapes::icosphere(0), shapes::icosphere(1), shapes::cuboid(Vec3::new(1.0, 0.5, 0.25), 1), lone, none];
-    // Every other one knows what lies next to its triangles.
-    let options = |at: usize| BuildOptions::default().neighbors(at.is_multiple_of(2));
+    // Some know what lies next to their triangles, and some their extremes.
+    let options = |at: usize| BuildOptions::default().neighbors(at.is_multiple_of(2)).extremes(!at.is_multiple_of(3));
     meshes.into_iter().enumerate().map(|(at, mesh)| Arc::new(Tree::with_options(mesh, &options(at)))).collect()
 });
 

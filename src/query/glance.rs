@@ -49,6 +49,3 @@ impl Kernel for Glance<'_> {
         deepest.store().into_iter().fold(f32::NEG_INFINITY, f32::max)
     }
 }
-
-#[cfg(test)]
-mod tests;

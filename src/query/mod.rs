@@ -16,6 +16,8 @@
 //! | what an unfinished query can still say | [`certificate`], [`narrow`] |
 //! | what a query costs | [`estimate`], [`probe`], [`measure`] |
 
+#[cfg(all(test, feature = "std"))]
+mod apart_tests;
 mod boxes;
 mod budget;
 mod certificate;
@@ -49,6 +51,7 @@ pub(crate) mod opened;
 mod options;
 mod order;
 mod outcome;
+pub(crate) mod parting;
 mod probe;
 mod queue;
 mod ray;

@@ -66,7 +66,7 @@ pub(super) struct Place {
     rotation: [[f32x4; 3]; 3],
     translation: [f32x4; 3],
     /// What a test of two boxes must allow for in the orientation of A's node, and in that of B's.
-    margin: [f32x4; 2],
+    pub margin: [f32x4; 2],
 }
 
 impl Place {

@@ -12,7 +12,7 @@
 //! |---:|---|
 //! | 8 | `PUNCTREE` |
 //! | 4 | version, 1 |
-//! | 4 | bytes of a coordinate, 4 or 8; + 256 if the neighbors of triangles are kept |
+//! | 4 | bytes of a coordinate, 4 or 8; + 256 if the neighbors of triangles are kept, + 512 if extremes are |
 //! | 4 x 8 | numbers of vertices, triangles, nodes, and orientations |
 //! | 4 | SAH cost after the build, `f32` |
 //! | 12 or 24 a vertex | coordinates |
@@ -43,8 +43,9 @@ use glam::{Mat3, Mat3A};
 const MAGIC: [u8; 8] = *b"PUNCTREE";
 const VERSION: u32 = 1;
 
-/// Beside the size of a coordinate: the neighbors of triangles are kept. They are found anew.
+/// Beside the size of a coordinate: neighbors of triangles are kept, extremes are. They are found anew.
 const HAS_NEIGHBORS: u32 = 1 << 8;
+const HAS_EXTREMES: u32 = 1 << 9;
 const HEADER: usize = 52;
 const CHECKSUM: usize = 4;
 const ORIENTATION: usize = 36;
@@ -145,6 +146,7 @@ impl From<TreeFault> for TreeFileError {
 struct Header {
     is_f64: bool,
     has_neighbors: bool,
+    has_extremes: bool,
     vertices: u64,
     triangles: u64,
     nodes: u64,
@@ -157,7 +159,8 @@ impl Header {
         bytes.extend_from_slice(&MAGIC);
         bytes.extend_from_slice(&VERSION.to_le_bytes());
         let neighbors = if self.has_neighbors { HAS_NEIGHBORS } else { 0 };
-        bytes.extend_from_slice(&(neighbors | if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());
+        let extremes = if self.has_extremes { HAS_EXTREMES } else { 0 };
+        bytes.extend_from_slice(&(neighbors | extremes | if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());
         for count in [self.vertices, self.triangles, self.nodes, self.orientations] {
             bytes.extend_from_slice(&count.to_le_bytes());
         }
@@ -178,12 +181,22 @@ impl Header {
             return Err(TreeFileError::Version { found: version, supported: VERSION });
         }
         let kind = word();
-        let (size, has_neighbors) = (kind & !HAS_NEIGHBORS, kind & HAS_NEIGHBORS != 0);
+        let (size, [has_neighbors, has_extremes]) =
+            (kind & !(HAS_NEIGHBORS | HAS_EXTREMES), [HAS_NEIGHBORS, HAS_EXTREMES].map(|bit| kind & bit != 0));
         let mut count = || u64::from(word()) | u64::from(word()) << 32;
         let [vertices, triangles, nodes, orientations] = [count(), count(), count(), count()];
         let cost = f32::from_bits(word());
         match size {
-            4 | 8 => Ok(Self { is_f64: size == 8, has_neighbors, vertices, triangles, nodes, orientations, cost }),
+            4 | 8 => Ok(Self {
+                is_f64: size == 8,
+                has_neighbors,
+                has_extremes,
+                vertices,
+                triangles,
+                nodes,
+                orientations,
+                cost,
+            }),
             _ => Err(TreeFileError::CoordinateSize(size)),
         }
     }
@@ -246,6 +259,7 @@ impl Tree {
         Header {
             is_f64: !self.mesh.is_f32(),
             has_neighbors: self.has_neighbors(),
+            has_extremes: self.has_extremes(),
             vertices: self.mesh.vertex_count() as u64,
             triangles: self.mesh.len() as u64,
             nodes: self.nodes.len() as u64,
@@ -292,7 +306,8 @@ impl Tree {
         let placed = Placed::of(&mesh, unit, &ids, Pieces::ONE);
         let mut profiles = Profiles::room(&mut nodes);
         update(&mut nodes, &placed.triangles, &mut profiles, &[], Pieces::ONE);
-        let tree = Self::of_nodes(mesh, unit, nodes, profiles, placed, ids, header.has_neighbors);
+        let tree =
+            Self::of_nodes(mesh, unit, nodes, profiles, placed, ids, [header.has_neighbors, header.has_extremes]);
         Ok(Self { built_cost: header.cost, ..tree })
     }
 }

@@ -16,6 +16,7 @@ mod binary;
 mod bins;
 mod collapse;
 mod eight;
+mod extremes;
 mod file;
 mod fit;
 mod fork;
@@ -31,6 +32,7 @@ mod validate;
 mod wide;
 
 pub(crate) use adjacency::Neighbors;
+pub(crate) use extremes::Extremes;
 pub use file::TreeFileError;
 pub use options::{BuildOptions, Effort};
 pub use profile::LevelProfile;
@@ -63,6 +65,8 @@ pub struct Tree {
     profiles: Profiles,
     /// Neighbors of each triangle, in tree order; empty if they are not kept.
     neighbors: Box<[Neighbors]>,
+    /// Empty if they are not kept, and after a refit.
+    extremes: Extremes,
     /// SAH cost after the build.
     built_cost: f32,
     identity: usize,
@@ -96,12 +100,16 @@ pub struct TreeStats {
     pub bytes_profiles: usize,
     /// Bytes of the neighbors of triangles.
     pub bytes_neighbors: usize,
+    /// Bytes of the corners that may be the farthest along a direction.
+    pub bytes_extremes: usize,
 }
 
 impl TreeStats {
     /// All bytes together.
     pub fn bytes(&self) -> usize {
-        self.bytes_nodes + self.bytes_triangles + self.bytes_mesh + self.bytes_profiles + self.bytes_neighbors
+        let Self { bytes_nodes, bytes_triangles, bytes_mesh, bytes_profiles, bytes_neighbors, bytes_extremes, .. } =
+            self;
+        bytes_nodes + bytes_triangles + bytes_mesh + bytes_profiles + bytes_neighbors + bytes_extremes
     }
 }
 
@@ -136,7 +144,7 @@ impl Tree {
         let mut nodes = plan.nodes;
         let mut profiles = Profiles::room(&mut nodes);
         update::update(&mut nodes, &placed.triangles, &mut profiles, &parts, pieces);
-        Self::of_nodes(mesh, unit, nodes, profiles, placed, binary.order.into(), options.neighbors)
+        Self::of_nodes(mesh, unit, nodes, profiles, placed, binary.order.into(), [options.neighbors, options.extremes])
     }
 
     /// The tree of finished nodes.
@@ -147,16 +155,32 @@ impl Tree {
         profiles: Profiles,
         Placed { corners, triangles }: Placed,
         ids: Box<[u32]>,
-        keep_neighbors: bool,
+        [keep_neighbors, keep_extremes]: [bool; 2],
     ) -> Self {
         let neighbors = match keep_neighbors {
             true => adjacency::neighbors(&corners, mesh.vertex_count(), &ids, &nodes),
             false => Box::default(),
         };
+        let extremes = match keep_extremes {
+            true => Extremes::of(&mesh, &unit, &corners),
+            false => Extremes::default(),
+        };
         let (built_cost, identity) = (profiles.cost, next_identity());
         let lineage = identity;
-        let tree =
-            Self { mesh, unit, nodes, triangles, corners, ids, profiles, neighbors, built_cost, identity, lineage };
+        let tree = Self {
+            mesh,
+            unit,
+            nodes,
+            triangles,
+            corners,
+            ids,
+            profiles,
+            neighbors,
+            extremes,
+            built_cost,
+            identity,
+            lineage,
+        };
         debug_assert_eq!(tree.validate(), Ok(()));
         tree
     }
@@ -205,6 +229,7 @@ impl Tree {
             bytes_mesh: self.mesh.bytes(),
             bytes_profiles: size_of_val(&*self.profiles.levels),
             bytes_neighbors: size_of_val(&*self.neighbors),
+            bytes_extremes: self.extremes.bytes(),
         }
     }
 
@@ -257,6 +282,16 @@ impl Tree {
     #[inline(always)]
     pub(crate) fn neighbors(&self) -> &[Neighbors] {
         &self.neighbors
+    }
+
+    /// Which corners may be the farthest along a direction, of any.
+    pub(crate) fn extremes(&self) -> &Extremes {
+        &self.extremes
+    }
+
+    /// Whether these are kept.
+    pub(crate) fn has_extremes(&self) -> bool {
+        !self.extremes.is_empty()
     }
 
     /// Input ids of the triangles, in tree order.

@@ -1,5 +1,6 @@
 //! New vertices for the same triangles: nodes and orientations stay; boxes and profiles are computed anew.
 
+use super::extremes::Extremes;
 use super::fork::Pieces;
 use super::update::update;
 use super::{Tree, Unit, next_identity};
@@ -55,6 +56,7 @@ impl Tree {
         self.unit = Unit::of(&self.mesh);
         self.unit.place(&self.mesh, &self.corners, &mut self.triangles);
         update(&mut self.nodes, &self.triangles, &mut self.profiles, &[], Pieces::ONE);
+        self.extremes = Extremes::default();
         // A stopped query of the old boxes may not go on among the new ones.
         self.identity = next_identity();
         debug_assert_eq!(self.validate(), Ok(()));

@@ -6,7 +6,7 @@ use crate::common::check;
 use crate::common::random::Random;
 use crate::{Model, detect, pose, trees};
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{Body, BodyId, Budget, Mesh, Mode, Pose, Query, Scene, Tree, Verdict, Workspace, shapes};
+use punctual::{Body, BodyId, Budget, BuildOptions, Mesh, Mode, Pose, Query, Scene, Tree, Verdict, Workspace, shapes};
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
@@ -16,6 +16,10 @@ fn at(x: f64, y: f64, z: f64) -> Pose {
 fn trembling(from: &Pose, size: f64, random: &mut Random) -> Pose {
     let turn = DMat3::from_quat(DQuat::from_scaled_axis(size * random.vector()));
     Pose::new(turn * *from.rotation(), from.translation() + size * random.vector()).unwrap()
+}
+
+fn ball(extremes: bool) -> Arc<Tree> {
+    Arc::new(Tree::with_options(shapes::icosphere(3), &BuildOptions::default().extremes(extremes)))
 }
 
 /// Bodies of all shapes close to each other.
@@ -74,9 +78,8 @@ fn bodies_that_tremble_are_decided_as_if_asked_anew() {
 /// Two balls draw near in ever smaller steps: the frame in which they meet is the one in which a query says so.
 #[test]
 fn what_draws_near_slowly_is_seen_to_meet() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
-    for turn in [DMat3::IDENTITY, DMat3::from_rotation_z(0.7) * (1.0 + 4e-5)] {
-        let mut scene = Scene::new();
+    for (turn, extremes) in [(DMat3::IDENTITY, true), (DMat3::from_rotation_z(0.7) * (1.0 + 4e-5), false)] {
+        let (ball, mut scene) = (ball(extremes), Scene::new());
         let far = DVec3::new(1e5, -2e5, 3e5);
         scene.insert(Body::fixed(Arc::clone(&ball), Pose::new(turn, far).unwrap())).unwrap();
         let id = scene.insert(Body::moving(Arc::clone(&ball), at(0.0, 0.0, 0.0))).unwrap();
@@ -118,6 +121,37 @@ fn what_trembles_close_by_needs_few_queries() {
         }
         assert!(free >= 72, "{steps} steps apart, {free} of 96 frames need no query");
     }
+}
+
+/// A ball rolls over another, far in a frame and close to it: a plane parts them, if extremes are kept, for the work of some
+/// planes a frame. They go by the tree of a body, are gone with a refit, and do not matter where the balls meet.
+#[test]
+fn what_a_plane_parts_needs_no_search() {
+    let mut wide = Tree::clone(&ball(true));
+    let vertices: Vec<_> =
+        (0..wide.mesh().vertex_count()).map(|i| wide.mesh().vertex(i).as_vec3().to_array()).collect();
+    wide.refit(&vertices).unwrap();
+    let rolling = |of: [Arc<Tree>; 2]| {
+        let mut scene = Scene::new();
+        scene.insert(Body::fixed(Arc::clone(&of[0]), at(3.0, 2.0, 1.0))).unwrap();
+        let id = scene.insert(Body::moving(Arc::clone(&of[1]), at(0.0, 0.0, 0.0))).unwrap();
+        let mut work = 0;
+        for frame in 0..200 {
+            let (angle, apart) = (0.05 * f64::from(frame), frame / 2 != 50);
+            let away = DVec3::new(angle.cos(), angle.sin(), (2.0 * angle).sin()).normalize();
+            let center = DVec3::new(3.0, 2.0, 1.0) + away * if apart { 2.001 } else { 1.9 };
+            scene.set_pose(id, Pose::new(DMat3::from_rotation_y(3.0 * angle), center).unwrap()).unwrap();
+            let report = detect(&mut scene, Budget::unlimited());
+            assert_eq!((report.decided, report.intersecting), (report.pairs.len(), usize::from(!apart)), "{frame}");
+            // Before the first plane there is a search, and after the balls have met there are some.
+            work += if frame == 0 || (100..110).contains(&frame) { 0 } else { report.work };
+        }
+        work
+    };
+    let [kept, of_one] = [[true, true], [true, false]].map(|extremes| rolling(extremes.map(ball)));
+    let refitted = rolling([Arc::new(wide), ball(true)]);
+    assert!(kept < of_one / 4 && kept < 190 * 2500, "{kept} units, or {of_one} where only one tree keeps them");
+    assert_eq!(of_one, refitted);
 }
 
 /// What a body was before counts no more, not even nothing, which has no place to go from.

@@ -38,8 +38,8 @@ fn trees() -> Vec<Arc<Tree>> {
         soup(Family::Uniform, 0, &mut random),
         soup(Family::Double, 60, &mut random),
     ];
-    // Every other one knows what lies next to its triangles.
-    let options = |at: usize| BuildOptions::default().neighbors(at.is_multiple_of(2));
+    // Every other one knows what lies next to its triangles, and its extremes.
+    let options = |at: usize| BuildOptions::default().neighbors(at.is_multiple_of(2)).extremes(at.is_multiple_of(2));
     meshes.into_iter().enumerate().map(|(at, mesh)| Arc::new(Tree::with_options(mesh, &options(at)))).collect()
 }
 
@@ -235,7 +235,7 @@ fn within_budgets_nothing_that_it_says_is_false() {
 
 /// Spheres in a row, each overlapping its neighbours' boxes, turning and swinging.
 fn row(scene: &mut Scene, bodies: usize) -> Vec<BodyId> {
-    let options = BuildOptions::default().neighbors(true);
+    let options = BuildOptions::default().neighbors(true).extremes(true);
     let knot = Arc::new(Tree::with_options(shapes::torus_knot(2, 3, 0.1, 48), &options));
     (0..bodies).map(|i| scene.insert(Body::moving(Arc::clone(&knot), swing(i, 0))).unwrap()).collect()
 }

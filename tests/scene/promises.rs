@@ -9,8 +9,8 @@ use crate::common::reference::posed_triangles;
 use crate::{nudged, pose, trees};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Aabb, Body, BodyId, Budget, Filter, ManualClock, Mode, Motion, Pose, Query, Reach, Report, Scene, SceneError, Tree,
-    Verdict, Workspace, shapes,
+    Aabb, Body, BodyId, Budget, BuildOptions, Filter, ManualClock, Mode, Motion, Pose, Query, Reach, Report, Scene,
+    SceneError, Tree, Verdict, Workspace, shapes,
 };
 
 fn detect(scene: &mut Scene, budget: Budget) -> &Report {
@@ -27,7 +27,8 @@ fn turned(angle: f64) -> DMat3 {
 }
 
 fn knot() -> Arc<Tree> {
-    Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.2, 64)))
+    let options = BuildOptions::default().neighbors(true).extremes(true);
+    Arc::new(Tree::with_options(shapes::torus_knot(2, 3, 0.2, 64), &options))
 }
 
 /// Two knots that overlap, and how many pairs of their triangles meet.

@@ -14,7 +14,8 @@ use std::sync::Arc;
 ///
 /// vertices: (V, 3) numbers, in one unit of length, kept as f32 where that is exact and as f64 otherwise. faces: (F, 3)
 /// integers of any type. effort: "fast", "normal" or "best", how much time the build may take. neighbors: whether to
-/// keep what lies next to each triangle, for `collide(..., mode="all", early=True)`.
+/// keep what lies next to each triangle, for `collide(..., mode="all", early=True)`. extremes: whether to keep the corners
+/// that may be the farthest along a direction, so that a `Scene` tells convex bodies that are close apart without a search.
 ///
 /// A mesh is a surface: no inside, degenerate triangles are what they are. Takes O(F log F), about 1 us a triangle.
 /// Raises ValueError for an index out of range and for coordinates that are not finite, with the place.
@@ -37,46 +38,60 @@ impl From<punctual::Tree> for Tree {
     }
 }
 
-fn options(effort: &str, neighbors: bool) -> PyResult<BuildOptions> {
+fn options(effort: &str, neighbors: bool, extremes: bool) -> PyResult<BuildOptions> {
     let options = match effort {
         "fast" => BuildOptions::fast_build(),
         "normal" => BuildOptions::default(),
         "best" => BuildOptions::best(),
         _ => return Err(value_error(format_args!("effort: {effort:?} is none of fast, normal, best"))),
     };
-    Ok(options.neighbors(neighbors))
+    Ok(options.neighbors(neighbors).extremes(extremes))
 }
 
 #[pymethods]
 impl Tree {
     #[new]
-    #[pyo3(signature = (vertices, faces, *, effort="normal", neighbors=false))]
+    #[pyo3(signature = (vertices, faces, *, effort="normal", neighbors=false, extremes=false))]
     fn build(
         py: Python<'_>,
         vertices: &Bound<'_, PyAny>,
         faces: &Bound<'_, PyAny>,
         effort: &str,
         neighbors: bool,
+        extremes: bool,
     ) -> PyResult<Self> {
-        let options = options(effort, neighbors)?;
+        let options = options(effort, neighbors, extremes)?;
         let mesh = mesh(vertices, faces)?;
         Ok(py.detach(|| punctual::Tree::with_options(mesh, &options).into()))
     }
 
     /// The tree of a trimesh.Trimesh, or of anything else with `vertices` and `faces`.
     #[classmethod]
-    #[pyo3(signature = (mesh, *, effort="normal", neighbors=false))]
-    fn from_trimesh(_: &Bound<'_, PyType>, mesh: &Bound<'_, PyAny>, effort: &str, neighbors: bool) -> PyResult<Self> {
+    #[pyo3(signature = (mesh, *, effort="normal", neighbors=false, extremes=false))]
+    fn from_trimesh(
+        _: &Bound<'_, PyType>,
+        mesh: &Bound<'_, PyAny>,
+        effort: &str,
+        neighbors: bool,
+        extremes: bool,
+    ) -> PyResult<Self> {
         let (vertices, faces) = (mesh.getattr("vertices")?, mesh.getattr("faces")?);
-        Self::build(mesh.py(), &vertices, &faces, effort, neighbors)
+        Self::build(mesh.py(), &vertices, &faces, effort, neighbors, extremes)
     }
 
     /// The tree of a mesh file: .obj, .stl, .ply or .glb. Raises OSError if it cannot be read or is damaged, with the
     /// place.
     #[classmethod]
-    #[pyo3(signature = (path, *, effort="normal", neighbors=false))]
-    fn load(_: &Bound<'_, PyType>, py: Python<'_>, path: PathBuf, effort: &str, neighbors: bool) -> PyResult<Self> {
-        let options = options(effort, neighbors)?;
+    #[pyo3(signature = (path, *, effort="normal", neighbors=false, extremes=false))]
+    fn load(
+        _: &Bound<'_, PyType>,
+        py: Python<'_>,
+        path: PathBuf,
+        effort: &str,
+        neighbors: bool,
+        extremes: bool,
+    ) -> PyResult<Self> {
+        let options = options(effort, neighbors, extremes)?;
         let loaded =
             py.detach(|| punctual_io::load(&path).map(|mesh| punctual::Tree::with_options(mesh, &options).into()));
         loaded.map_err(|error| PyOSError::new_err(error.to_string()))

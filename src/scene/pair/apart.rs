@@ -11,7 +11,7 @@ use super::state::Turn;
 use super::travel::slack;
 use crate::math::Pose;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
-use crate::model::cost::{LEAST_WORK, WORK_PER_GLANCE, WORK_PER_QUERY};
+use crate::model::cost::{LEAST_WORK, WORK_PER_GLANCE, WORK_PER_PLANE, WORK_PER_QUERY};
 use crate::query::{Mode, Verdict, glance};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::{Bodies, Placed, margins};
@@ -35,7 +35,11 @@ const LARGEST_PART: f64 = 1.0 / 64.0;
 const PAUSE: u64 = 32;
 const BREAK: u64 = 8;
 
-/// A glance is no use to most pairs whose last search took more work than this.
+/// Planes that are tried at most, and if none parts the bodies, turns without another.
+const PLANES: u32 = 16;
+const WITHOUT_PLANES: u8 = 4;
+
+/// A glance is no use to most pairs whose last search took more work than this, and a plane little to others.
 const LONG_SEARCH: u32 = 400;
 
 /// There has to be room for this many times the work of the last search, and so much more.
@@ -70,11 +74,28 @@ impl Turn {
     /// Whether a glance may tell that the bodies are apart, and is likely to.
     #[inline]
     pub fn may_glance(&self, desk: &mut Desk) -> bool {
-        let is_likely = self.kind == TurnKind::Meet && !self.state.met() && self.state.search <= LONG_SEARCH;
-        is_likely
-            && !desk.held
-            && !desk.bodies.is_special(self.key)
-            && desk.deadline.has_room(WORK_PER_GLANCE + LEAST_WORK)
+        self.kind == TurnKind::Meet
+            && !self.state.met()
+            && self.state.search <= LONG_SEARCH
+            && self.has_room(WORK_PER_GLANCE, desk)
+    }
+
+    /// Whether a plane may part the bodies, and is likely to.
+    #[inline]
+    pub fn may_part(&mut self, desk: &mut Desk) -> bool {
+        let is_likely = self.kind == TurnKind::Meet
+            && self.state.verdict == Verdict::Separated
+            && self.state.search > LONG_SEARCH
+            && self.has_room(u64::from(PLANES) * WORK_PER_PLANE, desk);
+        let waits = self.state.unparted;
+        self.state.unparted -= u8::from(is_likely && waits > 0);
+        is_likely && waits == 0
+    }
+
+    /// Whether there is room for work beside that of a query, and nothing else is asked than whether the bodies meet.
+    #[inline(always)]
+    fn has_room(&self, work: u64, desk: &mut Desk) -> bool {
+        !desk.held && !desk.bodies.is_special(self.key) && desk.deadline.has_room(work + LEAST_WORK)
     }
 
     /// Whether a glance tells that the bodies are apart. If so, takes note of it, and of how far; not if they are slow, and a
@@ -93,9 +114,31 @@ impl Turn {
             self.state.apart = until(bodies, key, pair, low, frame).max(0.0);
         }
         self.state.search = WORK_PER_GLANCE as u32;
+        self.end_apart(frame);
+        true
+    }
+
+    /// Whether one of a few planes parts the bodies. If so, takes note of it, and of how far.
+    #[inline(never)]
+    pub fn a_plane_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
+        let trees = pair.map(|placed| &*placed.body.tree);
+        let (low, tried) = self.state.parting.distance(trees, b_in_a, PLANES, desk.workspace);
+        let (work, frame) = (u64::from(tried) * WORK_PER_PLANE, desk.round.frame);
+        desk.deadline.spend(work);
+        self.spent.work += work;
+        if low == 0.0 {
+            self.state.unparted = WITHOUT_PLANES;
+            return false;
+        }
+        self.state.apart = until(desk.bodies, self.key, pair, low, frame).max(0.0);
+        self.end_apart(frame);
+        true
+    }
+
+    /// The bodies are apart, and their pair is at its end.
+    fn end_apart(&mut self, frame: u64) {
         (self.state.completed, self.state.pending) = (frame, Spent::default());
         self.state.decide(Verdict::Separated, 0, frame);
-        true
     }
 
     /// Whether to try a proof that they are apart by some distance; not if there is a stopped run to resume.

@@ -204,7 +204,9 @@ impl Turn {
         let Some([a, b]) = pair else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
         self.state.apart = self.state.apart.min(0.0);
-        if self.may_glance(desk) && self.glances_apart([a, b], &b_in_a, desk) {
+        if self.may_glance(desk) && self.glances_apart([a, b], &b_in_a, desk)
+            || self.may_part(desk) && self.a_plane_parts([a, b], &b_in_a, desk)
+        {
             self.is_blank = false;
             return Ended::Complete;
         }

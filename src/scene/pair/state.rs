@@ -5,6 +5,7 @@ use super::question::Answer;
 use super::spent::{Spent, capped};
 use super::touch::Touch;
 use crate::model::calibration::Calibration;
+use crate::query::parting::Parting;
 use crate::query::{PairMemory, Verdict};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::Bodies;
@@ -174,6 +175,9 @@ pub(crate) struct PairState {
     /// Above 0: the bodies are apart until the ways of both add up to this. Below 0: its negative is the frame before which no
     /// such proof is tried.
     pub apart: f64,
+    /// The plane that parted them last, and how many turns begin without another, since none did.
+    pub parting: Parting,
+    pub unparted: u8,
     /// Where they touch, if that was ever asked.
     pub touch: Option<Box<Touch>>,
 }
@@ -194,6 +198,8 @@ impl PairState {
             pending: Spent::default(),
             said: Said::Estimates(ArrayVec::new()),
             apart: 0.0,
+            parting: Parting::default(),
+            unparted: 0,
             touch: None,
         }
     }

@@ -23,8 +23,14 @@ fn all_shapes() -> [(Box<punctual_mesh>, Mesh); 6] {
 
 /// Their trees, built with options that are not the default.
 fn all_trees() -> [(Box<punctual_tree>, Tree); 6] {
-    let options = punctual_build_options { effort: punctual_effort::Fast as u32, frames: 0, neighbors: 1, threads: 2 };
-    let mut fast = BuildOptions::fast_build().neighbors(true);
+    let options = punctual_build_options {
+        effort: punctual_effort::Fast as u32,
+        frames: 0,
+        neighbors: 1,
+        extremes: 1,
+        threads: 2,
+    };
+    let mut fast = BuildOptions::fast_build().neighbors(true).extremes(true);
     fast.orientations = false;
     all_shapes().map(|(mesh, native)| {
         (owned(|tree| punctual_tree_new(Some(&mesh), Some(&options), tree)), Tree::with_options(native, &fast))

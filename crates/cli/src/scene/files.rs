@@ -77,7 +77,10 @@ fn parts(list: &Path, folder: &Path) -> Result<Vec<Part>, FileError> {
         match fields(line)[..] {
             [] => {}
             ["mesh", id, file] => {
-                let tree = Tree::with_options(load(&folder.join(file))?, &BuildOptions::default().neighbors(true));
+                let tree = Tree::with_options(
+                    load(&folder.join(file))?,
+                    &BuildOptions::default().neighbors(true).extremes(true),
+                );
                 trees.insert(id.to_owned(), Arc::new(tree));
             }
             ["body", index, mesh, kind @ ("static" | "moving"), ref rest @ ..] if rest.len() < 2 => {
