@@ -701,7 +701,7 @@ typedef struct punctual_build_options {
   uint32_t neighbors;
   /**
    * Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a scene, convex bodies that are
-   * close are then told apart by a plane, without a search, until a refit. Takes a fifth to the whole of the build's time more.
+   * close are then told apart by a plane, without a search, until a refit. Takes a third to the whole of the build's time more.
    */
   uint32_t extremes;
   /**

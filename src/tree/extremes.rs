@@ -32,7 +32,7 @@ type Point = [f32; 3];
 type Block = [[f32; 8]; 3];
 
 impl Extremes {
-    /// Of the vertices of triangles. `O(n)`.
+    /// Of the vertices of triangles; none if there are so many in a cell that a look-up would take long. `O(n)`.
     pub fn of(mesh: &Mesh, unit: &Unit, corners: &[[u32; 3]]) -> Self {
         let mut is_used = alloc::vec![false; mesh.vertex_count()];
         corners.iter().flatten().for_each(|&vertex| is_used[vertex as usize] = true);
@@ -46,6 +46,9 @@ impl Extremes {
         }
         let mut cells = [const { Vec::new() }; CELLS];
         (0..6).for_each(|face| Part { face, low: [0; 2], side: SIDE }.fill(points, &mut cells));
+        if cells.iter().any(|cell| cell.len() > MANY) {
+            return Self::default();
+        }
         let (mut first, mut blocks) = (Vec::with_capacity(CELLS + 1), Vec::new());
         for cell in &cells {
             first.push(blocks.len() as u32);
@@ -175,7 +178,7 @@ impl Part {
     }
 }
 
-/// Cells with more corners are gone through once more, and compared with so many at most.
+/// Cells with more corners are gone through once more, and compared with so many at most, which is also the most that are kept.
 const FEW: usize = 16;
 const MANY: usize = 1024;
 
@@ -230,6 +233,15 @@ mod tests {
             .collect()
     }
 
+    /// All vertices on its rim, so that many of them may be the farthest along about its axis.
+    fn disk(vertices: u32) -> Mesh {
+        let rim = (0..vertices).map(|i| {
+            let angle = core::f32::consts::TAU * i as f32 / vertices as f32;
+            [libm::cosf(angle), libm::sinf(angle), 0.0]
+        });
+        Mesh::new(rim, (1..vertices - 1).map(|i| [0, i, i + 1])).unwrap()
+    }
+
     #[test]
     fn no_vertex_is_farther_along_any_direction_than_is_kept() {
         let random = &mut Random::new(7);
@@ -239,15 +251,9 @@ mod tests {
             let vertices = cloud.iter().copied().take(3 * triangles as usize);
             Mesh::new(vertices, (0..triangles).map(|i| [3 * i, 3 * i + 1, 3 * i + 2])).unwrap()
         };
-        // A disk, of whose vertices many are the farthest along its axis, and one point.
-        let rim = (0..1000).map(|i| {
-            let angle = 0.006_283 * i as f32;
-            [libm::cosf(angle), libm::sinf(angle), 0.0]
-        });
-        let disk = Mesh::new(rim, (1..999).map(|i| [0, i, i + 1])).unwrap();
         let point = Mesh::new([[3.0f32, 2.0, 1.0]], [[0; 3]]).unwrap();
         let shapes = [shapes::icosphere(4), shapes::torus_knot(2, 3, 0.2, 48), shapes::cuboid([1.0, 0.2, 0.5], 3)];
-        let meshes = shapes.into_iter().chain([soup(1000), soup(1), disk, point]);
+        let meshes = shapes.into_iter().chain([soup(1000), soup(1), disk(1000), point]);
         let mut directions = directions(&mut Random::new(8));
         for mesh in meshes {
             let tree = Tree::with_options(mesh, &BuildOptions::default().extremes(true));
@@ -274,5 +280,6 @@ mod tests {
             let blocks = tree.extremes().blocks.len();
             assert!((96..=most).contains(&blocks), "{blocks}");
         }
+        assert!(Tree::with_options(disk(10_000), &BuildOptions::default().extremes(true)).extremes().is_empty());
     }
 }

@@ -42,7 +42,7 @@ pub struct punctual_build_options {
     /// time more, and 32 bytes a triangle.
     pub neighbors: u32,
     /// Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a scene, convex bodies that are
-    /// close are then told apart by a plane, without a search, until a refit. Takes a fifth to the whole of the build's time more.
+    /// close are then told apart by a plane, without a search, until a refit. Takes a third to the whole of the build's time more.
     pub extremes: u32,
     /// Most threads to build in; more than one only for large meshes. The tree is the same, to the bit.
     pub threads: usize,

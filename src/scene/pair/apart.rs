@@ -35,9 +35,11 @@ const LARGEST_PART: f64 = 1.0 / 64.0;
 const PAUSE: u64 = 32;
 const BREAK: u64 = 8;
 
-/// Planes that are tried at most, and if none parts the bodies, turns without another.
+/// Planes that are tried at most, and if none parts the bodies, turns without another: so many, and twice as many after each
+/// time in a row, so often at most.
 const PLANES: u32 = 16;
 const WITHOUT_PLANES: u8 = 4;
+const MOST_IN_VAIN: u8 = 4;
 
 /// A glance is no use to most pairs whose last search took more work than this, and a plane little to others.
 const LONG_SEARCH: u32 = 400;
@@ -87,9 +89,9 @@ impl Turn {
             && self.state.verdict == Verdict::Separated
             && self.state.search > LONG_SEARCH
             && self.has_room(u64::from(PLANES) * WORK_PER_PLANE, desk);
-        let waits = self.state.unparted;
-        self.state.unparted -= u8::from(is_likely && waits > 0);
-        is_likely && waits == 0
+        let waits = self.state.without_planes > 0;
+        self.state.without_planes -= u8::from(is_likely && waits);
+        is_likely && !waits
     }
 
     /// Whether there is room for work beside that of a query, and nothing else is asked than whether the bodies meet.
@@ -127,9 +129,11 @@ impl Turn {
         desk.deadline.spend(work);
         self.spent.work += work;
         if low == 0.0 {
-            self.state.unparted = WITHOUT_PLANES;
+            self.state.without_planes = WITHOUT_PLANES << self.state.in_vain;
+            self.state.in_vain = MOST_IN_VAIN.min(self.state.in_vain + 1);
             return false;
         }
+        self.state.in_vain = 0;
         self.state.apart = until(desk.bodies, self.key, pair, low, frame).max(0.0);
         self.end_apart(frame);
         true

@@ -175,9 +175,10 @@ pub(crate) struct PairState {
     /// Above 0: the bodies are apart until the ways of both add up to this. Below 0: its negative is the frame before which no
     /// such proof is tried.
     pub apart: f64,
-    /// The plane that parted them last, and how many turns begin without another, since none did.
+    /// The plane that parted them last; how often in a row none did, and how many turns begin without another.
     pub parting: Parting,
-    pub unparted: u8,
+    pub in_vain: u8,
+    pub without_planes: u8,
     /// Where they touch, if that was ever asked.
     pub touch: Option<Box<Touch>>,
 }
@@ -199,7 +200,8 @@ impl PairState {
             said: Said::Estimates(ArrayVec::new()),
             apart: 0.0,
             parting: Parting::default(),
-            unparted: 0,
+            in_vain: 0,
+            without_planes: 0,
             touch: None,
         }
     }
