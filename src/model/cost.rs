@@ -99,7 +99,7 @@ pub(crate) const WORK_PER_QUERY: u64 = 250;
 pub(crate) const WORK_PER_GLANCE: u64 = 100;
 
 /// Work that counts for a plane between the bodies of such a pair.
-pub(crate) const WORK_PER_PLANE: u64 = 200;
+pub(crate) const WORK_PER_PLANE: u64 = 350;
 
 /// Work that counts for testing the last witness of a pair in a scene, set-up included.
 pub(crate) const WORK_PER_WITNESS: u64 = 120;

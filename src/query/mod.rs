@@ -10,6 +10,7 @@
 //! | when they meet on the way: [`MotionQuery`] | [`motion`] |
 //! | what rays hit: [`RayQuery`], [`RayBatch`] | [`ray`] |
 //! | what a node pair is replaced by, whatever is asked | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
+//! | what can be told without a query | [`glance`], [`parting`] |
 //! | pairs that wait | [`queue`], by [`order`]; [`triangle_pairs`] |
 //! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`deadline`] |
 //! | all that changes during a query; what is kept for the next | [`workspace`]; [`memory`], [`clearance`] |

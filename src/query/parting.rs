@@ -2,8 +2,9 @@
 //!
 //! However many boxes overlap where two bodies touch or all but touch, if both are convex there, as most parts of robots and
 //! most things that lie on one another are, a plane parts them. To try one takes the corner of each that is the farthest along a
-//! direction ([`Extremes`](crate::tree::Extremes)); where these overlap, they say which way to turn the next (GJK). The direction is kept for the next frame, in
-//! which it mostly parts them again. The proof is in `docs/numerics.md`, "A plane between two surfaces".
+//! direction ([`Extremes`](crate::tree::Extremes)); where these overlap, they say which way to turn the next (GJK). The
+//! direction is kept for the next frame, in which it mostly parts them again. The proof is in `docs/numerics.md`, "A plane
+//! between two surfaces".
 
 use super::flushing;
 use super::views::Relation;

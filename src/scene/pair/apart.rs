@@ -4,7 +4,7 @@
 //! not whether they meet, but whether they are closer than a number of steps of this size. That takes a few times the work, and
 //! then none for as many frames. Why it holds: `docs/numerics.md`.
 
-use super::batch::{Desk, Ended};
+use super::batch::{Desk, Ended, RoundKind};
 use super::question::Question;
 use super::spent::Spent;
 use super::state::Turn;
@@ -12,6 +12,7 @@ use super::travel::slack;
 use crate::math::Pose;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use crate::model::cost::{LEAST_WORK, WORK_PER_GLANCE, WORK_PER_PLANE, WORK_PER_QUERY};
+use crate::query::parting::Parting;
 use crate::query::{Mode, Verdict, glance};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::{Bodies, Placed, margins};
@@ -82,12 +83,14 @@ impl Turn {
             && self.has_room(WORK_PER_GLANCE, desk)
     }
 
-    /// Whether a plane may part the bodies, and is likely to.
+    /// Whether a plane may part the bodies, and is likely to. Before the broad phase, where time is short, only one that did.
     #[inline]
     pub fn may_part(&mut self, desk: &mut Desk) -> bool {
+        let did = self.state.in_vain == 0 && self.state.parting != Parting::default();
         let is_likely = self.kind == TurnKind::Meet
             && self.state.verdict == Verdict::Separated
             && self.state.search > LONG_SEARCH
+            && (did || desk.round.kind == RoundKind::Answer)
             && self.has_room(u64::from(PLANES) * WORK_PER_PLANE, desk);
         let waits = self.state.without_planes > 0;
         self.state.without_planes -= u8::from(is_likely && waits);

@@ -399,8 +399,7 @@ impl Revisit {
         if threads == 1 {
             // A deadline that goes on knows how fast it goes.
             let mut searched = dealt;
-            let round = &Round::to_the_end(frame.number, frame.mode, None);
-            searched.search(frame.bodies, hands.scratch, round, deadline);
+            searched.search(frame.bodies, hands.scratch, &round_of_searches(frame, None), deadline);
             return self.end_search(turn, searched, pairs);
         }
         hands.batches[hands.dealt % threads].turns.push(dealt);
@@ -418,8 +417,7 @@ impl Revisit {
             return;
         }
         let Hands { batches, scratch, end, .. } = hands;
-        let round = Round { kind: RoundKind::Search, ..Round::to_the_end(frame.number, frame.mode, *end) };
-        frame.crew.run(batches, &round, frame.bodies, scratch);
+        frame.crew.run(batches, &round_of_searches(frame, *end), frame.bodies, scratch);
         for searched in batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
             self.end_search(turn, searched, pairs);
         }
@@ -436,6 +434,10 @@ impl Revisit {
         }
         pairs.put_back(searched.index as usize, searched.state, searched.is_blank, searched.marks);
     }
+}
+
+fn round_of_searches(frame: &Frame, end: Option<Duration>) -> Round {
+    Round { kind: RoundKind::Search, ..Round::to_the_end(frame.number, frame.mode, end) }
 }
 
 /// Whether all that is asked of a pair is if the bodies meet that it was found for.
