@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use allocations::held;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, Budget, ManualClock, Mesh, Pose, Scene, Tree, Workspace, shapes};
+use punctual::{Body, Budget, BuildOptions, ManualClock, Mesh, Pose, Scene, Tree, Workspace, shapes};
 
 #[test]
 fn a_workspace_has_20_bytes_a_queued_and_8_a_found_pair() {
@@ -34,6 +34,10 @@ fn a_tree_holds_what_its_statistics_say_and_less_than_188_bytes_a_triangle() {
             let file = tree.to_bytes();
             let (_loaded, bytes) = held(|| Tree::from_bytes(&file).unwrap());
             assert_eq!(bytes, tree.stats().bytes());
+            let (mesh, options) = (tree.mesh().clone(), BuildOptions::default().extremes(true));
+            let (tree, bytes) = held(|| Tree::with_options(mesh, &options));
+            assert_eq!(bytes + bytes_mesh, tree.stats().bytes());
+            assert!((9_000..10_000 + 10 * triangles).contains(&tree.stats().bytes_extremes));
         }
     }
 }

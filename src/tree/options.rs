@@ -15,11 +15,10 @@ pub struct BuildOptions {
     /// found more by then ([`crate::Query::early`]). In a [`crate::Scene`], bodies that slide on one another, as links do at
     /// their joints, are often found to go on meeting without a search. False by default.
     pub neighbors: bool,
-    /// Whether to keep the few corners that may be the farthest along any direction, 10 KB and up to 20 bytes a triangle; a build
-    /// takes a third to the whole of its time longer, and of round meshes up to three times as long. In a [`crate::Scene`], two
+    /// Whether to keep the few corners that may be the farthest along any direction, 10 KB and some bytes a triangle; a build
+    /// takes a third to the whole of its time longer, and of round meshes up to four times as long. In a [`crate::Scene`], two
     /// bodies that are close, or all but touch, are then told apart by a plane between them, without a search, if they are
-    /// convex there. A refit ends that, and of more than about 100,000 triangles that are all round none are kept. False by
-    /// default.
+    /// convex there. A refit ends that, and of round meshes of more than about 100,000 triangles none are kept. False by default.
     pub extremes: bool,
     /// Most threads that build at once, the caller's included; 1 by default. More than one are used only with the feature
     /// `parallel`, and only for large meshes. The tree is the same to the bit, however many there are.

@@ -23,8 +23,13 @@ class ResumeError(RuntimeError): ...
 @final
 class Tree:
     def __new__(
-        cls, vertices: ArrayLike, faces: ArrayLike, *, effort: _Effort = "normal", neighbors: bool = False,
-        extremes: bool = False
+        cls,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        *,
+        effort: _Effort = "normal",
+        neighbors: bool = False,
+        extremes: bool = False,
     ) -> Tree: ...
     @classmethod
     def from_trimesh(
