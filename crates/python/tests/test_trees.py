@@ -73,6 +73,13 @@ def test_effort_changes_the_tree_and_no_answer(ball, ring, touching):
         punctual.Tree(CORNERS, [[0, 1, 2]], effort="most")
 
 
+def test_extremes_are_kept_on_request(ball, ring, touching):
+    kept = [punctual.Tree(tree.vertices, tree.faces, extremes=True) for tree in (ball, ring)]
+    assert all(more.nbytes > tree.nbytes + 9000 for more, tree in zip(kept, (ball, ring)))
+    assert punctual.Tree.from_bytes(kept[0].to_bytes()).nbytes == kept[0].nbytes
+    assert punctual.collide(*kept, touching, mode="all").found == 166
+
+
 def test_files(tmp_path):
     case = FIXTURES / "single_vs_mesh"
     tree = punctual.Tree.load(case / "b.obj")
