@@ -4,7 +4,8 @@
 //! ([`binary`], [`bins`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with an orientation of
 //! its own ([`assign`], [`axes`], [`moments`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes
 //! ([`fit`]), its alpha per axis and its profile level by level ([`profile`]). When vertices move, that pass is repeated
-//! ([`refit`]). The file of a tree ([`mod@file`]) holds what cannot be computed again: the mesh, the order of the triangles and
+//! ([`refit`]). On request what lies next to each triangle is kept ([`adjacency`]), and what may be the farthest along a
+//! direction ([`extremes`]). The file of a tree ([`mod@file`]) holds what cannot be computed again: the mesh, the order of the triangles and
 //! the orientations.
 
 mod adjacency;

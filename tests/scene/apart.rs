@@ -123,14 +123,14 @@ fn what_trembles_close_by_needs_few_queries() {
     }
 }
 
-/// A ball rolls over another, far in a frame and close to it: a plane parts them, if extremes are kept, for the work of some
-/// planes a frame. They go by the tree of a body, are gone with a refit, and do not matter where the balls meet.
+/// A ball rolls over another, far in a frame and close to it: a plane parts them, for the work of some planes a frame, if both
+/// trees keep extremes and neither was refitted. Where the balls meet is told as ever.
 #[test]
 fn what_a_plane_parts_needs_no_search() {
-    let mut wide = Tree::clone(&ball(true));
+    let mut refitted = Tree::clone(&ball(true));
     let vertices: Vec<_> =
-        (0..wide.mesh().vertex_count()).map(|i| wide.mesh().vertex(i).as_vec3().to_array()).collect();
-    wide.refit(&vertices).unwrap();
+        (0..refitted.mesh().vertex_count()).map(|i| refitted.mesh().vertex(i).as_vec3().to_array()).collect();
+    refitted.refit(&vertices).unwrap();
     let rolling = |of: [Arc<Tree>; 2]| {
         let mut scene = Scene::new();
         scene.insert(Body::fixed(Arc::clone(&of[0]), at(3.0, 2.0, 1.0))).unwrap();
@@ -149,9 +149,9 @@ fn what_a_plane_parts_needs_no_search() {
         work
     };
     let [kept, of_one] = [[true, true], [true, false]].map(|extremes| rolling(extremes.map(ball)));
-    let refitted = rolling([Arc::new(wide), ball(true)]);
+    let of_refitted = rolling([Arc::new(refitted), ball(true)]);
     assert!(kept < of_one / 4 && kept < 190 * 3500, "{kept} units, or {of_one} where only one tree keeps them");
-    assert_eq!(of_one, refitted);
+    assert_eq!(of_one, of_refitted);
 }
 
 /// What a body was before counts no more, not even nothing, which has no place to go from.
