@@ -5,8 +5,8 @@
 //! its own ([`assign`], [`axes`], [`moments`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes
 //! ([`fit`]), its alpha per axis and its profile level by level ([`profile`]). When vertices move, that pass is repeated
 //! ([`refit`]). On request what lies next to each triangle is kept ([`adjacency`]), and what may be the farthest along a
-//! direction ([`extremes`]). The file of a tree ([`mod@file`]) holds what cannot be computed again: the mesh, the order of the triangles and
-//! the orientations.
+//! direction ([`extremes`]). The file of a tree ([`mod@file`]) holds what cannot be computed again: the mesh, the order of the
+//! triangles and the orientations.
 
 mod adjacency;
 mod align;
