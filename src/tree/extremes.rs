@@ -203,8 +203,7 @@ fn columns(four: [[f32; 3]; 4]) -> [f32x4; 3] {
 /// How far a point is along each of four directions.
 #[inline(always)]
 fn reach(directions: &[f32x4; 3], point: &Point) -> f32x4 {
-    let [x, y, z] = per_axis!(k => directions[k] * f32x4::splat(point[k]));
-    x + y + z
+    dot(*directions, per_axis!(k => f32x4::splat(point[k])))
 }
 
 #[cfg(test)]

@@ -36,9 +36,10 @@ const LARGEST_PART: f64 = 1.0 / 64.0;
 const PAUSE: u64 = 32;
 const BREAK: u64 = 8;
 
-/// Planes that are tried at most, and if none parts the bodies, turns without another: so many, and twice as many after each
-/// time in a row, so often at most.
+/// Planes that are tried in a turn, at most.
 const PLANES: u32 = 16;
+
+/// Turns without planes, after none has parted the bodies. Each time that happens again they are doubled, so often at most.
 const WITHOUT_PLANES: u8 = 4;
 const MOST_IN_VAIN: u8 = 4;
 
@@ -83,7 +84,8 @@ impl Turn {
             && self.has_room(WORK_PER_GLANCE, desk)
     }
 
-    /// Whether a plane may part the bodies, and is likely to. Before the broad phase, where time is short, only one that did.
+    /// Whether a plane may part the bodies, and is likely to. Before the broad phase, where time is short, this is so only where
+    /// one did the last time.
     #[inline]
     pub fn may_part(&mut self, desk: &mut Desk) -> bool {
         let did = self.state.in_vain == 0 && self.state.parting != Parting::default();
