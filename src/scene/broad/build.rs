@@ -7,6 +7,7 @@ use super::node::{NONE, Node, Proxy};
 use crate::math::Aabb;
 use crate::model::cost::WORK_PER_BUILT_LEVEL;
 use crate::query::Deadline;
+use crate::scene::facts::Change;
 use crate::scene::room::reserve;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
@@ -70,12 +71,13 @@ impl Build {
         self.ranges.clear();
     }
 
-    /// Builds as far as the deadline allows; whether it is done. The root is node 0, if there is one. Newcomers are of this
-    /// `generation`.
+    /// Builds as far as the deadline allows; whether it is done. The root is node 0, if there is one. Bodies that have `news` are
+    /// newcomers of this `generation`.
     pub fn advance(
         &mut self,
         nodes: &mut Vec<Node>,
         proxies: &mut [Proxy],
+        news: &[Change],
         generation: u16,
         deadline: &mut Deadline,
     ) -> bool {
@@ -85,7 +87,8 @@ impl Build {
             } else if let Some(partition) = self.partition.take() {
                 self.partition(partition, proxies)
             } else if let Some(range) = self.ranges.pop() {
-                self.split(range, nodes, proxies, generation);
+                let newest = |body| if news[body as usize] == Change::None { 0 } else { generation };
+                self.split(range, nodes, proxies, newest);
                 self.open = nodes.len();
                 STEP.min(range.end - range.begin)
             } else if self.open > 0 {
@@ -115,8 +118,8 @@ impl Build {
         count
     }
 
-    /// Makes the node of a range.
-    fn split(&mut self, range: Range, nodes: &mut Vec<Node>, proxies: &mut [Proxy], generation: u16) {
+    /// Makes the node of a range; `newest` is the generation of a body.
+    fn split(&mut self, range: Range, nodes: &mut Vec<Node>, proxies: &mut [Proxy], newest: impl Fn(u32) -> u16) {
         let at = nodes.len() as u32;
         if range.second {
             nodes[range.parent as usize].second = at;
@@ -125,7 +128,7 @@ impl Build {
         if let [body] = *order {
             let proxy = &mut proxies[body as usize];
             proxy.leaf = at;
-            return nodes.push(Node::leaf(body, proxy, range.parent, generation));
+            return nodes.push(Node::leaf(body, proxy, range.parent, newest(body)));
         }
         nodes.push(Node::inner(range.parent));
         if order.len() > STEP {

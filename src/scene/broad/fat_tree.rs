@@ -6,6 +6,7 @@ use crate::math::Aabb;
 use crate::model::cost::{WORK_PER_REFIT, WORK_PER_SEARCH};
 use crate::query::Deadline;
 use crate::scene::body::Bodies;
+use crate::scene::facts::Change;
 use crate::scene::id::{PairKey, pair_key};
 use crate::scene::room::reserve;
 use alloc::vec::Vec;
@@ -14,8 +15,12 @@ use arrayvec::ArrayVec;
 /// Times that a body leaves its fat AABB, on average, before the tree is built anew.
 const MOVES_BEFORE_REBUILD: usize = 6;
 
-/// Nodes of a step, or pairs of them.
+/// If one of so many nodes or more is new, all are refitted: one after the other, that is fast.
+const SWEPT_PART: usize = 16;
+
+/// Nodes of a step, or pairs of them; and of a step in which all are refitted, which takes as long.
 const STEP: usize = 16;
+const SWEEP: usize = 128;
 
 /// The most pairs that a step of the search finds.
 pub(crate) const MOST_FOUND: usize = STEP;
@@ -39,6 +44,9 @@ pub(crate) struct FatTree {
     generation: u16,
     moves: usize,
     build: Build,
+    /// Whether so many are new that all nodes are refitted, and how many of them still are to be; else paths are.
+    sweeps: bool,
+    unswept: usize,
     /// Nodes whose children are to be refitted, parents first, and to be looked at for that; then pairs of nodes to be searched.
     inner: Vec<u32>,
     stack: Vec<[u32; 2]>,
@@ -61,8 +69,9 @@ impl FatTree {
         self.build.reserve(bodies);
     }
 
-    pub fn begin_generation(&mut self) {
+    pub fn begin_generation(&mut self, newcomers: usize) {
         self.generation += 1;
+        self.sweeps = SWEPT_PART * newcomers > self.nodes.len();
     }
 
     /// Whether the fat AABB of a body overlaps that in its leaf: it was not teleported.
@@ -87,10 +96,14 @@ impl FatTree {
         }
     }
 
-    /// Sets a leaf, and says along the path to it that there is a new one.
+    /// Sets a leaf, and says along the path to it that there is a new one, unless all nodes will be looked at.
     fn set_leaf(&mut self, leaf: u32, bounds: Aabb, moving: bool) {
         let node = &mut self.nodes[leaf as usize];
         (node.bounds, node.moving) = (bounds, moving);
+        if self.sweeps {
+            node.newest = self.generation;
+            return;
+        }
         let mut at = leaf;
         while let Some(node) = self.nodes.get_mut(at as usize).filter(|node| node.newest != self.generation) {
             node.newest = self.generation;
@@ -128,14 +141,16 @@ impl FatTree {
             self.nodes.clear();
             self.build.begin(bodies);
         } else {
-            self.stack.extend(self.roots.iter().map(|&root| [root; 2]));
+            self.unswept = if self.sweeps { self.nodes.len() } else { 0 };
+            let roots = if self.sweeps { &[] } else { &self.roots[..] };
+            self.stack.extend(roots.iter().map(|&root| [root; 2]));
         }
         outgrown
     }
 
     /// Builds the tree of all bodies that are there; whether it is done.
-    pub fn build(&mut self, proxies: &mut [Proxy], deadline: &mut Deadline) -> bool {
-        let done = self.build.advance(&mut self.nodes, proxies, self.generation, deadline);
+    pub fn build(&mut self, proxies: &mut [Proxy], news: &[Change], deadline: &mut Deadline) -> bool {
+        let done = self.build.advance(&mut self.nodes, proxies, news, self.generation, deadline);
         if done && !self.nodes.is_empty() {
             self.roots.push(0);
         }
@@ -145,6 +160,16 @@ impl FatTree {
     /// Makes the boxes above new ones fit again; whether they do. Then a search may begin.
     pub fn refit(&mut self, deadline: &mut Deadline) -> bool {
         const WORK: u64 = STEP as u64 * WORK_PER_REFIT;
+        while self.unswept > 0 {
+            if !deadline.has_room(WORK) {
+                return false;
+            }
+            // Children come after their parents, and one after the other they come fast from memory.
+            let first = self.unswept.saturating_sub(SWEEP);
+            (first..self.unswept).rev().for_each(|at| Node::fit(&mut self.nodes, at));
+            deadline.spend(WORK_PER_REFIT * (self.unswept - first).div_ceil(SWEEP / STEP) as u64);
+            self.unswept = first;
+        }
         while !(self.stack.is_empty() && self.inner.is_empty()) {
             if !deadline.has_room(WORK) {
                 return false;

@@ -77,6 +77,8 @@ enum Stage {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Broad {
     proxies: Vec<Proxy>,
+    /// What is new about each body in this generation: a byte, since it is asked of both bodies of all known pairs.
+    news: Vec<Change>,
     waiting: Waiting,
     newcomers: Vec<u32>,
     stage: Stage,
@@ -96,15 +98,14 @@ pub(crate) struct Broad {
 impl Broad {
     /// What is new about a pair of bodies in this generation.
     pub fn news(&self, pair: [u32; 2]) -> Change {
-        let [x, y] = pair.map(|body| self.proxies[body as usize].news);
+        let [x, y] = pair.map(|body| self.news[body as usize]);
         x.max(y)
     }
 
     /// Whether another body was in the slot when the pairs known were found.
     #[inline(always)]
     fn is_another(&self, body: u32) -> bool {
-        let proxy = &self.proxies[body as usize];
-        proxy.next == Change::Body || !self.purged && proxy.news == Change::Body
+        self.proxies[body as usize].next == Change::Body || !self.purged && self.news[body as usize] == Change::Body
     }
 
     /// Whether what is known of a pair is of another body than it has now.
@@ -141,8 +142,7 @@ impl Broad {
 
     /// Whether the box of a body may not be in the tree.
     pub fn is_unsettled(&self, body: u32) -> bool {
-        let proxy = &self.proxies[body as usize];
-        proxy.waiting || proxy.news != Change::None
+        self.proxies[body as usize].waiting || self.news[body as usize] != Change::None
     }
 
     /// The unsettled bodies, each once.
@@ -154,6 +154,7 @@ impl Broad {
     /// Makes room for bodies of indices below `bodies`.
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.proxies, bodies);
+        reserve(&mut self.news, bodies);
         reserve(&mut self.newcomers, bodies);
         reserve(&mut self.cropped, bodies);
         self.waiting.reserve(bodies);
@@ -170,6 +171,7 @@ impl Broad {
     pub fn insert(&mut self, body: u32) {
         if body as usize == self.proxies.len() {
             self.proxies.push(Proxy::NOWHERE);
+            self.news.push(Change::None);
         }
     }
 
@@ -215,7 +217,7 @@ impl Broad {
             self.stage = match self.stage {
                 Stage::Idle => self.begin_generation(known[0], deadline)?,
                 Stage::Renew(next) => self.renew(next, deadline)?,
-                Stage::Build => self.tree.build(&mut self.proxies, deadline).then_some(Stage::Refit)?,
+                Stage::Build => self.tree.build(&mut self.proxies, &self.news, deadline).then_some(Stage::Refit)?,
                 Stage::Refit => self.tree.refit(deadline).then_some(Stage::Search)?,
                 Stage::Search => self.search(bodies, known, deadline)?,
                 Stage::Sort { last } => {
@@ -244,11 +246,12 @@ impl Broad {
             && let Some(body) = self.waiting.pop()
         {
             let proxy = &mut self.proxies[body as usize];
-            (proxy.news, proxy.next, proxy.waiting) = (proxy.next, Change::None, false);
+            self.news[body as usize] = mem::replace(&mut proxy.next, Change::None);
+            proxy.waiting = false;
             self.newcomers.push(body);
         }
         (!self.newcomers.is_empty()).then(|| {
-            self.tree.begin_generation();
+            self.tree.begin_generation(self.newcomers.len());
             Stage::Renew(0)
         })
     }
@@ -296,7 +299,7 @@ impl Broad {
             let rest = self.newcomers.len().saturating_sub(STEP);
             for body in self.newcomers.drain(rest..) {
                 let proxy = &mut self.proxies[body as usize];
-                proxy.news = Change::None;
+                self.news[body as usize] = Change::None;
                 if self.crops {
                     if proxy.cropped == NONE {
                         proxy.cropped = self.cropped.len() as u32;

@@ -12,8 +12,7 @@ pub(crate) struct Proxy {
     pub fat: Aabb,
     pub leaf: u32,
     pub moving: bool,
-    /// What is new about it in this generation, and what will be in the next.
-    pub news: Change,
+    /// What will be new about it in the next generation.
     pub next: Change,
     /// Whether it waits for the next generation.
     pub waiting: bool,
@@ -30,7 +29,6 @@ impl Proxy {
         fat: Aabb::EMPTY,
         leaf: NONE,
         moving: false,
-        news: Change::None,
         next: Change::None,
         waiting: false,
         open: false,
@@ -58,9 +56,8 @@ pub(crate) struct Node {
 const _: () = assert!(size_of::<Node>() == 64);
 
 impl Node {
-    /// Of a body that is new in `generation` if anything about it is.
-    pub fn leaf(body: u32, proxy: &Proxy, parent: u32, generation: u16) -> Self {
-        let newest = if proxy.news == Change::None { 0 } else { generation };
+    /// Of a body that was new in a generation.
+    pub fn leaf(body: u32, proxy: &Proxy, parent: u32, newest: u16) -> Self {
         Self { bounds: proxy.fat, second: NONE, parent, body, newest, moving: proxy.moving }
     }
 

@@ -57,8 +57,6 @@ struct Candidate {
     place: u32,
     ids: [BodyId; 2],
     is_special: bool,
-    /// Whether their boxes overlap, as they were placed.
-    overlap: bool,
 }
 
 impl Candidate {
@@ -166,12 +164,14 @@ impl<'l> Listing<'l> {
         places.end
     }
 
+    /// A pair, as far as its bodies are read for it: no more than their ids, so that all of their cache lines are waited for at
+    /// once.
     #[inline(always)]
     fn candidate(&self, place: usize) -> Candidate {
         let (key, bodies) = (self.pairs.key(place), self.frame.bodies);
         let is_special = bodies.has_special && bodies.is_special(key);
-        let (ids, overlap) = (bodies_of(key).map(|body| bodies.id(body)), bodies.overlap(bodies_of(key)));
-        Candidate { key, place: place as u32, ids, is_special, overlap }
+        let ids = bodies_of(key).map(|body| bodies.id(body));
+        Candidate { key, place: place as u32, ids, is_special }
     }
 
     /// Lists the next pairs that were found, up to one of these; none of them is known at a place before `from`. How many.
@@ -219,7 +219,7 @@ impl<'l> Listing<'l> {
         if look.is_out {
             return false;
         }
-        let overlap = look.listed || pair.overlap;
+        let overlap = look.listed || bodies.overlap(bodies_of(key));
         let Some(overlap) = (if settled { Some(overlap) } else { self.may_overlap(pair, overlap) }) else {
             return false;
         };
