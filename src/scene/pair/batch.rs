@@ -10,7 +10,7 @@ use super::state::Turn;
 use super::touch::{MOST_CONTACTS, Touch};
 use crate::contact::Patches;
 use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY};
-use crate::query::{Clock, Deadline, Mode, StopReason, Workspace};
+use crate::query::{Clock, Deadline, Mode, StopReason, Verdict, Workspace};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::{Bodies, Placed};
 use crate::scene::id::PairKey;
@@ -204,17 +204,18 @@ impl Turn {
         let Some([a, b]) = pair else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
         self.state.apart = self.state.apart.min(0.0);
-        if self.may_glance(desk) && self.glances_apart([a, b], &b_in_a, desk)
-            || self.may_part(desk) && self.a_plane_parts([a, b], &b_in_a, desk)
-        {
-            self.is_blank = false;
+        if self.may_glance(desk) && self.glances_apart([a, b], &b_in_a, desk) {
+            self.is_blank &= self.state.apart > 0.0;
+            return Ended::Complete;
+        }
+        self.is_blank &= self.state.verdict == Verdict::Undecided;
+        if self.may_part(desk) && self.a_plane_parts([a, b], &b_in_a, desk) {
             return Ended::Complete;
         }
         if self.kind == TurnKind::Meet
             && self.may_prove_apart(desk)
             && let Some(ended) = self.prove_apart([a, b], b_in_a, desk)
         {
-            self.is_blank = false;
             return ended;
         }
         let question = match self.kind {

@@ -58,7 +58,7 @@ pub(crate) struct Turn {
     pub kind: TurnKind,
     /// What is left to ask after it.
     pub next: Option<TurnKind>,
-    /// Whether no query of the pair was ever begun.
+    /// Whether the pair needs no state: it had no turn yet, or all that is known of it is what a glance found.
     pub is_blank: bool,
     /// Whether probabilities were reported whose truth is known now.
     pub teaches: bool,

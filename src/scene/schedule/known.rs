@@ -1,12 +1,16 @@
 //! What is known of every pair of near bodies, in few bytes: a frame looks at all of them.
 
+use crate::model::cost::WORK_PER_GLANCE;
+use crate::query::Verdict;
 use crate::scene::body::{Bodies, triangle_ids};
 use crate::scene::id::PairKey;
 use crate::scene::pair::state::{Marks, PairState, Proof};
 
-/// The slot of a pair whose boxes are apart, and of one whose boxes overlap but that had no turn yet.
+/// The slot of a pair whose boxes are apart, of one whose boxes overlap but that had no turn yet, and of one that needs no state
+/// either: a glance has found it apart, and nothing else is known of it.
 pub(crate) const APART: u32 = u32::MAX;
 pub(crate) const BLANK: u32 = u32::MAX - 1;
+pub(crate) const GLANCED: u32 = u32::MAX - 2;
 
 /// Two bodies whose fat AABBs overlap, and where their state is. The state of a pair that stays apart is not read.
 #[derive(Clone, Copy, Debug)]
@@ -90,7 +94,17 @@ impl Known {
         }
     }
 
-    /// Whether a query of it was ever begun since their boxes overlap.
+    /// Tells a state that knows nothing what a glance found, if one did. `frame` is the one at hand.
+    pub fn tell_blank(&self, state: &mut PairState, frame: u64) {
+        let since = self.since(frame);
+        state.apart = self.apart();
+        (state.verdict, state.search, state.completed, state.decided) = match self.slot {
+            GLANCED => (Verdict::Separated, WORK_PER_GLANCE as u32, since, since),
+            _ => (Verdict::Undecided, 0, 0, since - 1),
+        };
+    }
+
+    /// Whether it was ever looked at since their boxes overlap.
     pub fn is_begun(&self) -> bool {
         self.slot < BLANK
     }

@@ -1,6 +1,6 @@
 //! The pairs of bodies whose fat AABBs overlap, and where the states of those are that had a turn.
 
-use super::known::{APART, BLANK, Known};
+use super::known::{APART, BLANK, GLANCED, Known};
 use crate::model::cost::WORK_PER_STATE;
 use crate::query::{Deadline, ManualClock};
 use crate::scene::ask::distance_requests::Asker;
@@ -22,7 +22,7 @@ const MANY: usize = 8192;
 
 /// The most pairs that are kept if no other limit is set, and the most that there may be: places and slots are 32-bit numbers.
 const MOST_PAIRS: usize = 1 << 20;
-pub(crate) const LIMIT: usize = BLANK as usize - 1;
+pub(crate) const LIMIT: usize = GLANCED as usize - 1;
 
 /// How far a portion of new pairs is merged: places of the next of those known, and of those found.
 #[derive(Clone, Copy, Debug, Default)]
@@ -170,7 +170,7 @@ impl Pairs {
             known.tell(state, frame.bodies, frame.number);
             return state;
         }
-        self.blank.decided = known.since(frame.number) - 1;
+        known.tell_blank(&mut self.blank, frame.number);
         &mut self.blank
     }
 
@@ -202,12 +202,14 @@ impl Pairs {
         if let Some(state) = self.take_state(place, frame) {
             return Turn::new(known.key, state, false, known.marks());
         }
-        Turn::new(known.key, self.new_state(place, frame.number), true, Marks::default())
+        let marks = if known.slot == GLANCED { known.marks() } else { Marks::default() };
+        Turn::new(known.key, self.new_state(place, frame.number), true, marks)
     }
 
     #[cold]
     fn new_state(&mut self, place: usize, frame: u64) -> Box<PairState> {
-        let new = PairState::new(self.at(place).since(frame));
+        let mut new = PairState::new(1);
+        self.at(place).tell_blank(&mut new, frame);
         let slot = self.free.pop().unwrap_or_else(|| {
             self.states.push(None);
             self.states.len() as u32 - 1
@@ -225,7 +227,7 @@ impl Pairs {
     /// Lets others have the state in a slot, if there is one.
     #[inline]
     pub(super) fn release(&mut self, slot: u32) {
-        if slot < BLANK {
+        if slot < GLANCED {
             self.free.push(slot);
             let state = if self.touches.any() { self.states[slot as usize].as_mut() } else { None };
             if let Some(touch) = state.and_then(|state| state.touch.take()) {
@@ -256,16 +258,18 @@ impl Pairs {
         self.touches.ask(self.room[1].asked);
     }
 
-    /// Puts a state back, or lets others have it if the turn of its pair did not come; and takes note of what is known then.
+    /// Puts a state back, or lets others have it if the pair needs none; and takes note of what is known then.
     #[inline]
     pub fn put_back(&mut self, place: usize, state: Box<PairState>, is_blank: bool, marks: Marks) {
         let known = self.at_mut(place);
         let slot = known.slot;
-        if is_blank {
-            known.slot = BLANK;
-            self.free.push(slot);
-        } else {
+        let is_glanced = is_blank && marks.proof.apart() > 0.0;
+        if !is_blank || is_glanced {
             known.mark(marks);
+        }
+        if is_blank {
+            known.slot = if is_glanced { GLANCED } else { BLANK };
+            self.free.push(slot);
         }
         self.states[slot as usize] = Some(state);
     }
