@@ -205,10 +205,10 @@ impl Turn {
         let b_in_a = a.relative(b);
         self.state.apart = self.state.apart.min(0.0);
         if self.may_glance(desk) && self.glances_apart([a, b], &b_in_a, desk) {
-            self.is_blank &= self.state.apart > 0.0;
+            self.state.is_blank &= self.state.apart > 0.0;
             return Ended::Complete;
         }
-        self.is_blank &= self.state.verdict == Verdict::Undecided;
+        self.state.is_blank &= self.state.verdict == Verdict::Undecided;
         if self.may_part(desk) && self.a_plane_parts([a, b], &b_in_a, desk) {
             return Ended::Complete;
         }
@@ -225,7 +225,7 @@ impl Turn {
         if !desk.deadline.has_room(question.least_work()) {
             return Ended::NotBegun;
         }
-        self.is_blank = false;
+        self.state.is_blank = false;
         match self.kind {
             TurnKind::Contacts => self.find_contacts(&question, [a, b], desk),
             TurnKind::Meet => self.answer(&question, desk),

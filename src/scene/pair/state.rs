@@ -58,8 +58,6 @@ pub(crate) struct Turn {
     pub kind: TurnKind,
     /// What is left to ask after it.
     pub next: Option<TurnKind>,
-    /// Whether the pair needs no state: it had no turn yet, or all that is known of it is what a glance found.
-    pub is_blank: bool,
     /// Whether probabilities were reported whose truth is known now.
     pub teaches: bool,
     pub spent: Spent,
@@ -108,10 +106,10 @@ impl From<f64> for Proof {
 
 impl Turn {
     /// Of a pair about which nothing is to be asked yet.
-    pub fn new(key: PairKey, state: Box<PairState>, is_blank: bool, marks: Marks) -> Self {
+    pub fn new(key: PairKey, state: Box<PairState>, marks: Marks) -> Self {
         let standing = Standing { verdict: Verdict::Undecided, found: 0, complete: false };
         let (kind, spent) = (TurnKind::Meet, Spent::default());
-        Self { state, key, index: 0, median: 0, kind, next: None, is_blank, teaches: false, spent, standing, marks }
+        Self { state, key, index: 0, median: 0, kind, next: None, teaches: false, spent, standing, marks }
     }
 
     /// Takes note of what came of it in `frame`.
@@ -153,6 +151,8 @@ impl Turn {
 /// What is kept about two bodies as long as their boxes overlap, from their first turn on.
 #[derive(Clone, Debug)]
 pub(crate) struct PairState {
+    /// Whether the list of pairs can hold all that is known of it: it had no turn yet, or a glance found it apart.
+    pub is_blank: bool,
     pub memory: PairMemory,
     /// What the last frame that decided it found.
     pub verdict: Verdict,
@@ -187,6 +187,7 @@ impl PairState {
     /// Of a pair whose boxes overlap for the first time in `frame`.
     pub fn new(frame: u64) -> Self {
         Self {
+            is_blank: true,
             memory: PairMemory::without_clearance(),
             verdict: Verdict::Undecided,
             found: 0,

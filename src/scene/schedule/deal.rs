@@ -183,7 +183,7 @@ pub(crate) fn take_back(
             job.ask(next, frame, &turn.state);
         }
         report.note(job.listed as usize, turn.standing, turn.spent);
-        pairs.put_back(job.place as usize, turn.state, turn.is_blank, turn.marks);
+        pairs.put_back(job.place as usize, turn.state, turn.marks);
     }
     ended
 }

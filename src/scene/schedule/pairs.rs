@@ -199,29 +199,24 @@ impl Pairs {
     #[inline]
     pub fn take(&mut self, place: usize, frame: &Frame) -> Turn {
         let known = *self.at(place);
-        if let Some(state) = self.take_state(place, frame) {
-            return Turn::new(known.key, state, false, known.marks());
-        }
-        let marks = if known.slot == GLANCED { known.marks() } else { Marks::default() };
-        Turn::new(known.key, self.new_state(place, frame.number), true, marks)
+        let state = self.take_state(place, frame).unwrap_or_else(|| self.new_state(place, frame.number));
+        Turn::new(known.key, state, known.marks())
     }
 
     #[cold]
     fn new_state(&mut self, place: usize, frame: u64) -> Box<PairState> {
-        let mut new = PairState::new(1);
-        self.at(place).tell_blank(&mut new, frame);
         let slot = self.free.pop().unwrap_or_else(|| {
             self.states.push(None);
             self.states.len() as u32 - 1
         });
+        let known = *self.at(place);
         self.at_mut(place).slot = slot;
-        match self.states[slot as usize].take() {
-            Some(mut state) => {
-                *state = new;
-                state
-            }
-            None => Box::new(new),
+        let mut state = self.states[slot as usize].take().unwrap_or_else(|| Box::new(PairState::new(1)));
+        if !state.is_blank {
+            *state = PairState::new(1);
         }
+        known.tell_blank(&mut state, frame);
+        state
     }
 
     /// Lets others have the state in a slot, if there is one.
@@ -260,14 +255,14 @@ impl Pairs {
 
     /// Puts a state back, or lets others have it if the pair needs none; and takes note of what is known then.
     #[inline]
-    pub fn put_back(&mut self, place: usize, state: Box<PairState>, is_blank: bool, marks: Marks) {
+    pub fn put_back(&mut self, place: usize, state: Box<PairState>, marks: Marks) {
         let known = self.at_mut(place);
         let slot = known.slot;
-        let is_glanced = is_blank && marks.proof.apart() > 0.0;
-        if !is_blank || is_glanced {
+        let is_glanced = state.is_blank && marks.proof.apart() > 0.0;
+        if !state.is_blank || is_glanced {
             known.mark(marks);
         }
-        if is_blank {
+        if state.is_blank {
             known.slot = if is_glanced { GLANCED } else { BLANK };
             self.free.push(slot);
         }
@@ -376,4 +371,45 @@ fn insert(list: &mut Vec<Known>, from: usize, keys: &[PairKey]) {
     list.extend(keys.iter().map(|&key| Known::new(key)));
     list[from..].sort_by_key(|known| known.key);
     list.dedup_by_key(|known| known.key);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Pose;
+    use crate::mesh::Mesh;
+    use crate::query::{Budget, Verdict};
+    use crate::scene::{Body, Scene};
+    use crate::tree::Tree;
+    use alloc::sync::Arc;
+    use glam::{DMat3, DVec3};
+
+    #[test]
+    fn a_pair_that_a_glance_found_apart_needs_no_state() {
+        // A triangle in each of two opposite corners of a cube.
+        let corner = |at: f32| [[at, at, at], [0.9 * at, at, at], [at, 0.9 * at, at]];
+        let vertices = [corner(-1.0), corner(1.0)].concat();
+        let tree = Arc::new(Tree::new(Mesh::new(vertices, [[0u32, 1, 2], [3, 4, 5]]).unwrap()));
+        let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::new(x, 0.0, 0.0)).unwrap();
+        let mut scene = Scene::new();
+        scene.insert(Body::fixed(Arc::clone(&tree), at(0.0))).unwrap();
+        let body = scene.insert(Body::moving(tree, at(0.5))).unwrap();
+        // Whether the pair is decided, its age, and the states that are not free.
+        let mut detect = |place: f64, budget: Budget| {
+            scene.set_pose(body, at(place)).unwrap();
+            let pair = scene.detect(budget).pairs.first().map(|pair| (pair.verdict == Verdict::Separated, pair.age));
+            let Pairs { known, states, free, .. } = &scene.pairs;
+            (pair, known[0].slot == GLANCED, states.len() - free.len())
+        };
+        let unlimited = Budget::unlimited();
+        assert_eq!(detect(0.5, unlimited), (Some((true, 0)), true, 0));
+        // Farther than a proof lasts: another glance, and nothing where there is no room for one.
+        assert_eq!(detect(1.5, unlimited), (Some((true, 0)), true, 0));
+        assert!(detect(0.4, Budget::work(0)).1);
+        assert_eq!(detect(0.5, unlimited), (Some((true, 0)), true, 0));
+        // Where they meet, a state is kept as long as their boxes overlap.
+        assert_eq!(detect(0.0, unlimited), (Some((false, 0)), false, 1));
+        assert_eq!(detect(0.5, unlimited), (Some((true, 0)), false, 1));
+        assert_eq!(detect(2.05, unlimited), (None, false, 0));
+    }
 }

@@ -223,7 +223,7 @@ impl Revisit {
                 }
             }
             let marks = state.marks(frame.number);
-            pairs.put_back(place as usize, state, false, marks);
+            pairs.put_back(place as usize, state, marks);
         });
     }
 
@@ -432,7 +432,7 @@ impl Revisit {
         if searched.next.is_some() {
             self.turns[turn] = self.turns[turn].min(searched.key);
         }
-        pairs.put_back(searched.index as usize, searched.state, searched.is_blank, searched.marks);
+        pairs.put_back(searched.index as usize, searched.state, searched.marks);
     }
 }
 
