@@ -1,9 +1,9 @@
 //! The broad phase: which bodies may meet at all.
 //!
 //! Each body has its box and a fat AABB around it; while the box stays inside that, nothing else is done. Bodies that have left
-//! theirs wait, and go through the tree of fat AABBs ([`fat_tree`]) as a *generation* of newcomers: their leaves are
-//! renewed, the tree is refitted along their paths, or all of it, or built anew, and one descent of the tree against itself finds the pairs of
-//! overlapping fat AABBs that have a new one among them. All subtrees without one are passed by, and so are those of fixed
+//! theirs wait, and go through the tree of fat AABBs ([`fat_tree`]) as a *generation* of newcomers: their leaves are renewed, the
+//! tree is refitted along their paths, or all of it, or built anew, and one descent of the tree against itself finds the pairs
+//! of overlapping fat AABBs that have a new one among them. All subtrees without one are passed by, and so are those of fixed
 //! bodies among themselves. The pairs found are sorted and merged into those known ([`super::schedule::pairs`]), which stay until
 //! one of their bodies leaves its fat AABB again.
 //!

@@ -1,4 +1,4 @@
-//! What is kept about two bodies while their boxes overlap, once a query had its turn.
+//! What is kept about two bodies while their boxes overlap, once that is more than the list of pairs can hold.
 
 use super::bounds::Bounds;
 use super::question::Answer;
@@ -148,7 +148,7 @@ impl Turn {
     }
 }
 
-/// What is kept about two bodies as long as their boxes overlap, from their first turn on.
+/// What is kept about two bodies as long as their boxes overlap, once that is more than the list of pairs can hold.
 #[derive(Clone, Debug)]
 pub(crate) struct PairState {
     /// Whether the list of pairs can hold all that is known of it: it had no turn yet, or a glance found it apart.
@@ -184,15 +184,15 @@ pub(crate) struct PairState {
 }
 
 impl PairState {
-    /// Of a pair whose boxes overlap for the first time in `frame`.
-    pub fn new(frame: u64) -> Self {
+    /// Of a pair of which nothing is known.
+    pub fn blank() -> Self {
         Self {
             is_blank: true,
             memory: PairMemory::without_clearance(),
             verdict: Verdict::Undecided,
             found: 0,
             completed: 0,
-            decided: frame - 1,
+            decided: 0,
             refuted: 0,
             steadiness: USUAL_STEADINESS,
             nearby: 0.0,

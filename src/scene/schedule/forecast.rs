@@ -133,7 +133,7 @@ mod tests {
                     bodies: &bodies,
                     crew: &crew,
                 };
-                let state = PairState { verdict, search, refuted, ..PairState::new(1) };
+                let state = PairState { verdict, search, refuted, ..PairState::blank() };
                 let mut before = 0.0;
                 for part in [0.0, f32::MIN_POSITIVE, 1e-3, 0.1, 0.5, 1.0] {
                     let forecast = Forecast::new(&state, [1.0, 200.0], part, &frame);

@@ -1,4 +1,4 @@
-//! The pairs of bodies whose fat AABBs overlap, and where the states of those are that had a turn.
+//! The pairs of bodies whose fat AABBs overlap, and where the states of those are that need one.
 
 use super::known::{APART, BLANK, GLANCED, Known};
 use crate::model::cost::WORK_PER_STATE;
@@ -61,7 +61,7 @@ impl Default for Pairs {
             states: Vec::new(),
             free: Vec::new(),
             touches: Touches::default(),
-            blank: PairState::new(1),
+            blank: PairState::blank(),
             room: [Room::default(); 2],
             most: MOST_PAIRS,
         }
@@ -211,9 +211,9 @@ impl Pairs {
         });
         let known = *self.at(place);
         self.at_mut(place).slot = slot;
-        let mut state = self.states[slot as usize].take().unwrap_or_else(|| Box::new(PairState::new(1)));
+        let mut state = self.states[slot as usize].take().unwrap_or_else(|| Box::new(PairState::blank()));
         if !state.is_blank {
-            *state = PairState::new(1);
+            *state = PairState::blank();
         }
         known.tell_blank(&mut state, frame);
         state
@@ -361,7 +361,7 @@ impl Pairs {
         while self.states.len() < most && deadline.has_room(WORK_PER_STATE) {
             deadline.spend(WORK_PER_STATE);
             self.free.push(self.states.len() as u32);
-            self.states.push(Some(Box::new(PairState::new(1))));
+            self.states.push(Some(Box::new(PairState::blank())));
         }
     }
 }
