@@ -15,7 +15,7 @@ use arrayvec::ArrayVec;
 /// Times that a body leaves its fat AABB, on average, before the tree is built anew.
 const MOVES_BEFORE_REBUILD: usize = 6;
 
-/// If one of so many nodes or more is new, all are refitted: one after the other, that is fast.
+/// If more than one of so many nodes is new, all are refitted: one after the other, that is fast.
 const SWEPT_PART: usize = 16;
 
 /// Nodes of a step, or pairs of them; and of a step in which all are refitted, which takes as long.
@@ -44,7 +44,7 @@ pub(crate) struct FatTree {
     generation: u16,
     moves: usize,
     build: Build,
-    /// Whether so many are new that all nodes are refitted, and how many of them still are to be; else paths are.
+    /// Whether so many bodies are new that all nodes are refitted, not paths; and how many nodes still are to be.
     sweeps: bool,
     unswept: usize,
     /// Nodes whose children are to be refitted, parents first, and to be looked at for that; then pairs of nodes to be searched.
@@ -140,10 +140,10 @@ impl FatTree {
             self.roots.clear();
             self.nodes.clear();
             self.build.begin(bodies);
+        } else if self.sweeps {
+            self.unswept = self.nodes.len();
         } else {
-            self.unswept = if self.sweeps { self.nodes.len() } else { 0 };
-            let roots = if self.sweeps { &[] } else { &self.roots[..] };
-            self.stack.extend(roots.iter().map(|&root| [root; 2]));
+            self.stack.extend(self.roots.iter().map(|&root| [root; 2]));
         }
         outgrown
     }

@@ -208,6 +208,7 @@ impl Turn {
             self.state.is_blank &= self.state.apart > 0.0;
             return Ended::Complete;
         }
+        // The list cannot hold that the bodies were apart without a proof.
         self.state.is_blank &= self.state.verdict == Verdict::Undecided;
         if self.may_part(desk) && self.a_plane_parts([a, b], &b_in_a, desk) {
             return Ended::Complete;
