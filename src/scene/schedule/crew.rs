@@ -17,14 +17,21 @@ pub(crate) trait Crew {
     /// after [`Crew::finish`].
     fn begin(&self, first: usize, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>);
 
-    /// Runs all batches that were begun and that nobody has taken, and waits for the others. `scratch` is a workspace of the
-    /// calling thread.
-    fn finish(&self, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>, scratch: &mut Box<Workspace>);
+    /// Runs all batches that were begun and that nobody has taken, and waits for the others. Each goes through `back` when it has
+    /// ended. `scratch` is a workspace of the calling thread.
+    fn finish(
+        &self,
+        batches: &mut [Batch],
+        round: &Round,
+        bodies: &Arc<Bodies>,
+        scratch: &mut Box<Workspace>,
+        back: &mut dyn FnMut(&mut Batch),
+    );
 
     /// Runs all batches.
     fn run(&self, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>, scratch: &mut Box<Workspace>) {
         self.begin(0, batches, round, bodies);
-        self.finish(batches, round, bodies, scratch);
+        self.finish(batches, round, bodies, scratch, &mut |_| ());
     }
 }
 
@@ -40,9 +47,17 @@ impl Crew for Alone<'_> {
 
     fn begin(&self, _: usize, _: &mut [Batch], _: &Round, _: &Arc<Bodies>) {}
 
-    fn finish(&self, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>, scratch: &mut Box<Workspace>) {
+    fn finish(
+        &self,
+        batches: &mut [Batch],
+        round: &Round,
+        bodies: &Arc<Bodies>,
+        scratch: &mut Box<Workspace>,
+        back: &mut dyn FnMut(&mut Batch),
+    ) {
         for batch in batches.iter_mut().filter(|batch| !batch.is_empty()) {
             batch.run(bodies, scratch, round, self.0);
+            back(batch);
         }
     }
 }

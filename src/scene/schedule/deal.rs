@@ -162,9 +162,9 @@ impl Deal<'_> {
     }
 }
 
-/// Takes jobs back from batches and tells what became of them. Returns how many are at their ends.
+/// Takes jobs back from a batch and tells what became of them. Returns how many are at their ends.
 pub(crate) fn take_back(
-    batches: &mut [Batch],
+    batch: &mut Batch,
     jobs: &mut [Job],
     calibration: &mut Calibration,
     frame: &Frame,
@@ -172,7 +172,7 @@ pub(crate) fn take_back(
     report: &mut Report,
 ) -> usize {
     let mut ended = 0;
-    for mut turn in batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
+    for mut turn in batch.turns.drain(..) {
         if turn.teaches {
             turn.state.teach(calibration);
         }

@@ -7,7 +7,7 @@ use crate::scene::pair::spent::capped;
 use crate::scene::pair::state::PairState;
 
 /// Expectations of a pair.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Forecast {
     /// Work of a run to its end, median.
     pub median: u32,
@@ -20,6 +20,9 @@ pub(crate) struct Forecast {
 }
 
 impl Forecast {
+    /// Where nothing depends on it: all pairs are taken to cost the same.
+    pub const EQUAL: Self = Self { median: 1, high: 1, probability: 0.0, gain: 0.0 };
+
     /// From what is remembered, or else from the fourth roots of the triangle counts, in a frame; and from the part that the boxes
     /// have [in common](crate::scene::body::Bodies::common_part).
     #[inline]

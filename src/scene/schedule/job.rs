@@ -61,7 +61,7 @@ pub(crate) fn outlook(
     expects: bool,
 ) -> (Forecast, u64) {
     if !expects {
-        return (Forecast::default(), 0);
+        return (Forecast::EQUAL, 0);
     }
     let [x, y] = frame.bodies.facts_of(key);
     let special = x.is_special | y.is_special;

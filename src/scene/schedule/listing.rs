@@ -33,6 +33,8 @@ pub(crate) struct Listing<'l> {
     pub found: &'l [Meeting],
     /// The next of them to be listed.
     pub next_found: usize,
+    /// Whether something depends on what is expected of the jobs.
+    pub expects: bool,
     pub counts: Counts,
 }
 
@@ -136,8 +138,6 @@ impl<'l> Listing<'l> {
 
     /// Lists pairs in a range of places; the place before which it ended.
     fn walk(&mut self, places: Range<usize>, deadline: &mut Deadline) -> usize {
-        // Without a budget, on one thread, nothing depends on what is expected.
-        let forecasts = self.frame.threads() > 1 || !self.frame.budget.is_unlimited();
         let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
         for first in places.clone().step_by(TOGETHER) {
             let mut together = ArrayVec::<_, TOGETHER>::new();
@@ -155,8 +155,8 @@ impl<'l> Listing<'l> {
                     continue;
                 }
                 let listed = match pair.is_special {
-                    true => self.list::<true>(pair, settled, forecasts),
-                    false => self.list::<false>(pair, settled, forecasts),
+                    true => self.list::<true>(pair, settled),
+                    false => self.list::<false>(pair, settled),
                 };
                 deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
             }
@@ -206,13 +206,13 @@ impl<'l> Listing<'l> {
     fn list_touching(&mut self, met: Meeting, from: usize) {
         let place = self.pairs.place_from(from, met.key);
         if place < self.pairs.len() && self.pairs.key(place) == met.key {
-            self.list::<false>(self.candidate(place), false, true);
+            self.list::<false>(self.candidate(place), false);
         }
     }
 
     /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than whether it meets.
     #[inline(always)]
-    fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool, forecasts: bool) -> bool {
+    fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool) -> bool {
         let Frame { number, bodies, .. } = *self.frame;
         let (place, key) = (pair.place(), pair.key);
         let look = if SPECIAL { self.look(pair, settled) } else { Look::default() };
@@ -254,7 +254,7 @@ impl<'l> Listing<'l> {
             if is_known {
                 state.completed = number;
             }
-            let (forecast, rank) = outlook(self.frame, key, state, kind, look.nearness, forecasts);
+            let (forecast, rank) = outlook(self.frame, key, state, kind, look.nearness, self.expects);
             probability = forecast.probability;
             let (listed, place, measures) = (self.report.pairs.len() as u32, place as u32, look.nearness.is_some());
             self.jobs.push(Job { key, listed, place, forecast, rank, home: None, kind, measures, open: true });

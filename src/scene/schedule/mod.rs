@@ -200,7 +200,7 @@ impl Schedule {
         scratch: &mut Box<Workspace>,
     ) -> Option<Duration> {
         let mut overhead = self.overhead;
-        let begun = share.list(&mut overhead, |deadline| self.list(frame, found, report, scratch, deadline));
+        share.list(&mut overhead, |deadline| self.list(frame, found, report, scratch, deadline));
         self.overhead = overhead;
         report.spend(self.revisit.spent());
         let pairs = &mut *found.pairs;
@@ -212,9 +212,6 @@ impl Schedule {
         frame.lap(&mut lap);
         let total = self.left(frame, end.zip(lap), 0);
         let least = frame.bodies.least_work();
-        if begun {
-            self.collect(frame, [total, least], pairs, report);
-        }
         for number in 0..ROUNDS {
             let left = self.left(frame, end.zip(lap), report.work);
             let open = self.open;
@@ -346,8 +343,8 @@ impl Schedule {
         in_time.min(frame.budget.work.map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
     }
 
-    /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the order of the jobs, other threads
-    /// run them while the list goes on. Returns whether they did: the batches are then to be collected.
+    /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the order of the jobs, they are run
+    /// while the list goes on, by other threads if there are any.
     fn list(
         &mut self,
         frame: &Frame,
@@ -355,7 +352,7 @@ impl Schedule {
         report: &mut Report,
         scratch: &mut Box<Workspace>,
         deadline: &mut Deadline,
-    ) -> bool {
+    ) {
         for batch in &mut self.batches {
             // A stopped run of a body that changed is of an older pose or tree.
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
@@ -364,11 +361,12 @@ impl Schedule {
         let Self { jobs, turns, tallies, revisit, batches, calibration, .. } = self;
         tallies.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
-        let counts = Counts::default();
-        let listing = Listing { frame, broad, pairs, jobs, report, turns, tallies, found, next_found: 0, counts };
-        let is_free = frame.budget.is_unlimited() && !listing.turns.cut;
-        let begins = is_free && batches.iter().all(|batch| batch.held.is_none());
-        let (known, alone) = (listing.pairs.len(), frame.threads() == 1);
+        let is_free = frame.budget.is_unlimited();
+        let begins = is_free && !turns.cut && batches.iter().all(|batch| batch.held.is_none());
+        let (known, alone) = (pairs.len(), frame.threads() == 1);
+        let (expects, counts) = (!(is_free && alone || begins), Counts::default());
+        let listing =
+            Listing { frame, broad, pairs, jobs, report, turns, tallies, found, next_found: 0, expects, counts };
         let parts = match begins {
             false => 1,
             true if alone => known.div_ceil(PART_ALONE),
@@ -391,13 +389,15 @@ impl Schedule {
             }
             frame.crew.begin(at, &mut batches[at..=at], &round, frame.bodies);
             if alone {
-                let batch = &mut batches[..1];
-                frame.crew.finish(batch, &round, frame.bodies, scratch);
-                ended += take_back(batch, list.jobs, calibration, frame, list.pairs, list.report);
+                frame.crew.finish(&mut batches[..1], &round, frame.bodies, scratch, &mut |batch| {
+                    ended += take_back(batch, list.jobs, calibration, frame, list.pairs, list.report);
+                });
             }
         });
         if begins && !alone {
-            frame.crew.finish(batches, &round, frame.bodies, scratch);
+            frame.crew.finish(batches, &round, frame.bodies, scratch, &mut |batch| {
+                ended += take_back(batch, jobs, calibration, frame, pairs, report);
+            });
         }
         self.open = self.jobs.len() - ended;
         self.is_idle = self.jobs.is_empty() && partial == 0;
@@ -406,7 +406,6 @@ impl Schedule {
         pairs.grow(broad, [used, touching], frame.bodies.is_young(frame.number), deadline);
         self.reserve(pairs.room(), report);
         events.reserve(pairs.room(), report);
-        begins
     }
 
     /// Finds the jobs that have a stopped run somewhere. The one whose turn it is gets it into the batch of the round robin.
@@ -434,7 +433,9 @@ impl Schedule {
             self.turns.advance(&self.batches[0], (total / GUARANTEED).saturating_sub(2 * least));
         }
         let before = report.work;
-        self.open -= take_back(&mut self.batches, &mut self.jobs, &mut self.calibration, frame, pairs, report);
+        for batch in &mut self.batches {
+            self.open -= take_back(batch, &mut self.jobs, &mut self.calibration, frame, pairs, report);
+        }
         report.work - before
     }
 }

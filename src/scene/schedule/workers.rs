@@ -46,16 +46,25 @@ impl Task {
     }
 }
 
+/// What became of a task.
+type Ended = thread::Result<(usize, Batch)>;
+
+/// What the caller does next.
+enum Next {
+    Ended(Ended),
+    Task(Task),
+}
+
 #[derive(Debug, Default)]
 struct Tasks {
     waiting: VecDeque<Task>,
     /// How many tasks workers are running, and what became of those that they ran.
     taken: usize,
-    ended: Vec<thread::Result<(usize, Batch)>>,
+    ended: Vec<Ended>,
     /// How often workers were called, and how many sleep until they are.
     calls: usize,
     asleep: usize,
-    /// Whether the caller sleeps until the last task ends.
+    /// Whether the caller sleeps until a task ends.
     caller_sleeps: bool,
     /// Whether no more will come.
     closed: bool,
@@ -67,11 +76,11 @@ struct Shared {
     tasks: Mutex<Tasks>,
     /// There are new tasks, or there will be soon, or no more will come.
     begin: Condvar,
-    /// The last task has ended.
+    /// A task has ended.
     end: Condvar,
-    /// Copies of the counts of tasks that wait and that are being run, for polling without the lock.
+    /// Copies of the counts of tasks that wait and that have ended, for polling without the lock.
     waiting: AtomicUsize,
-    taken: AtomicUsize,
+    ended: AtomicUsize,
 }
 
 impl Shared {
@@ -119,9 +128,33 @@ impl Shared {
         }
     }
 
+    /// What the caller does next: runs a task; or takes back what has ended, while the last tasks run; or waits. `None` if nothing
+    /// is left.
+    fn next_for_caller(&self, round: &Round) -> Option<Next> {
+        let mut tasks = self.lock();
+        // Workers take tasks from the front. Without a deadline the caller takes them from the back, so that in most frames the
+        // same thread runs the same pairs.
+        let task = if round.end.is_some() { tasks.waiting.pop_front() } else { tasks.waiting.pop_back() };
+        if let Some(task) = task {
+            self.count(&tasks);
+            return Some(Next::Task(task));
+        }
+        if tasks.ended.is_empty() && tasks.taken > 0 {
+            drop(tasks);
+            look_out(|| self.ended.load(Ordering::Acquire) > 0);
+            tasks = self.lock();
+            tasks.caller_sleeps = true;
+            tasks = self.end.wait_while(tasks, |tasks| tasks.ended.is_empty()).unwrap_or_else(PoisonError::into_inner);
+            tasks.caller_sleeps = false;
+        }
+        let ended = tasks.ended.pop();
+        self.count(&tasks);
+        ended.map(Next::Ended)
+    }
+
     fn count(&self, tasks: &Tasks) {
         self.waiting.store(tasks.waiting.len(), Ordering::Release);
-        self.taken.store(tasks.taken, Ordering::Release);
+        self.ended.store(tasks.ended.len(), Ordering::Release);
     }
 
     /// Runs tasks until no more will come.
@@ -135,7 +168,7 @@ impl Shared {
             tasks.taken -= 1;
             self.count(&tasks);
             next = self.take(&mut tasks);
-            if tasks.taken == 0 && tasks.caller_sleeps {
+            if tasks.caller_sleeps {
                 self.end.notify_one();
             }
         }
@@ -198,36 +231,28 @@ impl Crew for Workers {
         self.shared.wake(&tasks);
     }
 
-    fn finish(&self, batches: &mut [Batch], round: &Round, _: &Arc<Bodies>, scratch: &mut Box<Workspace>) {
-        let shared = &*self.shared;
-        loop {
-            // Taken in a block of its own, so that the lock is not held while the task runs.
-            let task = {
-                let mut tasks = shared.lock();
-                // Workers take tasks from the front. Without a deadline the caller takes them from the back, so that in most
-                // frames the same thread runs the same pairs.
-                let task = if round.end.is_some() { tasks.waiting.pop_front() } else { tasks.waiting.pop_back() };
-                shared.count(&tasks);
-                task
-            };
-            let Some(task) = task else { break };
-            let (index, batch) = task.run(scratch);
-            batches[index] = batch;
-        }
-        look_out(|| shared.taken.load(Ordering::Acquire) == 0);
-        let mut tasks = shared.lock();
-        tasks.caller_sleeps = true;
-        let going_on = |tasks: &mut Tasks| tasks.taken > 0;
-        tasks = shared.end.wait_while(tasks, going_on).unwrap_or_else(PoisonError::into_inner);
-        tasks.caller_sleeps = false;
+    fn finish(
+        &self,
+        batches: &mut [Batch],
+        round: &Round,
+        _: &Arc<Bodies>,
+        scratch: &mut Box<Workspace>,
+        back: &mut dyn FnMut(&mut Batch),
+    ) {
         let mut panic = None;
-        for ended in tasks.ended.drain(..) {
+        while let Some(next) = self.shared.next_for_caller(round) {
+            let ended = match next {
+                Next::Ended(ended) => ended,
+                Next::Task(task) => Ok(task.run(scratch)),
+            };
             match ended {
-                Ok((index, batch)) => batches[index] = batch,
+                Ok((index, batch)) => {
+                    batches[index] = batch;
+                    back(&mut batches[index]);
+                }
                 Err(payload) => panic = Some(payload),
             }
         }
-        drop(tasks);
         if let Some(payload) = panic {
             resume_unwind(payload);
         }
