@@ -29,18 +29,31 @@ impl Scene {
             crew.call();
         }
         let (number, mode, asked_since, rest) = (self.report.frame, self.mode, self.asked_since, self.rest);
-        let Self { pairs, broad, bodies, schedule, scratch, report, .. } = self;
-        let frame = Frame { number, mode, asked_since, rest, budget, started, clock, bodies, crew };
-        let left = schedule.revisit(&frame, broad, pairs, !report.is_whole(), scratch);
-        let mut share = Share::new(budget, left, schedule.found(), clock);
-        share.run(Step::Place, |deadline| self.place_changed(deadline));
+        let (cut, moved) = (!self.report.is_whole(), self.bodies.changed > 0);
+        let mut share = Share::new(clock);
+        // Without a budget bodies are placed first, so that their pairs are found while other threads test known ones.
+        let overlaps = budget.is_unlimited() && crew.threads() > 1;
+        if overlaps {
+            share.run(Step::Place, |deadline| self.place_changed(deadline));
+        }
+        let Self { pairs, broad, bodies, schedule, scratch, .. } = self;
+        let frame = Frame { number, mode, asked_since, rest, cut, moved, budget, started, clock, bodies, crew };
+        let left = schedule.revisit(&frame, broad, pairs, scratch, |broad, pairs| {
+            if overlaps {
+                share.run(Step::Pair, |deadline| pairs.update(broad, bodies, deadline));
+            }
+        });
+        share.begin(budget, left, schedule.found());
+        if !overlaps {
+            share.run(Step::Place, |deadline| self.place_changed(deadline));
+        }
         let Self { pairs, broad, bodies, schedule, scratch, report, events, .. } = self;
         share.run(Step::Pair, |deadline| {
             pairs.update(broad, bodies, deadline);
             Arc::make_mut(bodies).begin_groups(report.frame, deadline);
         });
         (report.unplaced, report.unpaired, report.is_full) = (bodies.changed, broad.open, broad.has_cropped());
-        let frame = Frame { number, mode, asked_since, rest, budget, started, clock, bodies, crew };
+        let frame = Frame { number, mode, asked_since, rest, cut, moved, budget, started, clock, bodies, crew };
         let mut found = Found { broad, pairs, events };
         let ended = schedule.run(&frame, &mut found, &mut share, report, scratch);
         schedule.hand_on(Arc::make_mut(bodies), number);

@@ -25,6 +25,9 @@ pub(crate) struct Frame<'f> {
     pub asked_since: u64,
     /// The last frame that found all, and the last of those after it in which nothing had changed.
     pub rest: [u64; 2],
+    /// Whether the report of the last frame was not whole, and whether the box of a body was out of date when this one began.
+    pub cut: bool,
+    pub moved: bool,
     pub budget: Budget,
     /// When it began, for a budget of time.
     pub started: Option<Duration>,

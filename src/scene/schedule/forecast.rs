@@ -130,6 +130,8 @@ mod tests {
                     mode,
                     asked_since: 0,
                     rest: [0; 2],
+                    cut: false,
+                    moved: true,
                     budget,
                     started: None,
                     clock: &clock,

@@ -150,15 +150,15 @@ impl Schedule {
         Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
     }
 
-    /// Tests the last witnesses of pairs that met; if only time is limited and the last frame was `cut`, searches the pairs that
-    /// these leave open. Under a budget of time: when that ended, and the time left, less that for listing what was found.
+    /// Tests the last witnesses of pairs that met, `meanwhile` being done while other threads test; if only time is limited and the
+    /// last frame was cut, searches the pairs that these leave open. Under a budget of time: when that ended, and the time left, less that for listing what was found.
     pub fn revisit(
         &mut self,
         frame: &Frame,
-        broad: &Broad,
+        broad: &mut Broad,
         pairs: &mut Pairs,
-        cut: bool,
         scratch: &mut Box<Workspace>,
+        meanwhile: impl FnOnce(&mut Broad, &mut Pairs),
     ) -> Option<[Duration; 2]> {
         let whole = frame.started.zip(frame.budget.time).map(|(began, limit)| [began, limit]);
         if frame.mode != Mode::Any {
@@ -169,13 +169,13 @@ impl Schedule {
             .budget
             .work
             .map_or(u64::MAX, |work| work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work())));
-        let searches = cut && frame.budget.work.is_none();
+        let searches = frame.cut && frame.budget.work.is_none();
         let part = if searches { SEARCH } else { TEST };
         let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * part));
         let deadline = || Deadline::of_a_part(end, work, frame.clock);
         let batches = &mut self.batches[..];
         let mut hands = Hands { batches, scratch, end, dealt: 0 };
-        self.revisit.test(frame, broad, pairs, cut, &mut hands, &mut deadline());
+        self.revisit.test(frame, broad, pairs, &mut hands, &mut deadline(), meanwhile);
         let [began, limit] = whole?;
         if searches {
             self.revisit.search(frame, broad, pairs, &mut hands, &mut deadline());

@@ -113,6 +113,17 @@ impl Pairs {
         low
     }
 
+    /// The place of a pair that was at `place`, if it is still known; `before`: that of one before it, most likely.
+    #[inline]
+    pub fn place_now(&self, place: usize, key: PairKey, before: usize) -> Option<usize> {
+        let is_at = |place: usize| place < self.len() && self.key(place) == key;
+        if is_at(place) {
+            return Some(place);
+        }
+        let from = if before < self.len() && self.key(before) < key { before } else { 0 };
+        Some(self.place_from(from, key)).filter(|&place| is_at(place))
+    }
+
     /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what the list has of it if they do.
     #[inline(always)]
     pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut Known> {

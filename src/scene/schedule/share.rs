@@ -43,14 +43,19 @@ pub(crate) struct Share<'c> {
 }
 
 impl<'c> Share<'c> {
+    /// Of a frame without a budget, or before [`Share::begin`].
+    pub fn new(clock: &'c dyn Clock) -> Self {
+        let zero = Duration::ZERO;
+        Self { is_timed: false, started: zero, limit: zero, work: None, of_found: 0, clock, spent: 0 }
+    }
+
     /// Of what is left of a frame: when that begins, and how long it is, if its time is limited; `found` pairs are known to meet.
-    pub fn new(budget: Budget, left: Option<[Duration; 2]>, found: usize, clock: &'c dyn Clock) -> Self {
-        let of_found = found as u64 * WORK_PER_FOUND_PAIR;
-        let work = budget.work.map(|work| work.saturating_add(BROAD_PHASE_WORK).saturating_sub(of_found));
+    pub fn begin(&mut self, budget: Budget, left: Option<[Duration; 2]>, found: usize) {
+        self.of_found = found as u64 * WORK_PER_FOUND_PAIR;
+        self.work = budget.work.map(|work| work.saturating_add(BROAD_PHASE_WORK).saturating_sub(self.of_found));
         // Otherwise the compiler computes with what is missing before it is asked for, which valgrind reports.
-        let [started, limit] = black_box(left.unwrap_or_default());
-        let is_timed = left.is_some();
-        Self { is_timed, started, limit, work, of_found, clock, spent: 0 }
+        [self.started, self.limit] = black_box(left.unwrap_or_default());
+        self.is_timed = left.is_some();
     }
 
     /// Runs a step with its deadline.
@@ -109,7 +114,8 @@ mod tests {
         let (clock, mut overhead) = (ManualClock::new(), Overhead::default());
         let mut over = || {
             let began = clock.now();
-            let mut share = Share::new(Budget::time(LIMIT), Some([began, LIMIT]), 0, &clock);
+            let mut share = Share::new(&clock);
+            share.begin(Budget::time(LIMIT), Some([began, LIMIT]), 0);
             share.list(&mut overhead, |deadline| {
                 while deadline.has_room(100) {
                     clock.advance(Duration::from_nanos(300));

@@ -63,6 +63,11 @@ pub(crate) struct Hands<'h> {
 }
 
 impl Hands<'_> {
+    /// Runs what was begun to its end.
+    fn finish(&mut self, frame: &Frame, round: &Round) {
+        frame.crew.finish(self.batches, round, frame.bodies, self.scratch, &mut |_| ());
+    }
+
     /// The tests that were dealt.
     fn tests(&mut self) -> impl Iterator<Item = Test> {
         self.batches.iter_mut().flat_map(|batch| batch.tests.drain(..))
@@ -128,39 +133,46 @@ impl Revisit {
         (self.tests, self.beside, self.searches, self.is_full) = (0, 0, Spent::default(), false);
     }
 
-    /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. `cut`: the last list was,
-    /// so those that rest are found too, that they are listed.
+    /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. If the last list was cut, those that
+    /// rest are found too, that they are listed. `meanwhile` is done while other threads test.
     pub fn test(
         &mut self,
         frame: &Frame,
-        broad: &Broad,
+        broad: &mut Broad,
         pairs: &mut Pairs,
-        cut: bool,
         hands: &mut Hands,
         deadline: &mut Deadline,
+        meanwhile: impl FnOnce(&mut Broad, &mut Pairs),
     ) {
         let enough = LEAST.max(PER_TEST * self.tests);
         self.skip();
-        if !cut && frame.bodies.changed == 0 {
+        if !frame.cut && !frame.moved {
             return;
         }
         let first = self.next;
         let most = if frame.budget.is_unlimited() { usize::MAX } else { enough };
         let mut left = [most.min(pairs.len()), most / PER_REST];
-        let (mut goes_on, mut is_cut) = (true, false);
+        let (mut goes_on, mut is_cut, mut meanwhile) = (true, false, Some(meanwhile));
         while goes_on && !is_cut {
-            goes_on = self.gather(frame, broad, pairs, cut, &mut left, deadline);
-            self.run(frame, pairs, hands, |pairs, place| {
+            goes_on = self.gather(frame, broad, pairs, &mut left, deadline);
+            let round = self.begin(frame, pairs, hands, |pairs, place| {
                 Some(Test::new(pairs.key(place as usize), place, pairs.witness(place as usize)))
             });
+            if let Some(meanwhile) = meanwhile.take() {
+                meanwhile(broad, pairs);
+            }
+            hands.finish(frame, &round);
+            let mut before = 0;
             hands.tests().for_each(|Test { key, place, witness, outcome, .. }| {
                 self.tests += usize::from(outcome != Outcome::Untested);
+                let place = pairs.place_now(place as usize, key, before);
+                before = place.unwrap_or(before);
                 match outcome {
                     Outcome::Met => {
-                        pairs.hold(place as usize, frame.number);
+                        place.into_iter().for_each(|place| pairs.hold(place, frame.number));
                         self.found.push(Meeting { key, witness });
                     }
-                    Outcome::Lost => self.lost.push(place),
+                    Outcome::Lost => self.lost.extend(place.map(|place| place as u32)),
                     Outcome::Untested if is_cut => {}
                     Outcome::Untested => (is_cut, self.next) = (true, key),
                 }
@@ -181,7 +193,7 @@ impl Revisit {
         // The others were lost before this frame.
         self.waiting.extend(self.lost.extract_if(.., |place| !pairs.is_lost(*place as usize)));
         let (of_all, mut passed) = (USUAL_NEARBY + self.nearby, self.passed);
-        self.run(frame, pairs, hands, |pairs, place| {
+        let round = self.begin(frame, pairs, hands, |pairs, place| {
             let mut test = Test::new(pairs.key(place as usize), place, NO_TRIANGLES);
             let state = pairs.take_state(place as usize, frame)?;
             test.witness = state.memory.witness(1).unwrap_or(test.witness);
@@ -195,6 +207,7 @@ impl Revisit {
             test.state = Some(state);
             Some(test)
         });
+        hands.finish(frame, &round);
         self.passed = passed;
         hands.tests().for_each(|Test { state, key, place, witness, beside, outcome, .. }| {
             let Some(mut state) = state else { return };
@@ -227,7 +240,6 @@ impl Revisit {
         frame: &Frame,
         broad: &Broad,
         pairs: &mut Pairs,
-        cut: bool,
         [left, resting]: &mut [usize; 2],
         deadline: &mut Deadline,
     ) -> bool {
@@ -254,7 +266,7 @@ impl Revisit {
             // What moved in this frame does not rest, whatever is known of it.
             let changed = frame.changed(key);
             let rests = changed < frame.number && pairs.state(place, frame).completed >= changed;
-            if (cut || !rests) && is_plain(key, frame, broad) {
+            if (frame.cut || !rests) && is_plain(key, frame, broad) {
                 if rests {
                     goes_on = *resting > 0;
                     if !goes_on {
@@ -264,11 +276,11 @@ impl Revisit {
                     let state = pairs.state(place, frame);
                     state.decided = frame.number;
                     self.found.extend(Meeting::new(key, state.verdict));
-                } else if pairs.is_lost(place) {
-                    self.lost.push(place as u32);
-                } else {
+                } else if !pairs.is_lost(place) {
                     self.waiting.push(place as u32);
                     deadline.spend(WORK_PER_WITNESS);
+                } else if !frame.budget.is_unlimited() {
+                    self.lost.push(place as u32);
                 }
             }
             (place, *left) = (place + 1, *left - 1);
@@ -277,25 +289,23 @@ impl Revisit {
         goes_on && *left > 0
     }
 
-    /// Tests the pairs that wait, in batches.
-    fn run(
+    /// Begins to test the pairs that wait, in batches.
+    fn begin(
         &mut self,
         frame: &Frame,
         pairs: &mut Pairs,
-        Hands { batches, scratch, end, .. }: &mut Hands,
+        Hands { batches, end, .. }: &mut Hands,
         mut test: impl FnMut(&mut Pairs, u32) -> Option<Test>,
-    ) {
-        if self.waiting.is_empty() {
-            return;
-        }
+    ) -> Round {
         let parts = if frame.threads() == 1 { 1 } else { PARTS };
-        let each = self.waiting.len().div_ceil(parts).next_multiple_of(LANES);
-        for (batch, places) in batches.iter_mut().zip(self.waiting.chunks(each)) {
-            batch.tests.extend(places.iter().filter_map(|&place| test(pairs, place)));
+        let each = self.waiting.len().div_ceil(parts).next_multiple_of(LANES).max(LANES);
+        let round = Round { kind: RoundKind::Test, ..Round::to_the_end(frame.number, frame.mode, *end) };
+        for (part, places) in self.waiting.chunks(each).enumerate() {
+            batches[part].tests.extend(places.iter().filter_map(|&place| test(pairs, place)));
+            frame.crew.begin(part, &mut batches[part..=part], &round, frame.bodies);
         }
         self.waiting.clear();
-        let round = Round { kind: RoundKind::Test, ..Round::to_the_end(frame.number, frame.mode, *end) };
-        frame.crew.run(batches, &round, frame.bodies, scratch);
+        round
     }
 
     /// Learns from a test of what lies next to the witness of a pair.
