@@ -201,6 +201,10 @@ impl Turn {
     /// Runs the pair as far as the deadline allows.
     pub fn run(&mut self, pair: Option<[&Placed; 2]>, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, .. } = *desk;
+        self.marks.tell(self.key, &mut self.state, bodies, round.frame);
+        if self.is_new {
+            self.state.forget_told();
+        }
         let Some([a, b]) = pair else { return Ended::NotBegun };
         let b_in_a = a.relative(b);
         self.state.apart = self.state.apart.min(0.0);

@@ -8,7 +8,7 @@ use crate::model::calibration::Calibration;
 use crate::query::parting::Parting;
 use crate::query::{PairMemory, Verdict};
 use crate::scene::ask::TurnKind;
-use crate::scene::body::Bodies;
+use crate::scene::body::{Bodies, triangle_ids};
 use crate::scene::id::PairKey;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
@@ -56,6 +56,8 @@ pub(crate) struct Turn {
     /// Work that it is expected to take.
     pub median: u32,
     pub kind: TurnKind,
+    /// Whether a body has moved, and its state does not know.
+    pub is_new: bool,
     /// What is left to ask after it.
     pub next: Option<TurnKind>,
     /// Whether probabilities were reported whose truth is known now.
@@ -66,9 +68,19 @@ pub(crate) struct Turn {
     pub marks: Marks,
 }
 
-/// What is known of a pair after its turn, for the list of pairs.
+/// The bits of a frame's number that are kept with each pair.
+pub(crate) const FRAME: u32 = (1 << 30) - 1;
+
+/// The last frame until `frame` whose kept bits are these.
+pub(crate) fn last_frame(bits: u32, frame: u64) -> u64 {
+    frame - u64::from((frame as u32).wrapping_sub(bits) & FRAME)
+}
+
+/// What is known of a pair before and after its turn, for the list of pairs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Marks {
+    /// Whether it needs no state.
+    pub blank: bool,
     /// Whether it met when it was last decided, and its witnesses were lost since.
     pub met: bool,
     pub lost: bool,
@@ -104,12 +116,27 @@ impl From<f64> for Proof {
     }
 }
 
+impl Marks {
+    /// Tells the state of the pair what the list has found out since its last turn, now being `frame`.
+    #[inline]
+    pub fn tell(&self, key: PairKey, state: &mut PairState, bodies: &Bodies, frame: u64) {
+        let since = last_frame(self.completed, frame);
+        if !self.met && self.proof.apart() > 0.0 {
+            state.stayed_apart(since);
+        } else if self.met && since > state.decided {
+            let ids = bodies.pair(key).and_then(|pair| triangle_ids(pair, self.proof.witness()));
+            state.went_on_meeting(ids, since);
+        }
+    }
+}
+
 impl Turn {
     /// Of a pair about which nothing is to be asked yet.
     pub fn new(key: PairKey, state: Box<PairState>, marks: Marks) -> Self {
         let standing = Standing { verdict: Verdict::Undecided, found: 0, complete: false };
         let (kind, spent) = (TurnKind::Meet, Spent::default());
-        Self { state, key, index: 0, median: 0, kind, next: None, teaches: false, spent, standing, marks }
+        let (is_new, teaches, next) = (false, false, None);
+        Self { state, key, index: 0, median: 0, kind, is_new, next, teaches, spent, standing, marks }
     }
 
     /// Takes note of what came of it in `frame`.
@@ -226,7 +253,7 @@ impl PairState {
             true => self.memory.witness(0).unwrap_or(NO_TRIANGLES).into(),
             false => self.apart.max(0.0).into(),
         };
-        Marks { met, lost: self.is_lost(frame), completed: self.completed as u32, proof }
+        Marks { blank: self.is_blank, met, lost: self.is_lost(frame), completed: self.completed as u32 & FRAME, proof }
     }
 
     /// Takes note of bodies that were known to be apart until `frame`, since they had not gone far.

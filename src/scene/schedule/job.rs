@@ -6,6 +6,7 @@ use crate::scene::ask::TurnKind;
 use crate::scene::id::{PairKey, bodies_of};
 use crate::scene::pair::frame::Frame;
 use crate::scene::pair::state::{PairState, Turn};
+use core::mem;
 
 /// A pair that was not at its end when the frame began.
 #[derive(Debug)]
@@ -22,11 +23,19 @@ pub(crate) struct Job {
     pub kind: TurnKind,
     /// Whether it may be the closest of a group.
     pub measures: bool,
+    /// Whether a body has moved, and the state of the pair was not told when it was listed.
+    pub is_new: bool,
     /// Whether it is neither in a batch nor at its end.
     pub open: bool,
 }
 
 impl Job {
+    /// Of a question that is open; `places`: in the report, and among the known pairs.
+    pub fn new(key: PairKey, [listed, place]: [usize; 2], kind: TurnKind, (forecast, rank): (Forecast, u64)) -> Self {
+        let (listed, place, home) = (listed as u32, place as u32, None);
+        Self { key, listed, place, forecast, rank, home, kind, measures: false, is_new: false, open: true }
+    }
+
     pub fn median(&self) -> u64 {
         self.forecast.median.into()
     }
@@ -34,11 +43,12 @@ impl Job {
     /// Its turn in a batch, as the job `index` of the frame.
     pub fn deal(&mut self, index: u32, pairs: &mut Pairs, frame: &Frame) -> Turn {
         self.open = false;
-        let mut turn = pairs.take(self.place as usize, frame);
+        let mut turn = pairs.take(self.place as usize, frame.number);
         if self.kind == TurnKind::Contacts && turn.state.touch.is_none() {
             turn.state.touch = Some(pairs.lend_touch());
         }
-        Turn { index, median: self.forecast.median, kind: self.kind, next: Some(self.kind), ..turn }
+        let is_new = mem::take(&mut self.is_new);
+        Turn { index, median: self.forecast.median, kind: self.kind, is_new, next: Some(self.kind), ..turn }
     }
 
     /// Asks another question from now on.

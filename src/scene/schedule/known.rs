@@ -2,9 +2,9 @@
 
 use crate::model::cost::WORK_PER_GLANCE;
 use crate::query::Verdict;
-use crate::scene::body::{Bodies, triangle_ids};
+use crate::scene::body::Bodies;
 use crate::scene::id::PairKey;
-use crate::scene::pair::state::{Marks, PairState, Proof};
+use crate::scene::pair::state::{FRAME, Marks, PairState, Proof, last_frame};
 
 /// The slot of a pair whose boxes are apart, of one whose boxes overlap but that had no turn yet, and of one that needs no state
 /// either: a glance has found it apart, and nothing else is known of it.
@@ -26,9 +26,8 @@ pub(crate) struct Known {
 /// Of [`Known::bits`]: whether they met when it was last decided, whether their witnesses were lost since, and the frame.
 const MET: u32 = 1 << 31;
 const LOST: u32 = 1 << 30;
-const FRAME: u32 = LOST - 1;
 
-const _: () = assert!(size_of::<Known>() == 24);
+const _: () = assert!(FRAME == LOST - 1 && size_of::<Known>() == 24);
 
 impl Known {
     /// Of a pair whose boxes were not compared yet.
@@ -43,17 +42,18 @@ impl Known {
 
     /// The frame in the bits, if that is not 2^30 frames before `frame`.
     pub fn since(&self, frame: u64) -> u64 {
-        frame - u64::from((frame as u32).wrapping_sub(self.bits) & FRAME)
+        last_frame(self.bits, frame)
     }
 
     /// Takes note of what is known of the pair after its turn.
-    pub fn mark(&mut self, Marks { met, lost, completed, proof }: Marks) {
-        self.bits = completed & FRAME | if met { MET } else { 0 } | if lost { LOST } else { 0 };
+    pub fn mark(&mut self, Marks { met, lost, completed, proof, .. }: Marks) {
+        self.bits = completed | if met { MET } else { 0 } | if lost { LOST } else { 0 };
         self.proof = proof;
     }
 
     pub fn marks(&self) -> Marks {
-        Marks { met: self.met(), lost: self.is_lost(), completed: self.bits & FRAME, proof: self.proof }
+        let (blank, met, lost) = (!self.is_begun(), self.met(), self.is_lost());
+        Marks { blank, met, lost, completed: self.bits & FRAME, proof: self.proof }
     }
 
     /// The triangles of a pair that met last.
@@ -80,18 +80,6 @@ impl Known {
             self.bits = self.bits & !FRAME | frame as u32 & FRAME;
         }
         stays
-    }
-
-    /// Tells the state of the pair what the list has found out since its last turn.
-    #[inline]
-    pub fn tell(&self, state: &mut PairState, bodies: &Bodies, frame: u64) {
-        let since = self.since(frame);
-        if self.apart() > 0.0 {
-            state.stayed_apart(since);
-        } else if self.met() && since > state.decided {
-            let ids = bodies.pair(self.key).and_then(|pair| triangle_ids(pair, self.witness()));
-            state.went_on_meeting(ids, since);
-        }
     }
 
     /// Tells a state that knows nothing what a glance found, if one did. `frame` is the one at hand.

@@ -3,6 +3,7 @@
 //! A list that is not whole begins with the pair whose turn it is, so that the guarantee of the round robin holds however few
 //! pairs a frame can look at.
 
+use super::forecast::Forecast;
 use super::job::{Job, outlook};
 use super::pairs::Pairs;
 use super::revisit::Meeting;
@@ -233,7 +234,15 @@ impl<'l> Listing<'l> {
             self.report.push_complete(pair.ids, Verdict::Separated, 0, 0);
             return true;
         }
-        let (known, changed) = (*known, self.frame.changed(key));
+        let known = *known;
+        if !SPECIAL && !self.expects && bodies.last_change(key) == number && !bodies.contact_requests.any() {
+            // All that is to be known of its state is that a body has moved: whoever runs the job reads it.
+            let job = Job::new(key, [self.report.pairs.len(), place], TurnKind::Meet, (Forecast::EQUAL, 0));
+            self.jobs.push(Job { is_new: true, ..job });
+            self.report.push_open(pair.ids, 0.0, number - known.since(number));
+            return true;
+        }
+        let changed = self.frame.changed(key);
         let state = self.pairs.state_of(known, self.frame);
         if changed == number {
             state.forget_told();
@@ -254,10 +263,10 @@ impl<'l> Listing<'l> {
             if is_known {
                 state.completed = number;
             }
-            let (forecast, rank) = outlook(self.frame, key, state, kind, look.nearness, self.expects);
-            probability = forecast.probability;
-            let (listed, place, measures) = (self.report.pairs.len() as u32, place as u32, look.nearness.is_some());
-            self.jobs.push(Job { key, listed, place, forecast, rank, home: None, kind, measures, open: true });
+            let outlook = outlook(self.frame, key, state, kind, look.nearness, self.expects);
+            probability = outlook.0.probability;
+            let measures = look.nearness.is_some();
+            self.jobs.push(Job { measures, ..Job::new(key, [self.report.pairs.len(), place], kind, outlook) });
         }
         let (verdict, found, age) = (state.verdict, state.found, number - self.frame.decided(state));
         if complete {

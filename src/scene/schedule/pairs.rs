@@ -178,7 +178,7 @@ impl Pairs {
     #[inline]
     pub fn state_of(&mut self, known: Known, frame: &Frame) -> &mut PairState {
         if let Some(Some(state)) = self.states.get_mut(known.slot as usize) {
-            known.tell(state, frame.bodies, frame.number);
+            known.marks().tell(known.key, state, frame.bodies, frame.number);
             return state;
         }
         known.tell_blank(&mut self.blank, frame.number);
@@ -197,21 +197,19 @@ impl Pairs {
         self.at_mut(place).hold(frame);
     }
 
-    /// Takes the state of a pair out, if it has one.
+    /// Takes the state of a pair out, if it has one, and what is to be told to it first.
     #[inline]
-    pub fn take_state(&mut self, place: usize, frame: &Frame) -> Option<Box<PairState>> {
+    pub fn take_state(&mut self, place: usize) -> Option<(Box<PairState>, Marks)> {
         let known = *self.at(place);
-        let mut state = self.states.get_mut(known.slot as usize)?.take()?;
-        known.tell(&mut state, frame.bodies, frame.number);
-        Some(state)
+        self.states.get_mut(known.slot as usize)?.take().map(|state| (state, known.marks()))
     }
 
     /// Takes the state of a pair out, for a turn; a pair that had none gets one.
     #[inline]
-    pub fn take(&mut self, place: usize, frame: &Frame) -> Turn {
+    pub fn take(&mut self, place: usize, frame: u64) -> Turn {
         let known = *self.at(place);
-        let state = self.take_state(place, frame).unwrap_or_else(|| self.new_state(place, frame.number));
-        Turn::new(known.key, state, known.marks())
+        let state = self.states.get_mut(known.slot as usize).and_then(Option::take);
+        Turn::new(known.key, state.unwrap_or_else(|| self.new_state(place, frame)), known.marks())
     }
 
     #[cold]
@@ -269,11 +267,11 @@ impl Pairs {
     pub fn put_back(&mut self, place: usize, state: Box<PairState>, marks: Marks) {
         let known = self.at_mut(place);
         let slot = known.slot;
-        let is_glanced = state.is_blank && marks.proof.apart() > 0.0;
-        if !state.is_blank || is_glanced {
+        let is_glanced = marks.blank && marks.proof.apart() > 0.0;
+        if !marks.blank || is_glanced {
             known.mark(marks);
         }
-        if state.is_blank {
+        if marks.blank {
             known.slot = if is_glanced { GLANCED } else { BLANK };
             self.free.push(slot);
         }

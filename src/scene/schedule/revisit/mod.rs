@@ -195,7 +195,8 @@ impl Revisit {
         let (of_all, mut passed) = (USUAL_NEARBY + self.nearby, self.passed);
         let round = self.begin(frame, pairs, hands, |pairs, place| {
             let mut test = Test::new(pairs.key(place as usize), place, NO_TRIANGLES);
-            let state = pairs.take_state(place as usize, frame)?;
+            let (mut state, marks) = pairs.take_state(place as usize)?;
+            marks.tell(test.key, &mut state, frame.bodies, frame.number);
             test.witness = state.memory.witness(1).unwrap_or(test.witness);
             if deadline.has_room(WORK_PER_NEIGHBORS) && frame.bodies.know_neighbors(test.key) {
                 let is_expected = of_all + state.nearby >= LEAST_NEARBY;

@@ -99,7 +99,7 @@ impl Revisit {
         deadline: &mut Deadline,
     ) {
         let threads = frame.threads().min(hands.batches.len());
-        let dealt = Turn { index: place as u32, next: Some(TurnKind::Meet), ..pairs.take(place, frame) };
+        let dealt = Turn { index: place as u32, next: Some(TurnKind::Meet), ..pairs.take(place, frame.number) };
         if threads == 1 {
             // A deadline that goes on knows how fast it goes.
             let mut searched = dealt;
