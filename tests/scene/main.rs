@@ -8,6 +8,7 @@ mod common;
 mod compounds;
 mod contacts;
 mod distances;
+mod estimates;
 mod events;
 mod groups;
 mod motions;

@@ -265,3 +265,20 @@ impl Turn {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::query::ManualClock;
+    use crate::scene::pair::state::{Marks, PairState};
+
+    #[test]
+    fn a_turn_begins_with_what_the_list_has_found_out() {
+        let (clock, bodies) = (ManualClock::new(), Bodies::default());
+        let marks = Marks { completed: 7, proof: 1.0.into(), ..Marks::default() };
+        let mut turn = Turn::new(1, Box::new(PairState::blank()), marks);
+        let round = Round { kind: RoundKind::Search, ..Round::to_the_end(9, Mode::Any, None) };
+        turn.search(&bodies, &mut workspace(), &round, &mut Deadline::at(None, u64::MAX, &clock));
+        assert_eq!([turn.state.decided, turn.state.completed, u64::from(turn.marks.completed)], [7; 3]);
+    }
+}
