@@ -61,3 +61,56 @@ impl Crew for Alone<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Pose;
+    use crate::query::{Budget, ManualClock};
+    use crate::scene::{Body, Scene};
+    use crate::tree::Tree;
+    use core::cell::RefCell;
+    use glam::{DMat3, DVec3};
+
+    /// Stands for two threads, and notes how many turns each batch has that they are given.
+    struct Two<'c>(Alone<'c>, RefCell<Vec<usize>>);
+
+    impl Crew for Two<'_> {
+        fn threads(&self) -> usize {
+            2
+        }
+
+        fn call(&self) {}
+
+        fn begin(&self, _: usize, batches: &mut [Batch], _: &Round, _: &Arc<Bodies>) {
+            self.1.borrow_mut().extend(batches.iter().map(|batch| batch.turns.len()).filter(|&turns| turns > 0));
+        }
+
+        fn finish(
+            &self,
+            batches: &mut [Batch],
+            round: &Round,
+            bodies: &Arc<Bodies>,
+            scratch: &mut Box<Workspace>,
+            back: &mut dyn FnMut(&mut Batch),
+        ) {
+            self.0.finish(batches, round, bodies, scratch, back);
+        }
+    }
+
+    #[test]
+    fn threads_share_the_first_frame() {
+        let tree = Arc::new(Tree::new(crate::shapes::icosphere(1)));
+        let (mut scene, clock) = (Scene::new(), ManualClock::new());
+        for place in 0..20 {
+            let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.1 * f64::from(place), 0.0, 0.0)).unwrap();
+            scene.insert(Body::moving(tree.clone(), pose)).unwrap();
+        }
+        let crew = Two(Alone(&clock), RefCell::default());
+        scene.frame(Budget::unlimited(), &clock, &crew);
+        assert!(scene.report().is_final());
+        let dealt = crew.1.into_inner();
+        let (most, all) = (dealt.iter().max().unwrap(), dealt.iter().sum::<usize>());
+        assert!(all > 100 && 4 * most < all, "{dealt:?}");
+    }
+}
