@@ -77,7 +77,8 @@ const TEST: u32 = 8;
 const SEARCH: u32 = 13;
 const PARTS: u32 = 16;
 
-/// Known pairs of a part of the list, at least; and of one whose jobs the calling thread does itself before it lists the next.
+/// Known pairs of a part of the list, at least, where their jobs are short; and of one whose jobs the calling thread does itself
+/// before it lists the next.
 const PART: usize = 64;
 const PART_ALONE: usize = 512;
 
@@ -370,7 +371,8 @@ impl Schedule {
         let parts = match begins {
             false => 1,
             true if alone => known.div_ceil(PART_ALONE),
-            true => (known / PART).clamp(1, BATCHES),
+            true if frame.mode == Mode::Any => (known / PART).clamp(1, BATCHES),
+            true => known.clamp(1, BATCHES),
         };
         let round = Round::to_the_end(frame.number, frame.mode, None);
         let (mut dealt, mut ended) = (0, 0);
