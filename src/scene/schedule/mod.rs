@@ -5,7 +5,7 @@
 //!
 //! - Before the broad phase the last witnesses of pairs that met are tested, eight pairs at once, and under a budget of time, if
 //!   the last frame was cut short, known pairs are searched ([`revisit`]): what is found so is told however little of the frame
-//!   is left.
+//!   is left. Without a budget, other threads test while this one pairs bodies.
 //! - A job asks one question. That of a pair which is found to meet goes on with its contacts, if they are asked for, and is
 //!   ranked anew: in the next round.
 //! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends; without a budget and on several threads

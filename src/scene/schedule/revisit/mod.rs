@@ -1,7 +1,7 @@
 //! The first step of a frame: known pairs are looked at again.
 //!
-//! Most pairs that met in the last frame still do, and two triangles prove it where the bodies are now, before those are placed
-//! and paired: their last witnesses, or two that lie next to the latest. Where time is limited and the last frame was cut short,
+//! Most pairs that met in the last frame still do, and two triangles prove it where the bodies are now, whether those are placed
+//! and paired or not: their last witnesses, or two that lie next to the latest. Where time is limited and the last frame was cut short,
 //! pairs whose witnesses are lost are searched next, and after them all others that are known. What is found so is told, even if
 //! the list of the frame ends before it, and so are the pairs that met and rest.
 
