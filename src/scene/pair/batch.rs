@@ -241,7 +241,7 @@ impl Turn {
     #[inline(always)]
     fn answer(&mut self, question: &Question, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, deadline, workspace, held, .. } = desk;
-        // They were tested before the broad phase.
+        // They were tested in this frame.
         let refuted = if self.state.is_lost(round.frame) { WITNESSES } else { 0 };
         let resumed = question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end, refuted);
         let mut before = resumed.unwrap_or_default();
