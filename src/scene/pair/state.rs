@@ -84,7 +84,7 @@ pub(crate) struct Marks {
     /// Whether it met when it was last decided, and its witnesses were lost since.
     pub met: bool,
     pub lost: bool,
-    /// The last frame that ran it to its end, its low bits.
+    /// The last frame that ran it to its end, its bits in [`FRAME`].
     pub completed: u32,
     pub proof: Proof,
 }

@@ -152,7 +152,8 @@ impl Schedule {
     }
 
     /// Tests the last witnesses of pairs that met, `meanwhile` being done while other threads test; if only time is limited and the
-    /// last frame was cut, searches the pairs that these leave open. Under a budget of time: when that ended, and the time left, less that for listing what was found.
+    /// last frame was cut, searches the pairs that these leave open. Under a budget of time: when that ended, and the time left, less
+    /// that for listing what was found.
     pub fn revisit(
         &mut self,
         frame: &Frame,

@@ -208,8 +208,8 @@ impl Pairs {
     #[inline]
     pub fn take(&mut self, place: usize, frame: u64) -> Turn {
         let known = *self.at(place);
-        let taken = self.take_state(place).unwrap_or_else(|| (self.new_state(place, frame), known.marks()));
-        Turn::new(known.key, taken.0, taken.1)
+        let (state, marks) = self.take_state(place).unwrap_or_else(|| (self.new_state(place, frame), known.marks()));
+        Turn::new(known.key, state, marks)
     }
 
     #[cold]

@@ -1,9 +1,9 @@
 //! The first step of a frame: known pairs are looked at again.
 //!
 //! Most pairs that met in the last frame still do, and two triangles prove it where the bodies are now, whether those are placed
-//! and paired or not: their last witnesses, or two that lie next to the latest. Where time is limited and the last frame was cut short,
-//! pairs whose witnesses are lost are searched next, and after them all others that are known. What is found so is told, even if
-//! the list of the frame ends before it, and so are the pairs that met and rest.
+//! and paired or not: their last witnesses, or two that lie next to the latest. Where time is limited and the last frame was cut
+//! short, pairs whose witnesses are lost are searched next, and after them all others that are known. What is found so is told,
+//! even if the list of the frame ends before it, and so are the pairs that met and rest.
 
 mod search;
 
@@ -281,6 +281,7 @@ impl Revisit {
                     self.waiting.push(place as u32);
                     deadline.spend(WORK_PER_WITNESS);
                 } else if !frame.budget.is_unlimited() {
+                    // Otherwise it is searched when it is listed, wherever its place is by then.
                     self.lost.push(place as u32);
                 }
             }
