@@ -17,7 +17,8 @@ use core::time::Duration;
 /// Of pairs that are not to be searched, every so many-th place is checked against the deadline, and costs as many units of work.
 const PASSED: usize = 64;
 
-/// Boxes overlap deeply that have this part in common ([`Bodies::common_part`]) or more. Most pairs that meet are among these.
+/// Boxes overlap deeply that have this part [in common](crate::scene::body::Bodies::common_part) or more. Most pairs that meet are
+/// among these.
 const DEEP: f64 = 0.1;
 
 /// A thread searches so many pairs at once.
