@@ -3,6 +3,24 @@
  *
  * Generated from crates/capi by tools/c_header; do not edit. The guide is docs/c.md. C99 or newer, or C++17 (punctual.hpp).
  *
+ * Contents:
+ *    1. Errors, and the version
+ *    2. Points, boxes and poses
+ *    3. Meshes
+ *    4. Trees
+ *    5. Two triangles
+ *    6. Budgets and clocks
+ *    7. Workspaces, and memory from frame to frame
+ *    8. What answers have in common
+ *    9. Intersection: do two surfaces meet?
+ *   10. Distance: how far apart are they?
+ *   11. Contacts: where do they touch?
+ *   12. Motion: until when are they free?
+ *   13. Push-out: what parts them?
+ *   14. Rays: what do they hit?
+ *   15. Scenes: many bodies, one budget a frame
+ *   16. Calibration: probabilities that learn
+ *
  * Errors. What can fail returns a punctual_status, and has then written no output. punctual_last_error() tells in words what
  * was wrong and where. No call ends the process, but for two cases that no library can return from: memory runs out while a
  * mesh, a tree or a scene grows, or a function of the caller's that was called back throws.
@@ -13,8 +31,15 @@
  *
  * Pointers. Unless a function says otherwise, no pointer may be null; null gives PUNCTUAL_STATUS_NULL. A handle must be one
  * that was made by this library and not freed since. Other pointers must be aligned, and point to as many elements as the
- * length beside them says, or to a text that ends with a zero byte. An output may be uninitialised; no output may overlap
- * another argument of the same call.
+ * length beside them says, or to a text that ends with a zero byte. An output may be uninitialised, but for its size; no output
+ * may overlap another argument of the same call.
+ *
+ * Structs. One that begins with `size` may get more fields, at its end. What punctual_*_new and punctual_*_default return has its
+ * size; of others set it first: `punctual_outcome outcome = {.size = sizeof outcome};`. Of an array of structs that may grow, pass
+ * the size of one element beside its length, as to qsort. Then a program and a library of different versions work together: what
+ * a struct lacks has its default where it is read, and is not written; fields that the library does not have must be 0 where
+ * they are read, which *_new and *_default see to, and become 0 where they are written. Sizes that a struct cannot have give
+ * PUNCTUAL_STATUS_BAD_ARGUMENT. All other structs stay as they are.
  *
  * Ownership. What *_new, punctual_mesh_read*, punctual_workspace_with_capacity, punctual_shape_*, punctual_tree_mesh,
  * punctual_tree_from_bytes and punctual_scene_tree make is the caller's, to be freed by the *_free of its type, in any order.
@@ -38,26 +63,16 @@
 /** The version of this header. */
 #define PUNCTUAL_VERSION "0.1.0"
 
-/**
- * Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
- */
-#define PUNCTUAL_LEVELS 32
+#ifdef __cplusplus
+#define PUNCTUAL_INLINE inline
+extern "C" {
+#else
+#define PUNCTUAL_INLINE static inline
+#endif
 
-/**
- * The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the default
- * poll interval.
- */
-#define PUNCTUAL_MAX_STEP_WORK 352
-
-/**
- * The same as PUNCTUAL_MAX_STEP_WORK for distance queries.
- */
-#define PUNCTUAL_MAX_DISTANCE_STEP_WORK 1040
-
-/**
- * The triangle of a ray that hits none.
- */
-#define PUNCTUAL_NO_TRIANGLE 4294967295
+/* --------------------------------------------------------------------------------------------------------------------
+ * 1. Errors, and the version
+ * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
  * How a call ended. Unless it is `PUNCTUAL_STATUS_OK`, nothing was written to the outputs and nothing was changed
@@ -134,472 +149,19 @@ typedef uint32_t punctual_status;
 #endif // __cplusplus
 
 /**
- * Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
+ * The text of the last call on this thread that failed, in UTF-8: the function, the place and the fault. Empty if none
+ * did. Valid until the next call on this thread that fails; calls that succeed leave it.
  */
-enum punctual_verdict
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * The budget ended first. It says nothing about contact: do not treat it as separated.
-   */
-  PUNCTUAL_VERDICT_UNDECIDED = 0,
-  /**
-   * Proven: the witness triangles share a point.
-   */
-  PUNCTUAL_VERDICT_INTERSECTING = 1,
-  /**
-   * Proven: no triangle of A shares a point with one of B.
-   */
-  PUNCTUAL_VERDICT_SEPARATED = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_verdict punctual_verdict;
-#else
-typedef uint32_t punctual_verdict;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+const char *punctual_last_error(void);
 
 /**
- * Why a query returned.
+ * The version of the library, such as "1.2.3". Compare it with `PUNCTUAL_VERSION`, that of the header.
  */
-enum punctual_stop_reason
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * Nothing is left to visit: the answer is complete.
-   */
-  PUNCTUAL_STOP_REASON_FINISHED = 0,
-  /**
-   * The first intersection was found, which is all that MODE_ANY asks for.
-   */
-  PUNCTUAL_STOP_REASON_FIRST_HIT = 1,
-  /**
-   * The time was up.
-   */
-  PUNCTUAL_STOP_REASON_DEADLINE = 2,
-  /**
-   * The work was spent.
-   */
-  PUNCTUAL_STOP_REASON_WORK_LIMIT = 3,
-  /**
-   * The pair buffer was full. Drain it and resume.
-   */
-  PUNCTUAL_STOP_REASON_PAIRS_FULL = 4,
-  /**
-   * The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small, below
-   * about 2^-960, that this could make an answer false. Clear the setting and resume.
-   */
-  PUNCTUAL_STOP_REASON_FLUSHED_TO_ZERO = 5,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_stop_reason punctual_stop_reason;
-#else
-typedef uint32_t punctual_stop_reason;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+const char *punctual_version(void);
 
-/**
- * Whether two surfaces are no farther apart than the `closer_than` of a query.
- */
-enum punctual_closer
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * Not known: the budget ended first, it was not asked, or the distance is the limit up to the rounding of
-   * numbers as large as the meshes.
-   */
-  PUNCTUAL_CLOSER_UNDECIDED = 0,
-  /**
-   * Proven: they are no farther apart.
-   */
-  PUNCTUAL_CLOSER_YES = 1,
-  /**
-   * Proven: they are farther apart.
-   */
-  PUNCTUAL_CLOSER_NO = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_closer punctual_closer;
-#else
-typedef uint32_t punctual_closer;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * The side of a triangle that a ray comes from.
- */
-enum punctual_side
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * The one from which the corners appear counterclockwise.
-   */
-  PUNCTUAL_SIDE_FRONT = 0,
-  /**
-   * The other one.
-   */
-  PUNCTUAL_SIDE_BACK = 1,
-  /**
-   * None: the ray lies in the triangle's plane, or the triangle is a segment or a point.
-   */
-  PUNCTUAL_SIDE_EDGE = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_side punctual_side;
-#else
-typedef uint32_t punctual_side;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * What becomes of a contact of two bodies in a frame.
- */
-enum punctual_contact_phase
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * They touched when it was last decided, and this frame has not decided it.
-   */
-  PUNCTUAL_CONTACT_PHASE_UNDECIDED = 0,
-  /**
-   * They are proven to touch in this frame, and were not known to before.
-   */
-  PUNCTUAL_CONTACT_PHASE_BEGAN = 1,
-  /**
-   * They are proven to touch again.
-   */
-  PUNCTUAL_CONTACT_PHASE_PERSISTS = 2,
-  /**
-   * They are proven to be apart, or one was removed, or they may not meet any more, or both are fixed and their distance is
-   * asked for no more.
-   */
-  PUNCTUAL_CONTACT_PHASE_ENDED = 3,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_contact_phase punctual_contact_phase;
-#else
-typedef uint32_t punctual_contact_phase;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * A file format that can be read.
- */
-enum punctual_format
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * Wavefront OBJ: vertices and polygons.
-   */
-  PUNCTUAL_FORMAT_OBJ = 0,
-  /**
-   * STL, ASCII or binary.
-   */
-  PUNCTUAL_FORMAT_STL = 1,
-  /**
-   * PLY, ASCII or binary of both byte orders.
-   */
-  PUNCTUAL_FORMAT_PLY = 2,
-  /**
-   * glTF binary: the triangles of the default scene, moved by their nodes.
-   */
-  PUNCTUAL_FORMAT_GLB = 3,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_format punctual_format;
-#else
-typedef uint32_t punctual_format;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * How much time a build may take to make queries faster.
- */
-enum punctual_effort
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * For meshes that change or are asked about only a few times.
-   */
-  PUNCTUAL_EFFORT_FAST = 0,
-  /**
-   * The default.
-   */
-  PUNCTUAL_EFFORT_NORMAL = 1,
-  /**
-   * For meshes that are built once and asked about often.
-   */
-  PUNCTUAL_EFFORT_BEST = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_effort punctual_effort;
-#else
-typedef uint32_t punctual_effort;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * What a query looks for.
- */
-enum punctual_mode
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * Whether there is an intersection: stops at the first.
-   */
-  PUNCTUAL_MODE_ANY = 0,
-  /**
-   * Every intersecting pair of triangles.
-   */
-  PUNCTUAL_MODE_ALL = 1,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_mode punctual_mode;
-#else
-typedef uint32_t punctual_mode;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * What a scene asks of a pair of bodies.
- */
-enum punctual_pair_question
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * Whether they meet.
-   */
-  PUNCTUAL_PAIR_QUESTION_MEET = 0,
-  /**
-   * How far apart they are.
-   */
-  PUNCTUAL_PAIR_QUESTION_DISTANCE = 1,
-  /**
-   * Until when they are free.
-   */
-  PUNCTUAL_PAIR_QUESTION_MOTION = 2,
-  /**
-   * Where they touch.
-   */
-  PUNCTUAL_PAIR_QUESTION_CONTACTS = 3,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_pair_question punctual_pair_question;
-#else
-typedef uint32_t punctual_pair_question;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * Which of its hits a ray is asked for.
- */
-enum punctual_ray_mode
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * The one with the least `t`; of several with the same, the triangle with the least id.
-   */
-  PUNCTUAL_RAY_MODE_NEAREST = 0,
-  /**
-   * Any: whether there is one. Stops at the first that is found.
-   */
-  PUNCTUAL_RAY_MODE_ANY = 1,
-  /**
-   * All, each triangle once; not for batches.
-   */
-  PUNCTUAL_RAY_MODE_ALL = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_ray_mode punctual_ray_mode;
-#else
-typedef uint32_t punctual_ray_mode;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * Which node pair is visited next. All orders give the same finished answer; they differ in what is known when a budget ends.
- */
-enum punctual_order
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * Deepest relative penetration of the boxes first; the default, and best at finding intersections early.
-   */
-  PUNCTUAL_ORDER_PENETRATION = 0,
-  /**
-   * Lowest product of the two alphas first.
-   */
-  PUNCTUAL_ORDER_LOW_ALPHA = 1,
-  /**
-   * Largest relative volume of the boxes' overlap first.
-   */
-  PUNCTUAL_ORDER_OVERLAP_VOLUME = 2,
-  /**
-   * Depth-first: no queue at all, the least overhead.
-   */
-  PUNCTUAL_ORDER_DEPTH_FIRST = 3,
-  /**
-   * Level by level.
-   */
-  PUNCTUAL_ORDER_BREADTH_FIRST = 4,
-  /**
-   * At random, by `seed`.
-   */
-  PUNCTUAL_ORDER_RANDOM = 5,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_order punctual_order;
-#else
-typedef uint32_t punctual_order;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * What `limit` of a budget limits.
- */
-enum punctual_budget_kind
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * Nothing.
-   */
-  PUNCTUAL_BUDGET_KIND_UNLIMITED = 0,
-  /**
-   * Time from the start of the call, in nanoseconds.
-   */
-  PUNCTUAL_BUDGET_KIND_TIME = 1,
-  /**
-   * Units of work: where it stops depends on the input alone.
-   */
-  PUNCTUAL_BUDGET_KIND_WORK = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_budget_kind punctual_budget_kind;
-#else
-typedef uint32_t punctual_budget_kind;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * Whether a body can meet others of its kind.
- */
-enum punctual_body_kind
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * Meets moving and fixed bodies.
-   */
-  PUNCTUAL_BODY_KIND_MOVING = 0,
-  /**
-   * Part of the surroundings: two fixed bodies are not compared, unless their distance is asked for. It may be given new
-   * poses all the same.
-   */
-  PUNCTUAL_BODY_KIND_FIXED = 1,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_body_kind punctual_body_kind;
-#else
-typedef uint32_t punctual_body_kind;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * Which boxes the broad phase compares.
- */
-enum punctual_reach
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * Those around the bodies where they are: pairs that are not reported do not meet.
-   */
-  PUNCTUAL_REACH_HERE = 0,
-  /**
-   * Swept boxes: each covers a body's motion since the previous frame, at a constant velocity and turn between its two
-   * poses. Pairs that may have met in between are reported as well, with what is true of them here.
-   */
-  PUNCTUAL_REACH_SWEPT = 1,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_reach punctual_reach;
-#else
-typedef uint32_t punctual_reach;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * Memory of one pair of trees between frames. It changes the speed of an answer, never the answer; handed to another pair of
- * trees, it forgets everything; refitted trees it takes for the same. One thread at a time may use it.
- */
-typedef struct punctual_memory punctual_memory;
-
-/**
- * A triangle surface: checked once when it is made, never changed after. Any number of threads may read it.
- */
-typedef struct punctual_mesh punctual_mesh;
-
-/**
- * The patches of a set of contacts, and what is remembered of them for the next frame. Its buffers grow to the largest set and are
- * used again. One thread at a time may use it.
- */
-typedef struct punctual_patches punctual_patches;
-
-/**
- * Bodies that move, and the question which of them meet. One thread at a time may use it; it may start threads of its own.
- */
-typedef struct punctual_scene punctual_scene;
-
-/**
- * The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as none refits or frees it.
- */
-typedef struct punctual_tree punctual_tree;
-
-/**
- * Every buffer that a query needs, and what the last query found and left open. Allocated once: queries do not allocate. One
- * thread at a time may use it.
- */
-typedef struct punctual_workspace punctual_workspace;
+/* --------------------------------------------------------------------------------------------------------------------
+ * 2. Points, boxes and poses
+ * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
  * A rotation followed by a translation: the 3 x 4 matrix `[R|t]`, row by row. `b_in_a` maps coordinates of B to those of A:
@@ -647,1341 +209,6 @@ typedef struct punctual_aabb {
 } punctual_aabb;
 
 /**
- * Numbers that describe a mesh.
- */
-typedef struct punctual_mesh_facts {
-  /**
-   * Triangles.
-   */
-  size_t triangles;
-  /**
-   * Vertices, those that no triangle uses included.
-   */
-  size_t vertices;
-  /**
-   * Memory on the heap.
-   */
-  size_t bytes;
-  /**
-   * Whether the vertices are stored as float, which is then exact.
-   */
-  bool is_f32;
-  /**
-   * The smallest box around all vertices in use, in the frame of the mesh; empty without triangles.
-   */
-  struct punctual_aabb bounds;
-} punctual_mesh_facts;
-
-/**
- * Three corners, each x, y, z.
- */
-typedef struct punctual_triangle {
-  /**
-   * Corner by corner.
-   */
-  double corners[3][3];
-} punctual_triangle;
-
-/**
- * How a tree is built. Begin with `punctual_build_options_default()`.
- */
-typedef struct punctual_build_options {
-  /**
-   * A `punctual_effort`.
-   */
-  uint32_t effort;
-  /**
-   * Whether boxes may be turned to where they are smallest: 0 or not 0.
-   */
-  uint32_t frames;
-  /**
-   * Whether triangles know their neighbors, which `early` of a query needs: 0 or not 0. Takes about a fifth of the build's
-   * time more, and 32 bytes a triangle.
-   */
-  uint32_t neighbors;
-  /**
-   * Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a scene, convex bodies that are
-   * close are then told apart by a plane, without a search, until a refit. Takes a third to the whole of the build's time more.
-   */
-  uint32_t extremes;
-  /**
-   * Most threads to build in; more than one only for large meshes. The tree is the same, to the bit.
-   */
-  size_t threads;
-} punctual_build_options;
-
-/**
- * Numbers that describe a tree.
- */
-typedef struct punctual_tree_facts {
-  /**
-   * Triangles of the mesh.
-   */
-  size_t triangles;
-  /**
-   * Nodes, clusters included.
-   */
-  size_t nodes;
-  /**
-   * Nodes whose children are triangles.
-   */
-  size_t clusters;
-  /**
-   * Levels of nodes; 0 for an empty mesh.
-   */
-  size_t depth;
-  /**
-   * Memory on the heap, the mesh included.
-   */
-  size_t bytes;
-  /**
-   * How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no unit.
-   */
-  float degradation;
-} punctual_tree_facts;
-
-/**
- * One level of a tree.
- */
-typedef struct punctual_tree_level {
-  /**
-   * Nodes on it.
-   */
-  size_t nodes;
-  /**
-   * Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a binary level, 0 to 1.
-   */
-  float alpha[3];
-} punctual_tree_level;
-
-/**
- * Two triangles that intersect: ids of the input meshes, from 0.
- */
-typedef struct punctual_triangle_pair {
-  /**
-   * Triangle of A.
-   */
-  uint32_t a;
-  /**
-   * Triangle of B.
-   */
-  uint32_t b;
-} punctual_triangle_pair;
-
-/**
- * What is remembered.
- */
-typedef struct punctual_memory_facts {
-  /**
-   * When it was last decided: 1 if the surfaces met, 0 if not; -1 if it never was.
-   */
-  int32_t last_verdict;
-  /**
-   * Frames since it was last decided.
-   */
-  uint32_t frames_undecided;
-  /**
-   * BV tests of the last query that ran to its end; -1 if none did.
-   */
-  int64_t last_bv_tests;
-} punctual_memory_facts;
-
-/**
- * What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and `punctual_budget_work`.
- */
-typedef struct punctual_budget {
-  /**
-   * Nanoseconds or units of work.
-   */
-  uint64_t limit;
-  /**
-   * A `punctual_budget_kind`.
-   */
-  uint32_t kind;
-  /**
-   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default. A
-   * frame of a scene goes by the default.
-   */
-  uint64_t poll_interval;
-} punctual_budget;
-
-/**
- * A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
- * borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
- */
-typedef struct punctual_query {
-  /**
-   * Tree A.
-   */
-  const struct punctual_tree *a;
-  /**
-   * Tree B; it may be the same.
-   */
-  const struct punctual_tree *b;
-  /**
-   * Brings coordinates of B into those of A.
-   */
-  struct punctual_pose b_in_a;
-  /**
-   * A `punctual_mode`; MODE_ANY by default.
-   */
-  uint32_t mode;
-  /**
-   * A `punctual_order`; ORDER_PENETRATION by default.
-   */
-  uint32_t order;
-  /**
-   * For ORDER_RANDOM.
-   */
-  uint64_t seed;
-  /**
-   * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
-   */
-  size_t pair_limit;
-  /**
-   * For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
-   * queued: 0 queues every pair, infinity none. -1 by default: 128, or 1024 under a budget of work for MODE_ALL if trees were
-   * built with `neighbors` (32 with `early`), and infinity for MODE_ANY with ORDER_PENETRATION.
-   */
-  float queue_threshold;
-  /**
-   * Whether finding much early is worth some more time in all, for MODE_ALL: 0 (the default) or not 0. It needs trees that
-   * were built with `neighbors`.
-   */
-  uint32_t early;
-  /**
-   * The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
-   * `punctual_query_estimate`; by default that of the poses for which the model was fitted.
-   */
-  double prior;
-} punctual_query;
-
-/**
- * A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind (throw),
- * and not use what that call is using.
- */
-typedef struct punctual_clock {
-  /**
-   * Nanoseconds since some fixed moment, never less than before. `context` is the one below.
-   */
-  uint64_t (*now)(void *context);
-  /**
-   * Passed on to `now`.
-   */
-  void *context;
-} punctual_clock;
-
-/**
- * What a query has done, resumed calls included.
- */
-typedef struct punctual_stats {
-  /**
-   * Box overlap tests.
-   */
-  uint64_t bv_tests;
-  /**
-   * Triangle pairs tested.
-   */
-  uint64_t primitive_tests;
-  /**
-   * Those among them that needed exact arithmetic.
-   */
-  uint64_t exact_tests;
-  /**
-   * Units of work; one is about 0.3 ns.
-   */
-  uint64_t work;
-  /**
-   * BV tests by level; the last entry has all deeper levels.
-   */
-  uint64_t bv_tests_per_level[PUNCTUAL_LEVELS];
-  /**
-   * Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under a time budget.
-   */
-  int64_t elapsed;
-  /**
-   * Most node pairs that waited in the queue at once.
-   */
-  uint32_t queue_peak;
-} punctual_stats;
-
-/**
- * The answer of a query. The found pairs stay in the workspace: `punctual_workspace_pairs`.
- */
-typedef struct punctual_outcome {
-  /**
-   * Whether the surfaces meet.
-   */
-  punctual_verdict verdict;
-  /**
-   * Why the query returned.
-   */
-  punctual_stop_reason stop;
-  /**
-   * If they meet, two triangles that do; else zeros.
-   */
-  struct punctual_triangle_pair witness;
-  /**
-   * Intersecting pairs found, resumed calls and drained pairs included; at most 1 for MODE_ANY.
-   */
-  uint64_t found;
-  /**
-   * What it has done.
-   */
-  struct punctual_stats stats;
-} punctual_outcome;
-
-/**
- * What a query left open; of a distance query, what may be closer than its `high`.
- */
-typedef struct punctual_certificate {
-  /**
-   * Open pairs, of nodes or triangles; 0 means that nothing was missed.
-   */
-  size_t open_pairs;
-  /**
-   * No more triangle pairs than this intersect (or are closer), those found included.
-   */
-  uint64_t upper_bound;
-  /**
-   * Every missed intersection lies in a box with no edge longer than this, in the length unit of the meshes.
-   */
-  double largest_extent;
-} punctual_certificate;
-
-/**
- * The question how far apart two surfaces are: 0 if they meet. Plain data, made by `punctual_distance_query_new`, one for
- * each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was. Lengths are
- * in the unit of the meshes.
- */
-typedef struct punctual_distance_query {
-  /**
-   * Tree A.
-   */
-  const struct punctual_tree *a;
-  /**
-   * Tree B; it may be the same.
-   */
-  const struct punctual_tree *b;
-  /**
-   * Brings coordinates of B into those of A.
-   */
-  struct punctual_pose b_in_a;
-  /**
-   * Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1 by default, as any negative
-   * number: a millionth of half the longest extent of the larger mesh, roughly. Whether the surfaces meet is decided with
-   * any tolerance, unless `leave_contact_open`.
-   */
-  double absolute_tolerance;
-  /**
-   * Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a negative `absolute_tolerance` that is
-   * 1e-5 for meshes that are more than 64 times their size apart.
-   */
-  double relative_tolerance;
-  /**
-   * By how much each surface is thickened, A's first: a point becomes a ball, a segment a capsule. The distance is that of the
-   * thickened surfaces. 0 by default.
-   */
-  double margins[2];
-  /**
-   * Ask only whether the surfaces are no farther apart than this length: done as soon as that is known, in a fraction of the
-   * time. Infinity by default: the distance itself is asked for.
-   */
-  double closer_than;
-  /**
-   * Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then whether the
-   * surfaces meet: 0 (the default) or not 0.
-   */
-  uint32_t leave_contact_open;
-} punctual_distance_query;
-
-/**
- * The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length unit of the meshes.
- */
-typedef struct punctual_distance {
-  /**
-   * Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
-   */
-  double low;
-  /**
-   * Proven: the distance of the two points, but for rounding. 0 only if the surfaces meet; infinite if nothing was found yet.
-   */
-  double high;
-  /**
-   * The answer to `closer_than`.
-   */
-  punctual_closer closer;
-  /**
-   * Why the query returned.
-   */
-  punctual_stop_reason stop;
-  /**
-   * Whether triangles were found at all; if not, they and the points are zeros.
-   */
-  bool has_nearest;
-  /**
-   * The closest triangles found.
-   */
-  struct punctual_triangle_pair nearest;
-  /**
-   * Their closest points, A's first, both in A's frame; moved towards each other by the margins.
-   */
-  struct punctual_point points[2];
-  /**
-   * What it has done.
-   */
-  struct punctual_stats stats;
-} punctual_distance;
-
-/**
- * Bounds below which a number stays with the given probability.
- */
-typedef struct punctual_quantiles {
-  /**
-   * 10 %.
-   */
-  double p10;
-  /**
-   * The median.
-   */
-  double p50;
-  /**
-   * 90 %.
-   */
-  double p90;
-} punctual_quantiles;
-
-/**
- * What can be said of a stopped distance query. Not proven: only the bounds and the certificate are.
- */
-typedef struct punctual_distance_estimate {
-  /**
-   * Units of work that the query has still to do.
-   */
-  struct punctual_quantiles remaining;
-  /**
-   * The distance: within what is proven, and infinite above where nothing was found yet.
-   */
-  struct punctual_quantiles distance;
-} punctual_distance_estimate;
-
-/**
- * A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about an axis that moves along. At
- * time `t` a point that `start` brings to `x` is at `p + t velocity + R(t turn) (x - p)`, where `p` is a point of the axis at
- * time 0. It is checked wherever it is used.
- */
-typedef struct punctual_motion {
-  /**
-   * Where it begins.
-   */
-  struct punctual_pose start;
-  /**
-   * The velocity of the axis: length per unit of time.
-   */
-  struct punctual_point velocity;
-  /**
-   * The axis by the right-hand rule, times the angle in radians; zeros: no turn.
-   */
-  struct punctual_point turn;
-  /**
-   * From a point of the axis to the origin of the body at time 0; zeros: the axis goes through it.
-   */
-  struct punctual_point arm;
-} punctual_motion;
-
-/**
- * The question until when a motion is free, and when the surfaces meet. Plain data, made by `punctual_motion_query_new`, one
- * for each motion; it borrows the trees. To resume a query all of it must be what it was. Lengths are in the unit of the meshes,
- * times from 0 to 1.
- */
-typedef struct punctual_motion_query {
-  /**
-   * Tree A.
-   */
-  const struct punctual_tree *a;
-  /**
-   * Tree B; it may be the same.
-   */
-  const struct punctual_tree *b;
-  /**
-   * How B moves: in A's frame, or in the world if A moves too.
-   */
-  struct punctual_motion of_b;
-  /**
-   * Whether A moves too. False by default.
-   */
-  bool a_moves;
-  /**
-   * How, in the world.
-   */
-  struct punctual_motion of_a;
-  /**
-   * Done when nothing moves farther than this, seen from A, between the two times; 0: as close as double can tell. -1 by
-   * default, as any negative number: a millionth of the unit lengths of both meshes together.
-   */
-  double tolerance;
-  /**
-   * Done also when the two times differ by no more than this. 0 by default.
-   */
-  double time_tolerance;
-  /**
-   * By how much each surface is thickened, A's first. 0 by default.
-   */
-  double margins[2];
-} punctual_motion_query;
-
-/**
- * The answer of a motion query, wherever it stopped; times from 0 to 1.
- */
-typedef struct punctual_passage {
-  /**
-   * Proven: the surfaces meet at no time before. 1 without a contact: the motion is free to its end.
-   */
-  double free_until;
-  /**
-   * Whether a contact was found (yet); if not, its time and the triangles are zeros.
-   */
-  bool touches;
-  /**
-   * Proven: the surfaces meet at this time; 0 if they do at the start.
-   */
-  double touching_at;
-  /**
-   * The triangles that meet then.
-   */
-  struct punctual_triangle_pair triangles;
-  /**
-   * Why the query returned.
-   */
-  punctual_stop_reason stop;
-  /**
-   * What it has done.
-   */
-  struct punctual_stats stats;
-} punctual_passage;
-
-/**
- * What a query, or the rest of one, is expected to take.
- */
-typedef struct punctual_prediction {
-  /**
-   * BV tests.
-   */
-  struct punctual_quantiles bv_tests;
-  /**
-   * Triangle pairs tested.
-   */
-  struct punctual_quantiles triangle_tests;
-  /**
-   * Units of work.
-   */
-  struct punctual_quantiles work;
-  /**
-   * Time in nanoseconds: of an estimate by the costs of its workspace, before a query by those of the machine of the authors.
-   */
-  struct punctual_quantiles time;
-} punctual_prediction;
-
-/**
- * What can be said of a stopped query. Not proven: only verdict and certificate are.
- */
-typedef struct punctual_estimate {
-  /**
-   * What the query has still to do.
-   */
-  struct punctual_prediction remaining;
-  /**
-   * Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart.
-   */
-  double probability;
-  /**
-   * Expected share of the intersecting pairs that has been found, 0 to 1; for MODE_ANY, 1 as soon as it is decided.
-   */
-  double recall;
-} punctual_estimate;
-
-/**
- * What the steps of a query cost, in nanoseconds.
- */
-typedef struct punctual_cost_model {
-  /**
-   * One BV test.
-   */
-  double bv_test;
-  /**
-   * One triangle pair.
-   */
-  double triangle_test;
-  /**
-   * One node pair that is opened.
-   */
-  double box_update;
-  /**
-   * One query.
-   */
-  double setup;
-} punctual_cost_model;
-
-/**
- * The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
- * one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
- */
-typedef struct punctual_contact_query {
-  /**
-   * Tree A.
-   */
-  const struct punctual_tree *a;
-  /**
-   * Tree B; it may be the same.
-   */
-  const struct punctual_tree *b;
-  /**
-   * Brings coordinates of B into those of A.
-   */
-  struct punctual_pose b_in_a;
-  /**
-   * Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they meet. With infinity all pairs are.
-   */
-  double margin;
-  /**
-   * Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default when it is full.
-   */
-  size_t contact_limit;
-} punctual_contact_query;
-
-/**
- * The answer of a contact query. The contacts stay in the workspace: `punctual_workspace_contacts`.
- */
-typedef struct punctual_contacts {
-  /**
-   * Proven: every contact that was not found is at least this far apart. Infinite if the query is finished: none is missing.
-   */
-  double low;
-  /**
-   * Contacts found, resumed calls and drained contacts included.
-   */
-  uint64_t found;
-  /**
-   * Why the query returned.
-   */
-  punctual_stop_reason stop;
-  /**
-   * What it has done.
-   */
-  struct punctual_stats stats;
-} punctual_contacts;
-
-/**
- * A triangle of A and one of B that meet or are close to one another. All of it is in A's frame, in the unit of the meshes.
- */
-typedef struct punctual_contact {
-  /**
-   * The triangles.
-   */
-  struct punctual_triangle_pair triangles;
-  /**
-   * Their closest points, of A and of B. Of triangles that meet both are the middle of the segment.
-   */
-  struct punctual_point points[2];
-  /**
-   * Unit vector from B to A: moved along it, A parts from B. Of triangles that are apart it is the direction of least distance;
-   * of triangles that meet, that of the unit normal of B's triangle less that of A's, both by the right-hand rule.
-   */
-  struct punctual_point normal;
-  /**
-   * How far apart they are, up to some roundings. 0 only if they meet.
-   */
-  double distance;
-  /**
-   * Whether they meet; if not, the segment is zeros.
-   */
-  bool has_segment;
-  /**
-   * Where they meet: its ends; the same twice if that is a point.
-   */
-  struct punctual_point segment[2];
-} punctual_contact;
-
-/**
- * The unit normals of a triangle of A and of one of B by the right-hand rule, in A's frame: which way the surfaces face.
- */
-typedef struct punctual_face_normals {
-  /**
-   * That of the triangle of A; zeros if it has no area.
-   */
-  struct punctual_point a;
-  /**
-   * That of the triangle of B; zeros if it has no area.
-   */
-  struct punctual_point b;
-} punctual_face_normals;
-
-/**
- * The question which way, and how far, B has to be moved until the surfaces no longer meet. Plain data, made by
- * `punctual_push_out_query_new`, one for each pose; it borrows the trees.
- */
-typedef struct punctual_push_out_query {
-  /**
-   * Tree A.
-   */
-  const struct punctual_tree *a;
-  /**
-   * Tree B; it may be the same.
-   */
-  const struct punctual_tree *b;
-  /**
-   * Brings coordinates of B into those of A.
-   */
-  struct punctual_pose b_in_a;
-  /**
-   * Stop after this many exact queries. UINT32_MAX by default: the search ends by itself.
-   */
-  uint32_t query_limit;
-} punctual_push_out_query;
-
-/**
- * The answer: the shortest push found. There may be a shorter one.
- */
-typedef struct punctual_push_out {
-  /**
-   * Whether the budget sufficed for one; if not, direction, distance and pose are zeros.
-   */
-  bool has_push;
-  /**
-   * Where B moves to, a unit vector in A's frame; the x axis if the surfaces do not meet anyway.
-   */
-  struct punctual_point direction;
-  /**
-   * How far, in the unit of the meshes; 0 if the surfaces do not meet anyway.
-   */
-  double distance;
-  /**
-   * The pose after the push. Proven: no triangle of A shares a point with one of B there.
-   */
-  struct punctual_pose b_in_a;
-  /**
-   * Exact queries that were run.
-   */
-  uint32_t queries;
-  /**
-   * Why it returned; STOP_REASON_FINISHED also at the limit of queries.
-   */
-  punctual_stop_reason stop;
-  /**
-   * Units of work.
-   */
-  uint64_t work;
-  /**
-   * Time in nanoseconds; -1 if it was not measured, which it is only under a time budget.
-   */
-  int64_t elapsed;
-} punctual_push_out;
-
-/**
- * A half-line from an origin in a direction of any length, or a segment between two points, in the frame of the mesh. Plain
- * data, made by `punctual_ray_new` or `punctual_ray_segment`; checked wherever it is used, and then used as it is.
- */
-typedef struct punctual_ray {
-  /**
-   * Where it begins.
-   */
-  struct punctual_point origin;
-  /**
-   * Its direction, not zero; of a segment, its end.
-   */
-  struct punctual_point target;
-  /**
-   * Hits before this parameter are left out. 0 by default.
-   */
-  double t_min;
-  /**
-   * Hits after this parameter are left out. Infinity by default. To end exactly at a point, take a segment.
-   */
-  double t_max;
-  /**
-   * 0: a half-line; else a segment, of which `t` goes from 0 to 1.
-   */
-  uint32_t is_segment;
-} punctual_ray;
-
-/**
- * The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each ray; it borrows the tree. To resume a
- * query all of it must be what it was.
- *
- * A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are given: closed triangles, edges
- * and corners included.
- */
-typedef struct punctual_ray_query {
-  /**
-   * The tree.
-   */
-  const struct punctual_tree *tree;
-  /**
-   * The ray.
-   */
-  struct punctual_ray ray;
-  /**
-   * A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
-   */
-  uint32_t mode;
-} punctual_ray_query;
-
-/**
- * A triangle that a ray meets.
- */
-typedef struct punctual_ray_hit {
-  /**
-   * Id of the input mesh, or PUNCTUAL_NO_TRIANGLE.
-   */
-  uint32_t triangle;
-  /**
-   * The side that the ray comes from; SIDE_FRONT without a hit.
-   */
-  punctual_side side;
-  /**
-   * The least parameter of a common point, which is `origin + t direction`, of a segment `origin + t (end - origin)`. Off by
-   * at most 1e-11 of the largest coordinate of the triangle seen from the origin, over the largest component of the
-   * direction. Infinite without a hit.
-   */
-  double t;
-} punctual_ray_hit;
-
-/**
- * The answer of a ray query, wherever it stopped. All hits stay in the workspace: `punctual_workspace_ray_hits`.
- */
-typedef struct punctual_ray_cast {
-  /**
-   * The nearest hit of those found; for RAY_MODE_ANY the one found.
-   */
-  struct punctual_ray_hit hit;
-  /**
-   * Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that were compared.
-   */
-  uint64_t found;
-  /**
-   * Proven: every hit that was not found is at this parameter or after it. For RAY_MODE_NEAREST never after the hit that was
-   * found. Infinite if there is none.
-   */
-  double free_until;
-  /**
-   * Why the query returned.
-   */
-  punctual_stop_reason stop;
-  /**
-   * What it has done.
-   */
-  struct punctual_stats stats;
-} punctual_ray_cast;
-
-/**
- * The question what each of many rays hits, answered one after the other within one budget, in less time than a query for each.
- * Plain data, made by `punctual_ray_batch_new`; it borrows the tree and the rays. To resume it all of it, and the rays, must be
- * what they were.
- */
-typedef struct punctual_ray_batch {
-  /**
-   * The tree.
-   */
-  const struct punctual_tree *tree;
-  /**
-   * The rays.
-   */
-  const struct punctual_ray *rays;
-  /**
-   * How many.
-   */
-  size_t count;
-  /**
-   * RAY_MODE_NEAREST, by default, or RAY_MODE_ANY.
-   */
-  uint32_t mode;
-} punctual_ray_batch;
-
-/**
- * The answer for many rays; their hits are in the caller's array.
- */
-typedef struct punctual_ray_batch_outcome {
-  /**
-   * The first so many rays are done and their hits are written.
-   */
-  size_t done;
-  /**
-   * Why it returned.
-   */
-  punctual_stop_reason stop;
-  /**
-   * What it has done for all rays.
-   */
-  struct punctual_stats stats;
-} punctual_ray_batch_outcome;
-
-/**
- * Contacts that hang together: from each to the next their triangles of A have a corner in common or are the same, and their
- * triangles of B too. All of it is in A's frame, in the unit of the meshes.
- */
-typedef struct punctual_patch {
-  /**
-   * Stays the same from frame to frame while the patch has a triangle in common with the one that had it before.
-   */
-  uint64_t id;
-  /**
-   * How far apart its nearest triangles are.
-   */
-  double distance;
-  /**
-   * The box of the points of all its contacts.
-   */
-  struct punctual_aabb bounds;
-  /**
-   * Mean of the middles of its contacts. If triangles meet, each counts by the length of its segment.
-   */
-  struct punctual_point centroid;
-  /**
-   * Direction of the mean of the normals from B to A, weighted in the same way: a unit vector.
-   */
-  struct punctual_point normal;
-  /**
-   * Length of all segments in which triangles meet.
-   */
-  double length;
-  /**
-   * Whether these close up.
-   */
-  bool is_closed;
-  /**
-   * How many contacts it has.
-   */
-  size_t contact_count;
-  /**
-   * How many of them stand for all.
-   */
-  size_t point_count;
-} punctual_patch;
-
-/**
- * A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of bodies may have the same.
- */
-typedef struct punctual_body {
-  /**
-   * Its tree.
-   */
-  const struct punctual_tree *tree;
-  /**
-   * Maps coordinates of the mesh to those of the scene.
-   */
-  struct punctual_pose pose;
-  /**
-   * A `punctual_body_kind`; moving by default.
-   */
-  uint32_t kind;
-  /**
-   * The groups it belongs to, a bit each; all by default.
-   */
-  uint32_t groups;
-  /**
-   * The groups it meets, if they meet its own; all by default.
-   */
-  uint32_t mask;
-  /**
-   * How much its pairs matter when the budget does not reach all; 0 by default. A pair counts as the more important of its
-   * two bodies, and goes before all that are less important.
-   */
-  float importance;
-  /**
-   * By how much its surface is thickened, 0 by default: pairs meet when they come within the sum of their margins.
-   */
-  double margin;
-} punctual_body;
-
-/**
- * Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
- */
-typedef struct punctual_body_id {
-  /**
-   * A small number that no other body now in the scene has; those of removed bodies are given out again.
-   */
-  uint32_t index;
-  /**
-   * Tells bodies of the same index apart.
-   */
-  uint32_t generation;
-} punctual_body_id;
-
-/**
- * What is known about two bodies whose boxes overlap.
- */
-typedef struct punctual_pair_report {
-  /**
-   * The body of the lower index: A of the pair.
-   */
-  struct punctual_body_id a;
-  /**
-   * The other one.
-   */
-  struct punctual_body_id b;
-  /**
-   * Whether their surfaces meet, in this frame.
-   */
-  punctual_verdict verdict;
-  /**
-   * Whether nothing is left to find. Undecided all the same if rounding hides whether bodies with margins meet, or bodies in
-   * motion at its start.
-   */
-  bool complete;
-  /**
-   * If they meet, two triangles that do; else zeros.
-   */
-  struct punctual_triangle_pair witness;
-  /**
-   * Intersecting pairs of triangles found; at most 1 for MODE_ANY.
-   */
-  uint64_t found;
-  /**
-   * Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is complete all the same.
-   */
-  double probability;
-  /**
-   * Expected share of the intersecting pairs of triangles that was found, 0 to 1; 1 if complete.
-   */
-  double recall;
-  /**
-   * Frames since it was decided: 0 if it was in this one.
-   */
-  uint64_t age;
-} punctual_pair_report;
-
-/**
- * What a frame found. If `unplaced`, `unpaired` and `unlisted` are 0, bodies that are not in `pairs` together, and may meet, do
- * not: their boxes are apart. Otherwise the budget ended in the broad phase, which goes on in the next frame.
- */
-typedef struct punctual_report {
-  /**
-   * Frames so far, this one included.
-   */
-  uint64_t frame;
-  /**
-   * All pairs of bodies that may meet and whose boxes overlap, or whose distance is asked for, ascending by index, as far as
-   * they are known and listed. The scene's; valid until its next frame.
-   */
-  const struct punctual_pair_report *pairs;
-  /**
-   * How many they are.
-   */
-  size_t pair_count;
-  /**
-   * How many of them are decided in this frame; the others are undecided.
-   */
-  size_t decided;
-  /**
-   * How many of them intersect.
-   */
-  size_t intersecting;
-  /**
-   * How many of them are complete.
-   */
-  size_t complete;
-  /**
-   * The largest age of a pair.
-   */
-  uint64_t worst_age;
-  /**
-   * Bodies that changed or were removed and whose boxes are not up to date: the next frames place them.
-   */
-  size_t unplaced;
-  /**
-   * Bodies that not all partners are known of: they moved on or were removed, and the search for pairs is not at its end.
-   */
-  size_t unpaired;
-  /**
-   * Known pairs that were not looked at. They are not in `pairs`, and are undecided.
-   */
-  size_t unlisted;
-  /**
-   * Whether pairs were left out because there are as many as a scene keeps, 1,048,576.
-   */
-  bool is_full;
-  /**
-   * Work done, without the broad phase.
-   */
-  uint64_t work;
-  /**
-   * BV tests of the queries.
-   */
-  uint64_t bv_tests;
-  /**
-   * Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a time budget.
-   */
-  int64_t elapsed;
-} punctual_report;
-
-/**
- * What is not known about a pair.
- */
-typedef struct punctual_pair_certificate {
-  /**
-   * No more triangle pairs than this intersect.
-   */
-  uint64_t upper_bound;
-  /**
-   * Each intersection that was not found lies in a box no longer than this, in the length unit of the scene.
-   */
-  double largest_extent;
-} punctual_pair_certificate;
-
-/**
- * A contact of two bodies. It begins and ends in frames that prove it; between two of them bodies may have parted and met again
- * unseen.
- */
-typedef struct punctual_body_contact {
-  /**
-   * The body of the lower index.
-   */
-  struct punctual_body_id a;
-  /**
-   * The other one.
-   */
-  struct punctual_body_id b;
-  /**
-   * What becomes of it in this frame.
-   */
-  punctual_contact_phase phase;
-  /**
-   * Frames since it began: 0 in the frame in which it did.
-   */
-  uint64_t age;
-} punctual_body_contact;
-
-/**
- * What is known of the distance of two bodies, in the length unit of the scene.
- */
-typedef struct punctual_pair_distance {
-  /**
-   * The body of the lower index.
-   */
-  struct punctual_body_id a;
-  /**
-   * The other one.
-   */
-  struct punctual_body_id b;
-  /**
-   * Proven: no point of one surface was closer to the other; 0 if nothing is known.
-   */
-  double low;
-  /**
-   * Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is known.
-   */
-  double high;
-  /**
-   * Whether triangles were found; if not, they are zeros.
-   */
-  bool has_triangles;
-  /**
-   * The closest triangles that were found.
-   */
-  struct punctual_triangle_pair triangles;
-  /**
-   * Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As many as there were if
-   * nothing is known.
-   */
-  uint64_t age;
-} punctual_pair_distance;
-
-/**
- * Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions.
- */
-typedef struct punctual_pair_passage {
-  /**
-   * The body of the lower index.
-   */
-  struct punctual_body_id a;
-  /**
-   * The other one.
-   */
-  struct punctual_body_id b;
-  /**
-   * Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if the budget did not reach the
-   * pair.
-   */
-  double free_until;
-  /**
-   * Whether a contact was found (yet); if not, its time and the triangles are zeros.
-   */
-  bool touches;
-  /**
-   * Proven: they meet at this time.
-   */
-  double touching_at;
-  /**
-   * The triangles that meet then.
-   */
-  struct punctual_triangle_pair triangles;
-} punctual_pair_passage;
-
-/**
- * The question which body a ray hits. Plain data, made by `punctual_scene_ray_new`.
- */
-typedef struct punctual_scene_ray {
-  /**
-   * The ray, in the coordinates of the scene.
-   */
-  struct punctual_ray ray;
-  /**
-   * A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
-   */
-  uint32_t mode;
-  /**
-   * Only bodies that a body of these groups and this mask may meet are asked; all by default.
-   */
-  uint32_t groups;
-  /**
-   * See `groups`; all by default.
-   */
-  uint32_t mask;
-} punctual_scene_ray;
-
-/**
- * A triangle of a body that a ray meets.
- */
-typedef struct punctual_body_hit {
-  /**
-   * The body; zeros without a hit.
-   */
-  struct punctual_body_id body;
-  /**
-   * The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same in the scene.
-   */
-  struct punctual_ray_hit on_body;
-} punctual_body_hit;
-
-/**
- * Which body a ray hits, wherever the search stopped.
- */
-typedef struct punctual_scene_ray_cast {
-  /**
-   * The nearest hit of those found; for RAY_MODE_ANY the one found.
-   */
-  struct punctual_body_hit hit;
-  /**
-   * How many triangles were found to be hit; for RAY_MODE_ALL those of `punctual_scene_ray_hits`.
-   */
-  uint64_t found;
-  /**
-   * Proven: no hit that was not found lies before this parameter. Of a nearest hit that is known, its own; infinite if
-   * nothing is left to be found.
-   */
-  double free_until;
-  /**
-   * Why it returned.
-   */
-  punctual_stop_reason stop;
-  /**
-   * Work done.
-   */
-  uint64_t work;
-  /**
-   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
-   */
-  int64_t elapsed;
-} punctual_scene_ray_cast;
-
-/**
- * What is known of the least distance between two groups of bodies, in the length unit of the scene. It holds for the bodies where
- * they are in this frame, whatever the budget reached.
- */
-typedef struct punctual_group_distance {
-  /**
-   * Of which groups: the id of `punctual_scene_measure_groups`.
-   */
-  uint64_t id;
-  /**
-   * Proven: no point of one group is closer to the other; 0 if nothing is known, and infinite if no two of their bodies may
-   * meet.
-   */
-  double low;
-  /**
-   * Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if nothing is known.
-   */
-  double high;
-  /**
-   * Whether bodies prove `high`; if not, it is that of boxes, and the bodies and triangles are zeros.
-   */
-  bool has_bodies;
-  /**
-   * These bodies, the lower index first.
-   */
-  struct punctual_body_id bodies[2];
-  /**
-   * Their closest triangles that were found; zeros for none.
-   */
-  struct punctual_triangle_pair triangles;
-  /**
-   * How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is within the tolerance.
-   */
-  size_t open;
-} punctual_group_distance;
-
-/**
- * A place where two bodies touch, in the coordinates of the scene: one of the few that stand for a patch of contacts.
- */
-typedef struct punctual_contact_point {
-  /**
-   * The patch it belongs to. It stays the same from frame to frame while the patch has a triangle in common with what it was.
-   */
-  uint64_t patch;
-  /**
-   * Triangle of the body of the lower index, and of the other one.
-   */
-  struct punctual_triangle_pair triangles;
-  /**
-   * The closest points of these triangles. Of triangles that meet both are the middle of the segment in which they do.
-   */
-  struct punctual_point points[2];
-  /**
-   * Unit vector: moved along it, the body of the lower index parts from the other.
-   */
-  struct punctual_point normal;
-  /**
-   * How far apart the triangles are, without margins; 0 only if they meet.
-   */
-  double distance;
-} punctual_contact_point;
-
-/**
- * Where two bodies touch.
- */
-typedef struct punctual_contact_points {
-  /**
-   * How many points there are; at most 16.
-   */
-  size_t count;
-  /**
-   * Every contact within the margins that no point stands for is at least so far away, up to some roundings; infinite if there
-   * is none, and 0 if nothing is known.
-   */
-  double low;
-  /**
-   * Frames since this was found. 0: it holds for the bodies where they were in the last frame. As many as there were if
-   * nothing is known.
-   */
-  uint64_t age;
-} punctual_contact_points;
-
-#ifdef __cplusplus
-extern "C" {
-#endif // __cplusplus
-
-/**
- * The text of the last call on this thread that failed, in UTF-8: the function, the place and the fault. Empty if none
- * did. Valid until the next call on this thread that fails; calls that succeed leave it.
- */
-const char *punctual_last_error(void);
-
-/**
- * The version of the library, such as "1.2.3". Compare it with `PUNCTUAL_VERSION`, that of the header.
- */
-const char *punctual_version(void);
-
-/**
  * The pose that maps every point to itself.
  */
 struct punctual_pose punctual_pose_identity(void);
@@ -2013,6 +240,78 @@ punctual_status punctual_pose_compose(struct punctual_pose outer,
  * Fails with BAD_POSE if it or the result is no pose.
  */
 punctual_status punctual_pose_inverse(struct punctual_pose of, struct punctual_pose *pose);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 3. Meshes
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * A file format that can be read.
+ */
+enum punctual_format
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Wavefront OBJ: vertices and polygons.
+   */
+  PUNCTUAL_FORMAT_OBJ = 0,
+  /**
+   * STL, ASCII or binary.
+   */
+  PUNCTUAL_FORMAT_STL = 1,
+  /**
+   * PLY, ASCII or binary of both byte orders.
+   */
+  PUNCTUAL_FORMAT_PLY = 2,
+  /**
+   * glTF binary: the triangles of the default scene, moved by their nodes.
+   */
+  PUNCTUAL_FORMAT_GLB = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_format punctual_format;
+#else
+typedef uint32_t punctual_format;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * A triangle surface: checked once when it is made, never changed after. Any number of threads may read it.
+ */
+typedef struct punctual_mesh punctual_mesh;
+
+/**
+ * Numbers that describe a mesh.
+ */
+typedef struct punctual_mesh_facts {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Triangles.
+   */
+  size_t triangles;
+  /**
+   * Vertices, those that no triangle uses included.
+   */
+  size_t vertices;
+  /**
+   * Memory on the heap.
+   */
+  size_t bytes;
+  /**
+   * Whether the vertices are stored as float, which is then exact.
+   */
+  bool is_f32;
+  /**
+   * The smallest box around all vertices in use, in the frame of the mesh; empty without triangles.
+   */
+  struct punctual_aabb bounds;
+} punctual_mesh_facts;
 
 /**
  * Makes a mesh from `3 * vertex_count` coordinates and `3 * triangle_count` vertex indices, from 0, which are copied.
@@ -2134,18 +433,141 @@ punctual_status punctual_shape_height_field(uint32_t resolution,
                                             uint64_t seed,
                                             struct punctual_mesh **mesh);
 
+/* --------------------------------------------------------------------------------------------------------------------
+ * 4. Trees
+ * -------------------------------------------------------------------------------------------------------------------- */
+
 /**
- * Whether two closed triangles share at least one point, exactly for the given coordinates. Touching is intersecting; a
- * degenerate triangle is the segment or point that it is.
- *
- * Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
+ * How much time a build may take to make queries faster.
  */
-punctual_status punctual_triangles_intersect(struct punctual_triangle a, struct punctual_triangle b, bool *intersect);
+enum punctual_effort
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * For meshes that change or are asked about only a few times.
+   */
+  PUNCTUAL_EFFORT_FAST = 0,
+  /**
+   * The default.
+   */
+  PUNCTUAL_EFFORT_NORMAL = 1,
+  /**
+   * For meshes that are built once and asked about often.
+   */
+  PUNCTUAL_EFFORT_BEST = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_effort punctual_effort;
+#else
+typedef uint32_t punctual_effort;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as none refits or frees it.
+ */
+typedef struct punctual_tree punctual_tree;
+
+/**
+ * How a tree is built. Begin with `punctual_build_options_default()`.
+ */
+typedef struct punctual_build_options {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * A `punctual_effort`.
+   */
+  uint32_t effort;
+  /**
+   * Whether boxes may be turned to where they are smallest: 0 or not 0.
+   */
+  uint32_t frames;
+  /**
+   * Whether triangles know their neighbors, which `early` of a query needs: 0 or not 0. Takes about a fifth of the build's
+   * time more, and 32 bytes a triangle.
+   */
+  uint32_t neighbors;
+  /**
+   * Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a scene, convex bodies that are
+   * close are then told apart by a plane, without a search, until a refit. Takes a third to the whole of the build's time more.
+   */
+  uint32_t extremes;
+  /**
+   * Most threads to build in; more than one only for large meshes. The tree is the same, to the bit.
+   */
+  size_t threads;
+} punctual_build_options;
+
+/**
+ * Numbers that describe a tree.
+ */
+typedef struct punctual_tree_facts {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no unit.
+   */
+  float degradation;
+  /**
+   * Triangles of the mesh.
+   */
+  size_t triangles;
+  /**
+   * Nodes, clusters included.
+   */
+  size_t nodes;
+  /**
+   * Nodes whose children are triangles.
+   */
+  size_t clusters;
+  /**
+   * Levels of nodes; 0 for an empty mesh.
+   */
+  size_t depth;
+  /**
+   * Memory on the heap, the mesh included.
+   */
+  size_t bytes;
+  /**
+   * A length that goes with the size of the mesh; default tolerances are stated in it.
+   */
+  double unit_length;
+} punctual_tree_facts;
+
+/**
+ * One level of a tree.
+ */
+typedef struct punctual_tree_level {
+  /**
+   * Nodes on it.
+   */
+  uint32_t nodes;
+  /**
+   * Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a binary level, 0 to 1.
+   */
+  float alpha[3];
+} punctual_tree_level;
+
+/**
+ * What `punctual_build_options_default` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_build_options_init(struct punctual_build_options *options, size_t size);
 
 /**
  * Boxes that may be turned, normal effort, one thread.
  */
-struct punctual_build_options punctual_build_options_default(void);
+PUNCTUAL_INLINE punctual_build_options punctual_build_options_default(void) {
+  punctual_build_options options;
+  punctual_build_options_init(&options, sizeof options);
+  return options;
+}
 
 /**
  * Builds the tree of a mesh, of which it keeps a copy. `options` may be null: the defaults. Takes `n log n` time.
@@ -2215,6 +637,7 @@ punctual_status punctual_tree_describe(const struct punctual_tree *tree, struct 
  */
 punctual_status punctual_tree_levels(const struct punctual_tree *tree,
                                      struct punctual_tree_level *levels,
+                                     size_t levels_size,
                                      size_t capacity,
                                      size_t *count);
 
@@ -2224,6 +647,230 @@ punctual_status punctual_tree_levels(const struct punctual_tree *tree,
  * Fails with BAD_TREE if not, which no tree that was built here does.
  */
 punctual_status punctual_tree_validate(const struct punctual_tree *tree);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 5. Two triangles
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * Three corners, each x, y, z.
+ */
+typedef struct punctual_triangle {
+  /**
+   * Corner by corner.
+   */
+  double corners[3][3];
+} punctual_triangle;
+
+/**
+ * Two points and what is between them.
+ */
+typedef struct punctual_segment {
+  /**
+   * One end.
+   */
+  struct punctual_point from;
+  /**
+   * The other one.
+   */
+  struct punctual_point to;
+} punctual_segment;
+
+/**
+ * Whether two closed triangles share at least one point, exactly for the given coordinates. Touching is intersecting; a
+ * degenerate triangle is the segment or point that it is.
+ *
+ * Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
+ */
+punctual_status punctual_triangles_intersect(struct punctual_triangle a, struct punctual_triangle b, bool *intersect);
+
+/**
+ * The segment in which two closed triangles meet. `meet` says whether they do; if not, `segment`, two points, is left alone. Of
+ * triangles that touch in a point both ends are that point; of triangles in one plane it is the longest segment in both. Ends
+ * are within 1e-12 times the largest coordinate of both triangles.
+ *
+ * Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
+ */
+punctual_status punctual_triangle_segment(struct punctual_triangle a,
+                                          struct punctual_triangle b,
+                                          struct punctual_segment *segment,
+                                          bool *meet);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 6. Budgets and clocks
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the default
+ * poll interval.
+ */
+#define PUNCTUAL_MAX_STEP_WORK 352
+
+/**
+ * What PUNCTUAL_MAX_STEP_WORK is for intersection queries, for those of distances, contacts and motions.
+ */
+#define PUNCTUAL_MAX_DISTANCE_STEP_WORK 1040
+
+/**
+ * What `limit` of a budget limits.
+ */
+enum punctual_budget_kind
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Nothing.
+   */
+  PUNCTUAL_BUDGET_KIND_UNLIMITED = 0,
+  /**
+   * Time from the start of the call, in nanoseconds.
+   */
+  PUNCTUAL_BUDGET_KIND_TIME = 1,
+  /**
+   * Units of work: where it stops depends on the input alone.
+   */
+  PUNCTUAL_BUDGET_KIND_WORK = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_budget_kind punctual_budget_kind;
+#else
+typedef uint32_t punctual_budget_kind;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and `punctual_budget_work`.
+ */
+typedef struct punctual_budget {
+  /**
+   * Nanoseconds or units of work.
+   */
+  uint64_t limit;
+  /**
+   * A `punctual_budget_kind`.
+   */
+  uint32_t kind;
+  /**
+   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default. A
+   * frame of a scene goes by the default.
+   */
+  uint64_t poll_interval;
+} punctual_budget;
+
+/**
+ * A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind (throw),
+ * and not use what that call is using.
+ */
+typedef struct punctual_clock {
+  /**
+   * Nanoseconds since some fixed moment, never less than before. `context` is the one below.
+   */
+  uint64_t (*now)(void *context);
+  /**
+   * Passed on to `now`.
+   */
+  void *context;
+} punctual_clock;
+
+/**
+ * As much as it takes.
+ */
+struct punctual_budget punctual_budget_unlimited(void);
+
+/**
+ * Stop within this time from the start of the call.
+ */
+struct punctual_budget punctual_budget_time(uint64_t nanoseconds);
+
+/**
+ * Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK): the
+ * same bits on every machine, in every run.
+ */
+struct punctual_budget punctual_budget_work(uint64_t units);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 7. Workspaces, and memory from frame to frame
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * Memory of one pair of trees between frames. It changes the speed of an answer, never the answer; handed to another pair of
+ * trees, it forgets everything; refitted trees it takes for the same. One thread at a time may use it.
+ */
+typedef struct punctual_memory punctual_memory;
+
+/**
+ * Every buffer that a query needs, and what the last query found and left open. Allocated once: queries do not allocate. One
+ * thread at a time may use it.
+ */
+typedef struct punctual_workspace punctual_workspace;
+
+/**
+ * Two triangles that intersect: ids of the input meshes, from 0.
+ */
+typedef struct punctual_triangle_pair {
+  /**
+   * Triangle of A.
+   */
+  uint32_t a;
+  /**
+   * Triangle of B.
+   */
+  uint32_t b;
+} punctual_triangle_pair;
+
+/**
+ * What the steps of a query cost, in nanoseconds.
+ */
+typedef struct punctual_cost_model {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * One BV test.
+   */
+  double bv_test;
+  /**
+   * One triangle pair.
+   */
+  double triangle_test;
+  /**
+   * One node pair that is opened.
+   */
+  double box_update;
+  /**
+   * One query.
+   */
+  double setup;
+} punctual_cost_model;
+
+/**
+ * What is remembered.
+ */
+typedef struct punctual_memory_facts {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * When it was last decided: 1 if the surfaces met, 0 if not; -1 if it never was.
+   */
+  int32_t last_verdict;
+  /**
+   * Frames since it was last decided.
+   */
+  uint32_t frames_undecided;
+  /**
+   * BV tests of the last query that ran to its end; -1 if none did.
+   */
+  int64_t last_bv_tests;
+  /**
+   * How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about the last 20.
+   */
+  double change_rate;
+} punctual_memory_facts;
 
 /**
  * Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 910 kB.
@@ -2265,6 +912,20 @@ punctual_status punctual_workspace_pairs(const struct punctual_workspace *worksp
 punctual_status punctual_workspace_drain_pairs(struct punctual_workspace *workspace);
 
 /**
+ * The costs by which queries in this workspace go now.
+ */
+punctual_status punctual_workspace_cost_model(const struct punctual_workspace *workspace,
+                                              struct punctual_cost_model *costs);
+
+/**
+ * Lets queries in this workspace begin with these costs; they change with each query under a time budget.
+ *
+ * Fails with BAD_ARGUMENT if one is not finite.
+ */
+punctual_status punctual_workspace_set_cost_model(struct punctual_workspace *workspace,
+                                                  const struct punctual_cost_model *costs);
+
+/**
  * Makes a memory that knows nothing, of about 100 bytes.
  */
 punctual_status punctual_memory_new(struct punctual_memory **memory);
@@ -2292,28 +953,382 @@ punctual_status punctual_memory_clearance(const struct punctual_memory *memory,
                                           struct punctual_pose b_in_a,
                                           double *clearance);
 
-/**
- * As much as it takes.
- */
-struct punctual_budget punctual_budget_unlimited(void);
+/* --------------------------------------------------------------------------------------------------------------------
+ * 8. What answers have in common
+ * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * Stop within this time from the start of the call.
+ * Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
  */
-struct punctual_budget punctual_budget_time(uint64_t nanoseconds);
+#define PUNCTUAL_LEVELS 32
 
 /**
- * Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK): the
- * same bits on every machine, in every run.
+ * Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
  */
-struct punctual_budget punctual_budget_work(uint64_t units);
+enum punctual_verdict
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * The budget ended first. It says nothing about contact: do not treat it as separated.
+   */
+  PUNCTUAL_VERDICT_UNDECIDED = 0,
+  /**
+   * Proven: the witness triangles share a point.
+   */
+  PUNCTUAL_VERDICT_INTERSECTING = 1,
+  /**
+   * Proven: no triangle of A shares a point with one of B.
+   */
+  PUNCTUAL_VERDICT_SEPARATED = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_verdict punctual_verdict;
+#else
+typedef uint32_t punctual_verdict;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Why a query returned.
+ */
+enum punctual_stop_reason
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Nothing is left to visit: the answer is complete.
+   */
+  PUNCTUAL_STOP_REASON_FINISHED = 0,
+  /**
+   * The first intersection was found, which is all that MODE_ANY asks for.
+   */
+  PUNCTUAL_STOP_REASON_FIRST_HIT = 1,
+  /**
+   * The time was up.
+   */
+  PUNCTUAL_STOP_REASON_DEADLINE = 2,
+  /**
+   * The work was spent.
+   */
+  PUNCTUAL_STOP_REASON_WORK_LIMIT = 3,
+  /**
+   * The pair buffer was full. Drain it and resume.
+   */
+  PUNCTUAL_STOP_REASON_PAIRS_FULL = 4,
+  /**
+   * The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small, below
+   * about 2^-960, that this could make an answer false. Clear the setting and resume.
+   */
+  PUNCTUAL_STOP_REASON_FLUSHED_TO_ZERO = 5,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_stop_reason punctual_stop_reason;
+#else
+typedef uint32_t punctual_stop_reason;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What a query has done, resumed calls included.
+ */
+typedef struct punctual_stats {
+  /**
+   * Box overlap tests.
+   */
+  uint64_t bv_tests;
+  /**
+   * Triangle pairs tested.
+   */
+  uint64_t primitive_tests;
+  /**
+   * Those among them that needed exact arithmetic.
+   */
+  uint64_t exact_tests;
+  /**
+   * Units of work; one is about 0.3 ns.
+   */
+  uint64_t work;
+  /**
+   * BV tests by level; the last entry has all deeper levels.
+   */
+  uint64_t bv_tests_per_level[PUNCTUAL_LEVELS];
+  /**
+   * Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+  /**
+   * Most node pairs that waited in the queue at once.
+   */
+  uint32_t queue_peak;
+} punctual_stats;
+
+/**
+ * What a query left open; of a distance query, what may be closer than its `high`.
+ */
+typedef struct punctual_certificate {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Open pairs, of nodes or triangles; 0 means that nothing was missed.
+   */
+  size_t open_pairs;
+  /**
+   * No more triangle pairs than this intersect (or are closer), those found included.
+   */
+  uint64_t upper_bound;
+  /**
+   * Every missed intersection lies in a box with no edge longer than this, in the length unit of the meshes.
+   */
+  double largest_extent;
+  /**
+   * Units of work that narrowing it took; 0 if it was not narrowed.
+   */
+  uint64_t work;
+} punctual_certificate;
+
+/**
+ * Bounds below which a number stays with the given probability.
+ */
+typedef struct punctual_quantiles {
+  /**
+   * 10 %.
+   */
+  double p10;
+  /**
+   * The median.
+   */
+  double p50;
+  /**
+   * 90 %.
+   */
+  double p90;
+} punctual_quantiles;
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 9. Intersection: do two surfaces meet?
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * What a query looks for.
+ */
+enum punctual_mode
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Whether there is an intersection: stops at the first.
+   */
+  PUNCTUAL_MODE_ANY = 0,
+  /**
+   * Every intersecting pair of triangles.
+   */
+  PUNCTUAL_MODE_ALL = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_mode punctual_mode;
+#else
+typedef uint32_t punctual_mode;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Which node pair is visited next. All orders give the same finished answer; they differ in what is known when a budget ends.
+ */
+enum punctual_order
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Deepest relative penetration of the boxes first; the default, and best at finding intersections early.
+   */
+  PUNCTUAL_ORDER_PENETRATION = 0,
+  /**
+   * Lowest product of the two alphas first.
+   */
+  PUNCTUAL_ORDER_LOW_ALPHA = 1,
+  /**
+   * Largest relative volume of the boxes' overlap first.
+   */
+  PUNCTUAL_ORDER_OVERLAP_VOLUME = 2,
+  /**
+   * Depth-first: no queue at all, the least overhead.
+   */
+  PUNCTUAL_ORDER_DEPTH_FIRST = 3,
+  /**
+   * Level by level.
+   */
+  PUNCTUAL_ORDER_BREADTH_FIRST = 4,
+  /**
+   * At random, by `seed`.
+   */
+  PUNCTUAL_ORDER_RANDOM = 5,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_order punctual_order;
+#else
+typedef uint32_t punctual_order;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
+ * borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
+ */
+typedef struct punctual_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * A `punctual_mode`; MODE_ANY by default.
+   */
+  uint32_t mode;
+  /**
+   * A `punctual_order`; ORDER_PENETRATION by default.
+   */
+  uint32_t order;
+  /**
+   * For ORDER_RANDOM.
+   */
+  uint64_t seed;
+  /**
+   * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
+   */
+  size_t pair_limit;
+  /**
+   * For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
+   * queued: 0 queues every pair, infinity none. -1 by default: 128, or 1024 under a budget of work for MODE_ALL if trees were
+   * built with `neighbors` (32 with `early`), and infinity for MODE_ANY with ORDER_PENETRATION.
+   */
+  float queue_threshold;
+  /**
+   * Whether finding much early is worth some more time in all, for MODE_ALL: 0 (the default) or not 0. It needs trees that
+   * were built with `neighbors`.
+   */
+  uint32_t early;
+  /**
+   * The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
+   * `punctual_query_estimate`; by default that of the poses for which the model was fitted.
+   */
+  double prior;
+} punctual_query;
+
+/**
+ * The answer of a query. The found pairs stay in the workspace: `punctual_workspace_pairs`.
+ */
+typedef struct punctual_outcome {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Whether the surfaces meet.
+   */
+  punctual_verdict verdict;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * If they meet, two triangles that do; else zeros.
+   */
+  struct punctual_triangle_pair witness;
+  /**
+   * Intersecting pairs found, resumed calls and drained pairs included; at most 1 for MODE_ANY.
+   */
+  uint64_t found;
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_outcome;
+
+/**
+ * What a query, or the rest of one, is expected to take.
+ */
+typedef struct punctual_prediction {
+  /**
+   * BV tests.
+   */
+  struct punctual_quantiles bv_tests;
+  /**
+   * Triangle pairs tested.
+   */
+  struct punctual_quantiles triangle_tests;
+  /**
+   * Units of work.
+   */
+  struct punctual_quantiles work;
+  /**
+   * Time in nanoseconds: of an estimate by the costs of its workspace, before a query by those of the machine of the authors.
+   */
+  struct punctual_quantiles time;
+} punctual_prediction;
+
+/**
+ * What can be said of a stopped query. Not proven: only verdict and certificate are.
+ */
+typedef struct punctual_estimate {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * What the query has still to do.
+   */
+  struct punctual_prediction remaining;
+  /**
+   * Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart.
+   */
+  double probability;
+  /**
+   * Expected share of the intersecting pairs that has been found, 0 to 1; for MODE_ANY, 1 as soon as it is decided.
+   */
+  double recall;
+} punctual_estimate;
+
+/**
+ * What `punctual_query_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_query_init(struct punctual_query *query,
+                         size_t size,
+                         const struct punctual_tree *a,
+                         const struct punctual_tree *b,
+                         struct punctual_pose b_in_a);
 
 /**
  * The question whether `a` and `b` intersect, with the default options. Checked when it is run.
  */
-struct punctual_query punctual_query_new(const struct punctual_tree *a,
-                                         const struct punctual_tree *b,
-                                         struct punctual_pose b_in_a);
+PUNCTUAL_INLINE punctual_query punctual_query_new(const struct punctual_tree *a,
+                                                  const struct punctual_tree *b,
+                                                  struct punctual_pose b_in_a) {
+  punctual_query query;
+  punctual_query_init(&query, sizeof query, a, b, b_in_a);
+  return query;
+}
 
 /**
  * Runs a query within a budget. It does not allocate, lock or panic. `memory` may be null; `clock` may be null: the clock of
@@ -2385,11 +1400,187 @@ punctual_status punctual_query_narrowed_certificate(const struct punctual_query 
                                                     size_t *count);
 
 /**
+ * What this query will take, if nothing stops it, given what is remembered of the pair; `memory` may be null. Takes about a
+ * microsecond and allocates nothing.
+ */
+punctual_status punctual_query_predict(const struct punctual_query *query,
+                                       const struct punctual_memory *memory,
+                                       struct punctual_prediction *prediction);
+
+/**
+ * What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
+ * Takes about three microseconds and allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ */
+punctual_status punctual_query_estimate(const struct punctual_query *query,
+                                        const struct punctual_workspace *workspace,
+                                        const struct punctual_memory *memory,
+                                        struct punctual_estimate *estimate);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 10. Distance: how far apart are they?
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * Whether two surfaces are no farther apart than the `closer_than` of a query.
+ */
+enum punctual_closer
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Not known: the budget ended first, it was not asked, or the distance is the limit up to the rounding of
+   * numbers as large as the meshes.
+   */
+  PUNCTUAL_CLOSER_UNDECIDED = 0,
+  /**
+   * Proven: they are no farther apart.
+   */
+  PUNCTUAL_CLOSER_YES = 1,
+  /**
+   * Proven: they are farther apart.
+   */
+  PUNCTUAL_CLOSER_NO = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_closer punctual_closer;
+#else
+typedef uint32_t punctual_closer;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * The question how far apart two surfaces are: 0 if they meet. Plain data, made by `punctual_distance_query_new`, one for
+ * each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was. Lengths are
+ * in the unit of the meshes.
+ */
+typedef struct punctual_distance_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then whether the
+   * surfaces meet: 0 (the default) or not 0.
+   */
+  uint32_t leave_contact_open;
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1 by default, as any negative
+   * number: a millionth of half the longest extent of the larger mesh, roughly. Whether the surfaces meet is decided with
+   * any tolerance, unless `leave_contact_open`.
+   */
+  double absolute_tolerance;
+  /**
+   * Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a negative `absolute_tolerance` that is
+   * 1e-5 for meshes that are more than 64 times their size apart.
+   */
+  double relative_tolerance;
+  /**
+   * By how much each surface is thickened, A's first: a point becomes a ball, a segment a capsule. The distance is that of the
+   * thickened surfaces. 0 by default.
+   */
+  double margins[2];
+  /**
+   * Ask only whether the surfaces are no farther apart than this length: done as soon as that is known, in a fraction of the
+   * time. Infinity by default: the distance itself is asked for.
+   */
+  double closer_than;
+} punctual_distance_query;
+
+/**
+ * The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length unit of the meshes.
+ */
+typedef struct punctual_distance {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
+   */
+  double low;
+  /**
+   * Proven: the distance of the two points, but for rounding. 0 only if the surfaces meet; infinite if nothing was found yet.
+   */
+  double high;
+  /**
+   * The answer to `closer_than`.
+   */
+  punctual_closer closer;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Whether triangles were found at all; if not, they and the points are zeros.
+   */
+  bool has_nearest;
+  /**
+   * The closest triangles found.
+   */
+  struct punctual_triangle_pair nearest;
+  /**
+   * Their closest points, A's first, both in A's frame; moved towards each other by the margins.
+   */
+  struct punctual_point points[2];
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_distance;
+
+/**
+ * What can be said of a stopped distance query. Not proven: only the bounds and the certificate are.
+ */
+typedef struct punctual_distance_estimate {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Units of work that the query has still to do.
+   */
+  struct punctual_quantiles remaining;
+  /**
+   * The distance: within what is proven, and infinite above where nothing was found yet.
+   */
+  struct punctual_quantiles distance;
+} punctual_distance_estimate;
+
+/**
+ * What `punctual_distance_query_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_distance_query_init(struct punctual_distance_query *query,
+                                  size_t size,
+                                  const struct punctual_tree *a,
+                                  const struct punctual_tree *b,
+                                  struct punctual_pose b_in_a);
+
+/**
  * The question how far apart `a` and `b` are, with the default options. Checked when it is run.
  */
-struct punctual_distance_query punctual_distance_query_new(const struct punctual_tree *a,
-                                                           const struct punctual_tree *b,
-                                                           struct punctual_pose b_in_a);
+PUNCTUAL_INLINE punctual_distance_query punctual_distance_query_new(const struct punctual_tree *a,
+                                                                    const struct punctual_tree *b,
+                                                                    struct punctual_pose b_in_a) {
+  punctual_distance_query query;
+  punctual_distance_query_init(&query, sizeof query, a, b, b_in_a);
+  return query;
+}
 
 /**
  * Runs a distance query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the frame
@@ -2479,116 +1670,184 @@ punctual_status punctual_distance_query_estimate(const struct punctual_distance_
                                                  const struct punctual_memory *memory,
                                                  struct punctual_distance_estimate *estimate);
 
-/**
- * A straight line without turn.
- */
-struct punctual_motion punctual_motion_straight(struct punctual_pose start, struct punctual_point velocity);
+/* --------------------------------------------------------------------------------------------------------------------
+ * 11. Contacts: where do they touch?
+ * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * The screw from one pose to another: a turn of at most half a circle about an axis, and a shift along it.
- *
- * Fails with BAD_POSE or BAD_ARGUMENT.
+ * The patches of a set of contacts, and what is remembered of them for the next frame. Its buffers grow to the largest set and are
+ * used again. One thread at a time may use it.
  */
-punctual_status punctual_motion_screw(struct punctual_pose start,
-                                      struct punctual_pose end,
-                                      struct punctual_motion *motion);
+typedef struct punctual_patches punctual_patches;
 
 /**
- * Where the body is at a time, 0 to 1; times outside are taken for 0 or 1, and NaN for 0.
- *
- * Fails with BAD_POSE or BAD_ARGUMENT.
+ * The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
+ * one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
  */
-punctual_status punctual_motion_pose(const struct punctual_motion *motion, double time, struct punctual_pose *pose);
+typedef struct punctual_contact_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default when it is full.
+   */
+  size_t contact_limit;
+  /**
+   * Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they meet. With infinity all pairs are.
+   */
+  double margin;
+} punctual_contact_query;
 
 /**
- * The question until when the motion of `b` in the frame of `a` is free, with the default options. Checked when it is run.
+ * The answer of a contact query. The contacts stay in the workspace: `punctual_workspace_contacts`.
  */
-struct punctual_motion_query punctual_motion_query_new(const struct punctual_tree *a,
-                                                       const struct punctual_tree *b,
-                                                       struct punctual_motion b_in_a);
+typedef struct punctual_contacts {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Proven: every contact that was not found is at least this far apart. Infinite if the query is finished: none is missing.
+   */
+  double low;
+  /**
+   * Contacts found, resumed calls and drained contacts included.
+   */
+  uint64_t found;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_contacts;
 
 /**
- * Runs a motion query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the motion
- * before makes the answer faster; `clock` may be null: the clock of the system.
- *
- * Under a time budget it returns at most one poll interval of work late, under a work budget at most
- * PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
- *
- * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ * A triangle of A and one of B that meet or are close to one another. All of it is in A's frame, in the unit of the meshes.
  */
-punctual_status punctual_motion_query_run(const struct punctual_motion_query *query,
-                                          struct punctual_workspace *workspace,
-                                          struct punctual_memory *memory,
-                                          struct punctual_budget budget,
-                                          const struct punctual_clock *clock,
-                                          struct punctual_passage *outcome);
+typedef struct punctual_contact {
+  /**
+   * The triangles.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * Their closest points, of A and of B. Of triangles that meet both are the middle of the segment.
+   */
+  struct punctual_point points[2];
+  /**
+   * Unit vector from B to A: moved along it, A parts from B. Of triangles that are apart it is the direction of least distance;
+   * of triangles that meet, that of the unit normal of B's triangle less that of A's, both by the right-hand rule.
+   */
+  struct punctual_point normal;
+  /**
+   * How far apart they are, up to some roundings. 0 only if they meet.
+   */
+  double distance;
+  /**
+   * Whether they meet; if not, the segment is zeros.
+   */
+  bool has_segment;
+  /**
+   * Where they meet: its ends; the same twice if that is a point.
+   */
+  struct punctual_point segment[2];
+} punctual_contact;
 
 /**
- * Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets, the
- * outcome at the end is that of one uninterrupted run.
- *
- * Fails as `punctual_motion_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or
- * is complete.
+ * The unit normals of a triangle of A and of one of B by the right-hand rule, in A's frame: which way the surfaces face.
  */
-punctual_status punctual_motion_query_resume(const struct punctual_motion_query *query,
-                                             struct punctual_workspace *workspace,
-                                             struct punctual_memory *memory,
-                                             struct punctual_budget budget,
-                                             const struct punctual_clock *clock,
-                                             struct punctual_passage *outcome);
+typedef struct punctual_face_normals {
+  /**
+   * That of the triangle of A; zeros if it has no area.
+   */
+  struct punctual_point a;
+  /**
+   * That of the triangle of B; zeros if it has no area.
+   */
+  struct punctual_point b;
+} punctual_face_normals;
 
 /**
- * Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
- * guess: nine of ten queries are within a factor of 8 of the median. Takes constant time and allocates nothing.
+ * Contacts that hang together: from each to the next their triangles of A have a corner in common or are the same, and their
+ * triangles of B too. All of it is in A's frame, in the unit of the meshes.
  */
-punctual_status punctual_motion_query_predict(const struct punctual_motion_query *query,
-                                              const struct punctual_memory *memory,
-                                              struct punctual_quantiles *work);
+typedef struct punctual_patch {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Whether these close up.
+   */
+  bool is_closed;
+  /**
+   * How many contacts it has.
+   */
+  size_t contact_count;
+  /**
+   * How many of them stand for all.
+   */
+  size_t point_count;
+  /**
+   * Stays the same from frame to frame while the patch has a triangle in common with the one that had it before.
+   */
+  uint64_t id;
+  /**
+   * How far apart its nearest triangles are.
+   */
+  double distance;
+  /**
+   * The box of the points of all its contacts.
+   */
+  struct punctual_aabb bounds;
+  /**
+   * Mean of the middles of its contacts. If triangles meet, each counts by the length of its segment.
+   */
+  struct punctual_point centroid;
+  /**
+   * Direction of the mean of the normals from B to A, weighted in the same way: a unit vector.
+   */
+  struct punctual_point normal;
+  /**
+   * Length of all segments in which triangles meet.
+   */
+  double length;
+} punctual_patch;
 
 /**
- * Units of work that the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory`
- * may be null. Takes constant time and allocates nothing.
- *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ * What `punctual_contact_query_new` calls: writes as many bytes as the caller's struct has.
  */
-punctual_status punctual_motion_query_estimate(const struct punctual_motion_query *query,
-                                               const struct punctual_workspace *workspace,
-                                               const struct punctual_memory *memory,
-                                               struct punctual_quantiles *work);
-
-/**
- * What this query will take, if nothing stops it, given what is remembered of the pair; `memory` may be null. Takes about a
- * microsecond and allocates nothing.
- */
-punctual_status punctual_query_predict(const struct punctual_query *query,
-                                       const struct punctual_memory *memory,
-                                       struct punctual_prediction *prediction);
-
-/**
- * What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
- * Takes about three microseconds and allocates nothing.
- *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
- */
-punctual_status punctual_query_estimate(const struct punctual_query *query,
-                                        const struct punctual_workspace *workspace,
-                                        const struct punctual_memory *memory,
-                                        struct punctual_estimate *estimate);
-
-/**
- * Lets queries in this workspace begin with these costs; they change with each query under a time budget.
- *
- * Fails with BAD_ARGUMENT if one is not finite.
- */
-punctual_status punctual_workspace_set_cost_model(struct punctual_workspace *workspace,
-                                                  struct punctual_cost_model costs);
+void punctual_contact_query_init(struct punctual_contact_query *query,
+                                 size_t size,
+                                 const struct punctual_tree *a,
+                                 const struct punctual_tree *b,
+                                 struct punctual_pose b_in_a);
 
 /**
  * The question where `a` and `b` meet, with the default options. Checked when it is run.
  */
-struct punctual_contact_query punctual_contact_query_new(const struct punctual_tree *a,
-                                                         const struct punctual_tree *b,
-                                                         struct punctual_pose b_in_a);
+PUNCTUAL_INLINE punctual_contact_query punctual_contact_query_new(const struct punctual_tree *a,
+                                                                  const struct punctual_tree *b,
+                                                                  struct punctual_pose b_in_a) {
+  punctual_contact_query query;
+  punctual_contact_query_init(&query, sizeof query, a, b, b_in_a);
+  return query;
+}
 
 /**
  * Runs a contact query within a budget. The first one in a workspace makes room for 4,096 contacts, unless
@@ -2663,6 +1922,7 @@ punctual_status punctual_contact_query_narrowed_certificate(const struct punctua
  */
 punctual_status punctual_workspace_contacts(const struct punctual_workspace *workspace,
                                             struct punctual_contact *contacts,
+                                            size_t contacts_size,
                                             size_t capacity,
                                             size_t *count);
 
@@ -2688,11 +1948,376 @@ punctual_status punctual_contact_face_normals(const struct punctual_contact_quer
                                               struct punctual_face_normals *normals);
 
 /**
+ * Makes an empty set of patches, of which each will have at most so many points, at least 1; 4 are usual.
+ */
+punctual_status punctual_patches_new(size_t point_limit, struct punctual_patches **patches);
+
+/**
+ * Frees a set of patches; null is fine.
+ */
+void punctual_patches_free(struct punctual_patches *patches);
+
+/**
+ * Makes the patches of the contacts in the workspace, of the meshes of `a` and `b`; how many there are. Expected time linear in
+ * the contacts.
+ */
+punctual_status punctual_patches_update(struct punctual_patches *patches,
+                                        const struct punctual_tree *a,
+                                        const struct punctual_tree *b,
+                                        const struct punctual_workspace *workspace,
+                                        size_t *count);
+
+/**
+ * Forgets what was known of the frame before: no patch of the next update has an id that there was before.
+ */
+punctual_status punctual_patches_forget(struct punctual_patches *patches);
+
+/**
+ * A patch of the last update, counted from 0; the nearest come first.
+ *
+ * Fails with BAD_ARGUMENT if there are fewer.
+ */
+punctual_status punctual_patches_describe(const struct punctual_patches *patches,
+                                          size_t index,
+                                          struct punctual_patch *patch);
+
+/**
+ * The contacts of a patch, the nearest first. As many as `capacity` allows are written to `contacts`, and how many there are to
+ * `count`.
+ *
+ * Fails as `punctual_patches_describe`.
+ */
+punctual_status punctual_patches_contacts(const struct punctual_patches *patches,
+                                          size_t index,
+                                          struct punctual_contact *contacts,
+                                          size_t contacts_size,
+                                          size_t capacity,
+                                          size_t *count);
+
+/**
+ * The contacts that stand for a patch: the nearest, and those that span most of its area, seen along its normal. As many as
+ * `capacity` allows are written to `points`, and how many there are to `count`.
+ *
+ * Fails as `punctual_patches_describe`.
+ */
+punctual_status punctual_patches_points(const struct punctual_patches *patches,
+                                        size_t index,
+                                        struct punctual_contact *points,
+                                        size_t points_size,
+                                        size_t capacity,
+                                        size_t *count);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 12. Motion: until when are they free?
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about an axis that moves along. At
+ * time `t` a point that `start` brings to `x` is at `p + t velocity + R(t turn) (x - p)`, where `p` is a point of the axis at
+ * time 0. It is checked wherever it is used.
+ */
+typedef struct punctual_motion {
+  /**
+   * Where it begins.
+   */
+  struct punctual_pose start;
+  /**
+   * The velocity of the axis: length per unit of time.
+   */
+  struct punctual_point velocity;
+  /**
+   * The axis by the right-hand rule, times the angle in radians; zeros: no turn.
+   */
+  struct punctual_point turn;
+  /**
+   * From a point of the axis to the origin of the body at time 0; zeros: the axis goes through it.
+   */
+  struct punctual_point arm;
+} punctual_motion;
+
+/**
+ * The question until when a motion is free, and when the surfaces meet. Plain data, made by `punctual_motion_query_new`, one
+ * for each motion; it borrows the trees. To resume a query all of it must be what it was. Lengths are in the unit of the meshes,
+ * times from 0 to 1.
+ */
+typedef struct punctual_motion_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * Whether A moves too: 0 (the default) or not 0.
+   */
+  uint32_t a_moves;
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * How B moves: in A's frame, or in the world if A moves too.
+   */
+  struct punctual_motion of_b;
+  /**
+   * How, in the world.
+   */
+  struct punctual_motion of_a;
+  /**
+   * Done when nothing moves farther than this, seen from A, between the two times; 0: as close as double can tell. -1 by
+   * default, as any negative number: a millionth of the unit lengths of both meshes together.
+   */
+  double tolerance;
+  /**
+   * Done also when the two times differ by no more than this. 0 by default.
+   */
+  double time_tolerance;
+  /**
+   * By how much each surface is thickened, A's first. 0 by default.
+   */
+  double margins[2];
+} punctual_motion_query;
+
+/**
+ * The answer of a motion query, wherever it stopped; times from 0 to 1.
+ */
+typedef struct punctual_passage {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Proven: the surfaces meet at no time before. 1 without a contact: the motion is free to its end.
+   */
+  double free_until;
+  /**
+   * Whether a contact was found (yet); if not, its time and the triangles are zeros.
+   */
+  bool touches;
+  /**
+   * Proven: the surfaces meet at this time; 0 if they do at the start.
+   */
+  double touching_at;
+  /**
+   * The triangles that meet then.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_passage;
+
+/**
+ * A straight line without turn.
+ */
+struct punctual_motion punctual_motion_straight(struct punctual_pose start, struct punctual_point velocity);
+
+/**
+ * The screw from one pose to another: a turn of at most half a circle about an axis, and a shift along it.
+ *
+ * Fails with BAD_POSE or BAD_ARGUMENT.
+ */
+punctual_status punctual_motion_screw(struct punctual_pose start,
+                                      struct punctual_pose end,
+                                      struct punctual_motion *motion);
+
+/**
+ * Where the body is at a time, 0 to 1; times outside are taken for 0 or 1, and NaN for 0.
+ *
+ * Fails with BAD_POSE or BAD_ARGUMENT.
+ */
+punctual_status punctual_motion_pose(const struct punctual_motion *motion, double time, struct punctual_pose *pose);
+
+/**
+ * What `punctual_motion_query_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_motion_query_init(struct punctual_motion_query *query,
+                                size_t size,
+                                const struct punctual_tree *a,
+                                const struct punctual_tree *b,
+                                struct punctual_motion b_in_a);
+
+/**
+ * The question until when the motion of `b` in the frame of `a` is free, with the default options. Checked when it is run.
+ */
+PUNCTUAL_INLINE punctual_motion_query punctual_motion_query_new(const struct punctual_tree *a,
+                                                                const struct punctual_tree *b,
+                                                                struct punctual_motion b_in_a) {
+  punctual_motion_query query;
+  punctual_motion_query_init(&query, sizeof query, a, b, b_in_a);
+  return query;
+}
+
+/**
+ * Runs a motion query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the motion
+ * before makes the answer faster; `clock` may be null: the clock of the system.
+ *
+ * Under a time budget it returns at most one poll interval of work late, under a work budget at most
+ * PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ */
+punctual_status punctual_motion_query_run(const struct punctual_motion_query *query,
+                                          struct punctual_workspace *workspace,
+                                          struct punctual_memory *memory,
+                                          struct punctual_budget budget,
+                                          const struct punctual_clock *clock,
+                                          struct punctual_passage *outcome);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets, the
+ * outcome at the end is that of one uninterrupted run.
+ *
+ * Fails as `punctual_motion_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or
+ * is complete.
+ */
+punctual_status punctual_motion_query_resume(const struct punctual_motion_query *query,
+                                             struct punctual_workspace *workspace,
+                                             struct punctual_memory *memory,
+                                             struct punctual_budget budget,
+                                             const struct punctual_clock *clock,
+                                             struct punctual_passage *outcome);
+
+/**
+ * Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
+ * guess: nine of ten queries are within a factor of 8 of the median. Takes constant time and allocates nothing.
+ */
+punctual_status punctual_motion_query_predict(const struct punctual_motion_query *query,
+                                              const struct punctual_memory *memory,
+                                              struct punctual_quantiles *work);
+
+/**
+ * Units of work that the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory`
+ * may be null. Takes constant time and allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ */
+punctual_status punctual_motion_query_estimate(const struct punctual_motion_query *query,
+                                               const struct punctual_workspace *workspace,
+                                               const struct punctual_memory *memory,
+                                               struct punctual_quantiles *work);
+
+/**
+ * Where the surfaces may still meet before the contact that the last run of this query in the workspace found, if any. Takes time
+ * linear in the open pairs; allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ */
+punctual_status punctual_motion_query_certificate(const struct punctual_motion_query *query,
+                                                  const struct punctual_workspace *workspace,
+                                                  struct punctual_certificate *certificate);
+
+/**
+ * Boxes in the frame in which A rests, or in the world if both move, at most one for each open pair: every missed contact lies in
+ * one of them. As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+ *
+ * Fails as `punctual_motion_query_certificate`.
+ */
+punctual_status punctual_motion_query_open_boxes(const struct punctual_motion_query *query,
+                                                 const struct punctual_workspace *workspace,
+                                                 struct punctual_aabb *boxes,
+                                                 size_t capacity,
+                                                 size_t *count);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 13. Push-out: what parts them?
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * The question which way, and how far, B has to be moved until the surfaces no longer meet. Plain data, made by
+ * `punctual_push_out_query_new`, one for each pose; it borrows the trees.
+ */
+typedef struct punctual_push_out_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * Stop after this many exact queries. UINT32_MAX by default: the search ends by itself.
+   */
+  uint32_t query_limit;
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+} punctual_push_out_query;
+
+/**
+ * The answer: the shortest push found. There may be a shorter one.
+ */
+typedef struct punctual_push_out {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Whether the budget sufficed for one; if not, direction, distance and pose are zeros.
+   */
+  bool has_push;
+  /**
+   * Where B moves to, a unit vector in A's frame; the x axis if the surfaces do not meet anyway.
+   */
+  struct punctual_point direction;
+  /**
+   * How far, in the unit of the meshes; 0 if the surfaces do not meet anyway.
+   */
+  double distance;
+  /**
+   * The pose after the push. Proven: no triangle of A shares a point with one of B there.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * Exact queries that were run.
+   */
+  uint32_t queries;
+  /**
+   * Why it returned; STOP_REASON_FINISHED also at the limit of queries.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Units of work.
+   */
+  uint64_t work;
+  /**
+   * Time in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_push_out;
+
+/**
+ * What `punctual_push_out_query_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_push_out_query_init(struct punctual_push_out_query *query,
+                                  size_t size,
+                                  const struct punctual_tree *a,
+                                  const struct punctual_tree *b,
+                                  struct punctual_pose b_in_a);
+
+/**
  * The question how `b` is pushed out of `a`, with the default options. Checked when it is run.
  */
-struct punctual_push_out_query punctual_push_out_query_new(const struct punctual_tree *a,
-                                                           const struct punctual_tree *b,
-                                                           struct punctual_pose b_in_a);
+PUNCTUAL_INLINE punctual_push_out_query punctual_push_out_query_new(const struct punctual_tree *a,
+                                                                    const struct punctual_tree *b,
+                                                                    struct punctual_pose b_in_a) {
+  punctual_push_out_query query;
+  punctual_push_out_query_init(&query, sizeof query, a, b, b_in_a);
+  return query;
+}
 
 /**
  * Looks for a push within a budget. More budget of work never gives a longer one. It does not allocate, lock or panic; afterwards
@@ -2706,6 +2331,227 @@ punctual_status punctual_push_out_query_run(const struct punctual_push_out_query
                                             const struct punctual_clock *clock,
                                             struct punctual_push_out *push);
 
+/* --------------------------------------------------------------------------------------------------------------------
+ * 14. Rays: what do they hit?
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * The triangle of a ray that hits none.
+ */
+#define PUNCTUAL_NO_TRIANGLE 4294967295
+
+/**
+ * The side of a triangle that a ray comes from.
+ */
+enum punctual_side
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * The one from which the corners appear counterclockwise.
+   */
+  PUNCTUAL_SIDE_FRONT = 0,
+  /**
+   * The other one.
+   */
+  PUNCTUAL_SIDE_BACK = 1,
+  /**
+   * None: the ray lies in the triangle's plane, or the triangle is a segment or a point.
+   */
+  PUNCTUAL_SIDE_EDGE = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_side punctual_side;
+#else
+typedef uint32_t punctual_side;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Which of its hits a ray is asked for.
+ */
+enum punctual_ray_mode
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * The one with the least `t`; of several with the same, the triangle with the least id.
+   */
+  PUNCTUAL_RAY_MODE_NEAREST = 0,
+  /**
+   * Any: whether there is one. Stops at the first that is found.
+   */
+  PUNCTUAL_RAY_MODE_ANY = 1,
+  /**
+   * All, each triangle once; not for batches.
+   */
+  PUNCTUAL_RAY_MODE_ALL = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_ray_mode punctual_ray_mode;
+#else
+typedef uint32_t punctual_ray_mode;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * A half-line from an origin in a direction of any length, or a segment between two points, in the frame of the mesh. Plain
+ * data, made by `punctual_ray_new` or `punctual_ray_segment`; checked wherever it is used, and then used as it is.
+ */
+typedef struct punctual_ray {
+  /**
+   * Where it begins.
+   */
+  struct punctual_point origin;
+  /**
+   * Its direction, not zero; of a segment, its end.
+   */
+  struct punctual_point target;
+  /**
+   * Hits before this parameter are left out. 0 by default.
+   */
+  double t_min;
+  /**
+   * Hits after this parameter are left out. Infinity by default. To end exactly at a point, take a segment.
+   */
+  double t_max;
+  /**
+   * 0: a half-line; else a segment, of which `t` goes from 0 to 1.
+   */
+  uint32_t is_segment;
+} punctual_ray;
+
+/**
+ * The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each ray; it borrows the tree. To resume a
+ * query all of it must be what it was.
+ *
+ * A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are given: closed triangles, edges
+ * and corners included.
+ */
+typedef struct punctual_ray_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
+   */
+  uint32_t mode;
+  /**
+   * The tree.
+   */
+  const struct punctual_tree *tree;
+  /**
+   * The ray.
+   */
+  struct punctual_ray ray;
+} punctual_ray_query;
+
+/**
+ * A triangle that a ray meets.
+ */
+typedef struct punctual_ray_hit {
+  /**
+   * Id of the input mesh, or PUNCTUAL_NO_TRIANGLE.
+   */
+  uint32_t triangle;
+  /**
+   * The side that the ray comes from; SIDE_FRONT without a hit.
+   */
+  punctual_side side;
+  /**
+   * The least parameter of a common point, which is `origin + t direction`, of a segment `origin + t (end - origin)`. Off by
+   * at most 1e-11 of the largest coordinate of the triangle seen from the origin, over the largest component of the
+   * direction. Infinite without a hit.
+   */
+  double t;
+} punctual_ray_hit;
+
+/**
+ * The answer of a ray query, wherever it stopped. All hits stay in the workspace: `punctual_workspace_ray_hits`.
+ */
+typedef struct punctual_ray_cast {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * The nearest hit of those found; for RAY_MODE_ANY the one found.
+   */
+  struct punctual_ray_hit hit;
+  /**
+   * Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that were compared.
+   */
+  uint64_t found;
+  /**
+   * Proven: every hit that was not found is at this parameter or after it. For RAY_MODE_NEAREST never after the hit that was
+   * found. Infinite if there is none.
+   */
+  double free_until;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_ray_cast;
+
+/**
+ * The question what each of many rays hits, answered one after the other within one budget, in less time than a query for each.
+ * Plain data, made by `punctual_ray_batch_new`; it borrows the tree and the rays. To resume it all of it, and the rays, must be
+ * what they were.
+ */
+typedef struct punctual_ray_batch {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * RAY_MODE_NEAREST, by default, or RAY_MODE_ANY.
+   */
+  uint32_t mode;
+  /**
+   * The tree.
+   */
+  const struct punctual_tree *tree;
+  /**
+   * The rays.
+   */
+  const struct punctual_ray *rays;
+  /**
+   * How many.
+   */
+  size_t count;
+} punctual_ray_batch;
+
+/**
+ * The answer for many rays; their hits are in the caller's array.
+ */
+typedef struct punctual_ray_batch_outcome {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * The first so many rays are done and their hits are written.
+   */
+  size_t done;
+  /**
+   * Why it returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * What it has done for all rays.
+   */
+  struct punctual_stats stats;
+} punctual_ray_batch_outcome;
+
 /**
  * The half-line from a point in a direction. Checked when it is used.
  */
@@ -2717,9 +2563,21 @@ struct punctual_ray punctual_ray_new(struct punctual_point origin, struct punctu
 struct punctual_ray punctual_ray_segment(struct punctual_point from, struct punctual_point to);
 
 /**
+ * What `punctual_ray_query_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_ray_query_init(struct punctual_ray_query *query,
+                             size_t size,
+                             const struct punctual_tree *tree,
+                             struct punctual_ray ray);
+
+/**
  * The question for the nearest hit of a ray. Checked when it is run.
  */
-struct punctual_ray_query punctual_ray_query_new(const struct punctual_tree *tree, struct punctual_ray ray);
+PUNCTUAL_INLINE punctual_ray_query punctual_ray_query_new(const struct punctual_tree *tree, struct punctual_ray ray) {
+  punctual_ray_query query;
+  punctual_ray_query_init(&query, sizeof query, tree, ray);
+  return query;
+}
 
 /**
  * Runs a ray query within a budget. The first one for all hits in a workspace makes room for 4,096 hits, unless
@@ -2772,11 +2630,24 @@ punctual_status punctual_workspace_drain_ray_hits(struct punctual_workspace *wor
 punctual_status punctual_workspace_reserve_ray_hits(struct punctual_workspace *workspace, size_t hits);
 
 /**
+ * What `punctual_ray_batch_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_ray_batch_init(struct punctual_ray_batch *batch,
+                             size_t size,
+                             const struct punctual_tree *tree,
+                             const struct punctual_ray *rays,
+                             size_t count);
+
+/**
  * The question for the nearest hit of each of `count` rays. Checked when it is run.
  */
-struct punctual_ray_batch punctual_ray_batch_new(const struct punctual_tree *tree,
-                                                 const struct punctual_ray *rays,
-                                                 size_t count);
+PUNCTUAL_INLINE punctual_ray_batch punctual_ray_batch_new(const struct punctual_tree *tree,
+                                                          const struct punctual_ray *rays,
+                                                          size_t count) {
+  punctual_ray_batch batch;
+  punctual_ray_batch_init(&batch, sizeof batch, tree, rays, count);
+  return batch;
+}
 
 /**
  * Runs many rays within a budget, and writes the hits of those that are done to `hits`, which has room for all. The first batch of
@@ -2806,68 +2677,581 @@ punctual_status punctual_ray_batch_resume(const struct punctual_ray_batch *batch
                                           struct punctual_ray_hit *hits,
                                           struct punctual_ray_batch_outcome *outcome);
 
-/**
- * Makes an empty set of patches, of which each will have at most so many points, at least 1; 4 are usual.
- */
-punctual_status punctual_patches_new(size_t point_limit, struct punctual_patches **patches);
+/* --------------------------------------------------------------------------------------------------------------------
+ * 15. Scenes: many bodies, one budget a frame
+ * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * Frees a set of patches; null is fine.
+ * What becomes of a contact of two bodies in a frame.
  */
-void punctual_patches_free(struct punctual_patches *patches);
+enum punctual_contact_phase
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * They touched when it was last decided, and this frame has not decided it.
+   */
+  PUNCTUAL_CONTACT_PHASE_UNDECIDED = 0,
+  /**
+   * They are proven to touch in this frame, and were not known to before.
+   */
+  PUNCTUAL_CONTACT_PHASE_BEGAN = 1,
+  /**
+   * They are proven to touch again.
+   */
+  PUNCTUAL_CONTACT_PHASE_PERSISTS = 2,
+  /**
+   * They are proven to be apart, or one was removed, or they may not meet any more, or both are fixed and their distance is
+   * asked for no more.
+   */
+  PUNCTUAL_CONTACT_PHASE_ENDED = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_contact_phase punctual_contact_phase;
+#else
+typedef uint32_t punctual_contact_phase;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
 
 /**
- * Makes the patches of the contacts in the workspace, of the meshes of `a` and `b`; how many there are. Expected time linear in
- * the contacts.
+ * What a scene asks of a pair of bodies.
  */
-punctual_status punctual_patches_update(struct punctual_patches *patches,
-                                        const struct punctual_tree *a,
-                                        const struct punctual_tree *b,
-                                        const struct punctual_workspace *workspace,
-                                        size_t *count);
+enum punctual_pair_question
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Whether they meet.
+   */
+  PUNCTUAL_PAIR_QUESTION_MEET = 0,
+  /**
+   * How far apart they are.
+   */
+  PUNCTUAL_PAIR_QUESTION_DISTANCE = 1,
+  /**
+   * Until when they are free.
+   */
+  PUNCTUAL_PAIR_QUESTION_MOTION = 2,
+  /**
+   * Where they touch.
+   */
+  PUNCTUAL_PAIR_QUESTION_CONTACTS = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_pair_question punctual_pair_question;
+#else
+typedef uint32_t punctual_pair_question;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
 
 /**
- * Forgets what was known of the frame before: no patch of the next update has an id that there was before.
+ * Whether a body can meet others of its kind.
  */
-punctual_status punctual_patches_forget(struct punctual_patches *patches);
+enum punctual_body_kind
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Meets moving and fixed bodies.
+   */
+  PUNCTUAL_BODY_KIND_MOVING = 0,
+  /**
+   * Part of the surroundings: two fixed bodies are not compared, unless their distance is asked for. It may be given new
+   * poses all the same.
+   */
+  PUNCTUAL_BODY_KIND_FIXED = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_body_kind punctual_body_kind;
+#else
+typedef uint32_t punctual_body_kind;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
 
 /**
- * A patch of the last update, counted from 0; the nearest come first.
- *
- * Fails with BAD_ARGUMENT if there are fewer.
+ * Which boxes the broad phase compares.
  */
-punctual_status punctual_patches_describe(const struct punctual_patches *patches,
-                                          size_t index,
-                                          struct punctual_patch *patch);
+enum punctual_reach
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Those around the bodies where they are: pairs that are not reported do not meet.
+   */
+  PUNCTUAL_REACH_HERE = 0,
+  /**
+   * Swept boxes: each covers a body's motion since the previous frame, at a constant velocity and turn between its two
+   * poses. Pairs that may have met in between are reported as well, with what is true of them here.
+   */
+  PUNCTUAL_REACH_SWEPT = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_reach punctual_reach;
+#else
+typedef uint32_t punctual_reach;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
 
 /**
- * The contacts of a patch, the nearest first. As many as `capacity` allows are written to `contacts`, and how many there are to
- * `count`.
- *
- * Fails as `punctual_patches_describe`.
+ * Bodies that move, and the question which of them meet. One thread at a time may use it; it may start threads of its own.
  */
-punctual_status punctual_patches_contacts(const struct punctual_patches *patches,
-                                          size_t index,
-                                          struct punctual_contact *contacts,
-                                          size_t capacity,
-                                          size_t *count);
+typedef struct punctual_scene punctual_scene;
 
 /**
- * The contacts that stand for a patch: the nearest, and those that span most of its area, seen along its normal. As many as
- * `capacity` allows are written to `points`, and how many there are to `count`.
- *
- * Fails as `punctual_patches_describe`.
+ * A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of bodies may have the same.
  */
-punctual_status punctual_patches_points(const struct punctual_patches *patches,
-                                        size_t index,
-                                        struct punctual_contact *points,
-                                        size_t capacity,
-                                        size_t *count);
+typedef struct punctual_body {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * Its tree.
+   */
+  const struct punctual_tree *tree;
+  /**
+   * Maps coordinates of the mesh to those of the scene.
+   */
+  struct punctual_pose pose;
+  /**
+   * A `punctual_body_kind`; moving by default.
+   */
+  uint32_t kind;
+  /**
+   * The groups it belongs to, a bit each; all by default.
+   */
+  uint32_t groups;
+  /**
+   * The groups it meets, if they meet its own; all by default.
+   */
+  uint32_t mask;
+  /**
+   * How much its pairs matter when the budget does not reach all; 0 by default. A pair counts as the more important of its
+   * two bodies, and goes before all that are less important.
+   */
+  float importance;
+  /**
+   * By how much its surface is thickened, 0 by default: pairs meet when they come within the sum of their margins.
+   */
+  double margin;
+} punctual_body;
+
+/**
+ * Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
+ */
+typedef struct punctual_body_id {
+  /**
+   * A small number that no other body now in the scene has; those of removed bodies are given out again.
+   */
+  uint32_t index;
+  /**
+   * Tells bodies of the same index apart.
+   */
+  uint32_t generation;
+} punctual_body_id;
+
+/**
+ * What a frame found. If `unplaced`, `unpaired` and `unlisted` are 0, bodies that are not in `pairs` together, and may meet, do
+ * not: their boxes are apart. Otherwise the budget ended in the broad phase, which goes on in the next frame.
+ */
+typedef struct punctual_report {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Frames so far, this one included.
+   */
+  uint64_t frame;
+  /**
+   * How many pairs `punctual_scene_pairs` has.
+   */
+  size_t pair_count;
+  /**
+   * How many of them are decided in this frame; the others are undecided.
+   */
+  size_t decided;
+  /**
+   * How many of them intersect.
+   */
+  size_t intersecting;
+  /**
+   * How many of them are complete.
+   */
+  size_t complete;
+  /**
+   * The largest age of a pair.
+   */
+  uint64_t worst_age;
+  /**
+   * Bodies that changed or were removed and whose boxes are not up to date: the next frames place them.
+   */
+  size_t unplaced;
+  /**
+   * Bodies that not all partners are known of: they moved on or were removed, and the search for pairs is not at its end.
+   */
+  size_t unpaired;
+  /**
+   * Known pairs that were not looked at. They are not in `pairs`, and are undecided.
+   */
+  size_t unlisted;
+  /**
+   * Whether pairs were left out because there are as many as a scene keeps, 1,048,576.
+   */
+  bool is_full;
+  /**
+   * Work of the queries, and 250 units for each that was begun.
+   */
+  uint64_t work;
+  /**
+   * Work of the broad phase: placing bodies, finding pairs and listing them.
+   */
+  uint64_t broad_phase_work;
+  /**
+   * BV tests of the queries.
+   */
+  uint64_t bv_tests;
+  /**
+   * Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_report;
+
+/**
+ * What is known about two bodies whose boxes overlap.
+ */
+typedef struct punctual_pair_report {
+  /**
+   * The body of the lower index: A of the pair.
+   */
+  struct punctual_body_id a;
+  /**
+   * The other one.
+   */
+  struct punctual_body_id b;
+  /**
+   * Whether their surfaces meet, in this frame.
+   */
+  punctual_verdict verdict;
+  /**
+   * Whether nothing is left to find. Undecided all the same if rounding hides whether bodies with margins meet, or bodies in
+   * motion at its start.
+   */
+  bool complete;
+  /**
+   * If they meet, two triangles that do; else zeros.
+   */
+  struct punctual_triangle_pair witness;
+  /**
+   * Intersecting pairs of triangles found; at most 1 for MODE_ANY.
+   */
+  uint64_t found;
+  /**
+   * Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is complete all the same.
+   */
+  double probability;
+  /**
+   * Expected share of the intersecting pairs of triangles that was found, 0 to 1; 1 if complete.
+   */
+  double recall;
+  /**
+   * Frames since it was decided: 0 if it was in this one.
+   */
+  uint64_t age;
+} punctual_pair_report;
+
+/**
+ * What is not known about a pair.
+ */
+typedef struct punctual_pair_certificate {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * No more triangle pairs than this intersect.
+   */
+  uint64_t upper_bound;
+  /**
+   * Each intersection that was not found lies in a box no longer than this, in the length unit of the scene.
+   */
+  double largest_extent;
+} punctual_pair_certificate;
+
+/**
+ * A contact of two bodies. It begins and ends in frames that prove it; between two of them bodies may have parted and met again
+ * unseen.
+ */
+typedef struct punctual_body_contact {
+  /**
+   * The body of the lower index.
+   */
+  struct punctual_body_id a;
+  /**
+   * The other one.
+   */
+  struct punctual_body_id b;
+  /**
+   * What becomes of it in this frame.
+   */
+  punctual_contact_phase phase;
+  /**
+   * Frames since it began: 0 in the frame in which it did.
+   */
+  uint64_t age;
+} punctual_body_contact;
+
+/**
+ * What is known of the distance of two bodies, in the length unit of the scene.
+ */
+typedef struct punctual_pair_distance {
+  /**
+   * The body of the lower index.
+   */
+  struct punctual_body_id a;
+  /**
+   * The other one.
+   */
+  struct punctual_body_id b;
+  /**
+   * Proven: no point of one surface was closer to the other; 0 if nothing is known.
+   */
+  double low;
+  /**
+   * Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is known.
+   */
+  double high;
+  /**
+   * Whether triangles were found; if not, they are zeros.
+   */
+  bool has_triangles;
+  /**
+   * The closest triangles that were found.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As many as there were if
+   * nothing is known.
+   */
+  uint64_t age;
+} punctual_pair_distance;
+
+/**
+ * Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions.
+ */
+typedef struct punctual_pair_passage {
+  /**
+   * The body of the lower index.
+   */
+  struct punctual_body_id a;
+  /**
+   * The other one.
+   */
+  struct punctual_body_id b;
+  /**
+   * Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if the budget did not reach the
+   * pair.
+   */
+  double free_until;
+  /**
+   * Whether a contact was found (yet); if not, its time and the triangles are zeros.
+   */
+  bool touches;
+  /**
+   * Proven: they meet at this time.
+   */
+  double touching_at;
+  /**
+   * The triangles that meet then.
+   */
+  struct punctual_triangle_pair triangles;
+} punctual_pair_passage;
+
+/**
+ * The question which body a ray hits. Plain data, made by `punctual_scene_ray_new`.
+ */
+typedef struct punctual_scene_ray {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
+   */
+  uint32_t mode;
+  /**
+   * The ray, in the coordinates of the scene.
+   */
+  struct punctual_ray ray;
+  /**
+   * Only bodies that a body of these groups and this mask may meet are asked; all by default.
+   */
+  uint32_t groups;
+  /**
+   * See `groups`; all by default.
+   */
+  uint32_t mask;
+} punctual_scene_ray;
+
+/**
+ * A triangle of a body that a ray meets.
+ */
+typedef struct punctual_body_hit {
+  /**
+   * The body; zeros without a hit.
+   */
+  struct punctual_body_id body;
+  /**
+   * The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same in the scene.
+   */
+  struct punctual_ray_hit on_body;
+} punctual_body_hit;
+
+/**
+ * Which body a ray hits, wherever the search stopped.
+ */
+typedef struct punctual_scene_ray_cast {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * The nearest hit of those found; for RAY_MODE_ANY the one found.
+   */
+  struct punctual_body_hit hit;
+  /**
+   * How many triangles were found to be hit; for RAY_MODE_ALL those of `punctual_scene_ray_hits`.
+   */
+  uint64_t found;
+  /**
+   * Proven: no hit that was not found lies before this parameter. Of a nearest hit that is known, its own; infinite if
+   * nothing is left to be found.
+   */
+  double free_until;
+  /**
+   * Why it returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Work done.
+   */
+  uint64_t work;
+  /**
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_scene_ray_cast;
+
+/**
+ * What is known of the least distance between two groups of bodies, in the length unit of the scene. It holds for the bodies where
+ * they are in this frame, whatever the budget reached.
+ */
+typedef struct punctual_group_distance {
+  /**
+   * Of which groups: the id of `punctual_scene_measure_groups`.
+   */
+  uint64_t id;
+  /**
+   * Proven: no point of one group is closer to the other; 0 if nothing is known, and infinite if no two of their bodies may
+   * meet.
+   */
+  double low;
+  /**
+   * Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if nothing is known.
+   */
+  double high;
+  /**
+   * Whether bodies prove `high`; if not, it is that of boxes, and the bodies and triangles are zeros.
+   */
+  bool has_bodies;
+  /**
+   * These bodies, the lower index first.
+   */
+  struct punctual_body_id bodies[2];
+  /**
+   * Their closest triangles that were found; zeros for none.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is within the tolerance.
+   */
+  size_t open;
+} punctual_group_distance;
+
+/**
+ * A place where two bodies touch, in the coordinates of the scene: one of the few that stand for a patch of contacts.
+ */
+typedef struct punctual_contact_point {
+  /**
+   * The patch it belongs to. It stays the same from frame to frame while the patch has a triangle in common with what it was.
+   */
+  uint64_t patch;
+  /**
+   * Triangle of the body of the lower index, and of the other one.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * The closest points of these triangles. Of triangles that meet both are the middle of the segment in which they do.
+   */
+  struct punctual_point points[2];
+  /**
+   * Unit vector: moved along it, the body of the lower index parts from the other.
+   */
+  struct punctual_point normal;
+  /**
+   * How far apart the triangles are, without margins; 0 only if they meet.
+   */
+  double distance;
+} punctual_contact_point;
+
+/**
+ * Where two bodies touch.
+ */
+typedef struct punctual_contact_points {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * How many points there are; at most 16.
+   */
+  size_t count;
+  /**
+   * Every contact within the margins that no point stands for is at least so far away, up to some roundings; infinite if there
+   * is none, and 0 if nothing is known.
+   */
+  double low;
+  /**
+   * Frames since this was found. 0: it holds for the bodies where they were in the last frame. As many as there were if
+   * nothing is known.
+   */
+  uint64_t age;
+} punctual_contact_points;
+
+/**
+ * What `punctual_body_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_body_init(struct punctual_body *body,
+                        size_t size,
+                        const struct punctual_tree *tree,
+                        struct punctual_pose pose);
 
 /**
  * A moving body that may meet all others. Checked when it is inserted.
  */
-struct punctual_body punctual_body_new(const struct punctual_tree *tree, struct punctual_pose pose);
+PUNCTUAL_INLINE punctual_body punctual_body_new(const struct punctual_tree *tree, struct punctual_pose pose) {
+  punctual_body body;
+  punctual_body_init(&body, sizeof body, tree, pose);
+  return body;
+}
 
 /**
  * Makes a scene without bodies. `mode` is a `punctual_mode` (any intersection of each pair, or the number of all), `reach` a
@@ -2878,6 +3262,30 @@ struct punctual_body punctual_body_new(const struct punctual_tree *tree, struct 
 punctual_status punctual_scene_new(uint32_t mode,
                                    uint32_t reach,
                                    struct punctual_scene **scene);
+
+/**
+ * Asks from the next frame on for any intersection of each pair, or for the number of all, by a `punctual_mode`. What earlier
+ * frames found does not answer another question.
+ *
+ * Fails with BAD_ARGUMENT if it is unknown.
+ */
+punctual_status punctual_scene_set_mode(struct punctual_scene *scene,
+                                        uint32_t mode);
+
+/**
+ * Says which boxes the broad phase compares from the next frame on, by a `punctual_reach`.
+ *
+ * Fails with BAD_ARGUMENT if it is unknown.
+ */
+punctual_status punctual_scene_set_reach(struct punctual_scene *scene, uint32_t reach);
+
+/**
+ * Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair takes 72 bytes, and about 430 more
+ * from its first turn on. Pairs beyond that are left out, and `is_full` of the report says so, until an eighth of the room is
+ * free again. Those that are kept already stay.
+ */
+punctual_status punctual_scene_set_max_pairs(struct punctual_scene *scene,
+                                             size_t pairs);
 
 /**
  * Frees a scene and ends its threads; null is fine.
@@ -3009,6 +3417,16 @@ punctual_status punctual_scene_detect(struct punctual_scene *scene,
 punctual_status punctual_scene_report(const struct punctual_scene *scene, struct punctual_report *report);
 
 /**
+ * The pairs of the last frame: all that may meet and whose boxes overlap, or whose distance is asked for, ascending by index, as
+ * far as they are known and listed. As many as `capacity` allows are written to `pairs`, and how many there are to `count`.
+ */
+punctual_status punctual_scene_pairs(const struct punctual_scene *scene,
+                                     struct punctual_pair_report *pairs,
+                                     size_t pairs_size,
+                                     size_t capacity,
+                                     size_t *count);
+
+/**
  * What the last frame found about two bodies, by binary search. `listed` says whether it has the pair; if not, `pair` is left
  * alone.
  */
@@ -3016,7 +3434,17 @@ punctual_status punctual_scene_pair(const struct punctual_scene *scene,
                                     struct punctual_body_id x,
                                     struct punctual_body_id y,
                                     struct punctual_pair_report *pair,
+                                    size_t pair_size,
                                     bool *listed);
+
+/**
+ * Whether the last frame knew all bodies that this one may meet: it was placed where it is, and the search for its partners came
+ * to its end. Of two such bodies that may meet and are not in `punctual_scene_pairs` together the boxes are apart if
+ * `unlisted` of the report is 0.
+ */
+punctual_status punctual_scene_partners_known(const struct punctual_scene *scene,
+                                              struct punctual_body_id id,
+                                              bool *known);
 
 /**
  * What the last frame left open about two bodies. Takes time linear in what is open. Fails with BAD_ARGUMENT if both are the
@@ -3045,6 +3473,7 @@ punctual_status punctual_scene_track_contacts(struct punctual_scene *scene);
  */
 punctual_status punctual_scene_contacts(const struct punctual_scene *scene,
                                         struct punctual_body_contact *contacts,
+                                        size_t contacts_size,
                                         size_t capacity,
                                         size_t *count);
 
@@ -3074,6 +3503,7 @@ punctual_status punctual_scene_stop_measuring(struct punctual_scene *scene,
  */
 punctual_status punctual_scene_distances(const struct punctual_scene *scene,
                                          struct punctual_pair_distance *distances,
+                                         size_t distances_size,
                                          size_t capacity,
                                          size_t *count);
 
@@ -3094,13 +3524,23 @@ punctual_status punctual_scene_set_motion(struct punctual_scene *scene,
  */
 punctual_status punctual_scene_passages(const struct punctual_scene *scene,
                                         struct punctual_pair_passage *passages,
+                                        size_t passages_size,
                                         size_t capacity,
                                         size_t *count);
 
 /**
+ * What `punctual_scene_ray_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_scene_ray_init(struct punctual_scene_ray *scene_ray, size_t size, struct punctual_ray ray);
+
+/**
  * The question for the nearest hit of a ray in a scene. Checked when it is cast.
  */
-struct punctual_scene_ray punctual_scene_ray_new(struct punctual_ray ray);
+PUNCTUAL_INLINE punctual_scene_ray punctual_scene_ray_new(struct punctual_ray ray) {
+  punctual_scene_ray scene_ray;
+  punctual_scene_ray_init(&scene_ray, sizeof scene_ray, ray);
+  return scene_ray;
+}
 
 /**
  * Casts a ray within a budget of its own. `clock` may be null: the clock of the system. Every body is seen at the pose that was
@@ -3205,6 +3645,7 @@ punctual_status punctual_scene_stop_measuring_groups(struct punctual_scene *scen
  */
 punctual_status punctual_scene_group_distances(const struct punctual_scene *scene,
                                                struct punctual_group_distance *distances,
+                                               size_t distances_size,
                                                size_t capacity,
                                                size_t *count);
 
@@ -3236,6 +3677,7 @@ punctual_status punctual_scene_contact_points(const struct punctual_scene *scene
                                               struct punctual_body_id x,
                                               struct punctual_body_id y,
                                               struct punctual_contact_point *points,
+                                              size_t points_size,
                                               size_t capacity,
                                               struct punctual_contact_points *found);
 
@@ -3248,8 +3690,83 @@ punctual_status punctual_scene_set_question_importance(struct punctual_scene *sc
                                                        uint32_t question,
                                                        float importance);
 
-#ifdef __cplusplus
-}  // extern "C"
-#endif  // __cplusplus
+/* --------------------------------------------------------------------------------------------------------------------
+ * 16. Calibration: probabilities that learn
+ * -------------------------------------------------------------------------------------------------------------------- */
 
-#endif  /* PUNCTUAL_H */
+/**
+ * A correction of the probabilities that estimates tell, learned on the caller's own work: one for each pair of parts whose
+ * queries are stopped, or for a scene, which learns by itself. Plain data: to go on with it another day, store its numbers.
+ */
+typedef struct punctual_calibration {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * What is added to the logit of a probability, -8 to 8; 0 at first.
+   */
+  double offset;
+  /**
+   * What the logit is multiplied with before, 1/8 to 8; 1 at first.
+   */
+  double slope;
+  /**
+   * What both go by: sums over the moments learned.
+   */
+  double evidence[3];
+} punctual_calibration;
+
+/**
+ * What `punctual_calibration_default` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_calibration_init(struct punctual_calibration *calibration, size_t size);
+
+/**
+ * One that knows nothing and changes nothing.
+ */
+PUNCTUAL_INLINE punctual_calibration punctual_calibration_default(void) {
+  punctual_calibration calibration;
+  punctual_calibration_init(&calibration, sizeof calibration);
+  return calibration;
+}
+
+/**
+ * The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1; what is beyond counts as these, and
+ * NaN as .5.
+ *
+ * Fails with BAD_ARGUMENT if the numbers of the calibration are none that can be learned.
+ */
+punctual_status punctual_calibration_apply(const struct punctual_calibration *calibration,
+                                           double probability,
+                                           double *corrected);
+
+/**
+ * Learns from a moment: the probability that `punctual_query_estimate` told then, before `punctual_calibration_apply`, and whether
+ * the surfaces met at that pose: 0 or not 0. What was told as certain, or NaN, teaches nothing. Takes about a microsecond.
+ *
+ * Fails as `punctual_calibration_apply`.
+ */
+punctual_status punctual_calibration_learn(struct punctual_calibration *calibration,
+                                           double told,
+                                           uint32_t met);
+
+/**
+ * What a scene has learned: the probability of a pair whose query was stopped includes it.
+ */
+punctual_status punctual_scene_calibration(const struct punctual_scene *scene,
+                                           struct punctual_calibration *calibration);
+
+/**
+ * Goes on with what was learned before, by another scene with parts of the same kind, say.
+ *
+ * Fails as `punctual_calibration_apply`.
+ */
+punctual_status punctual_scene_set_calibration(struct punctual_scene *scene,
+                                               const struct punctual_calibration *calibration);
+
+#ifdef __cplusplus
+} // extern "C"
+#endif
+
+#endif /* PUNCTUAL_H */

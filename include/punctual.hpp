@@ -3,7 +3,8 @@
  * does more than the one of the same name in punctual.h, where units, ownership, threads and errors are told.
  *
  * No exceptions are thrown and none are needed (-fno-exceptions and -fno-rtti are fine). What can fail returns a Result, or a
- * punctual_status where there is no value. Copies of a handle's pointer (get()) must not outlive it.
+ * punctual_status where there is no value. Who takes the value of a Result that has none ends the process, in every build: the
+ * text of the failure goes to standard error. Copies of a handle's pointer (get()) must not outlive it.
  */
 
 #ifndef PUNCTUAL_HPP
@@ -11,11 +12,13 @@
 
 #include "punctual.h"
 
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 namespace punctual {
@@ -23,22 +26,60 @@ namespace punctual {
 /** What went wrong in the last call on this thread that failed. */
 inline const char *last_error() noexcept { return punctual_last_error(); }
 
+namespace detail {
+
+/** Ends the process: a value was taken that is not there. */
+[[noreturn]] inline void no_value(punctual_status status) noexcept {
+  std::fprintf(stderr, "punctual: the value of a failure was taken (status %u); the last error is: %s\n",
+               static_cast<unsigned>(status), last_error());
+  std::abort();
+}
+
+/** Whether a struct of punctual.h begins with its size. */
+template <class T, class = void> struct CarriesSize : std::false_type {};
+template <class T>
+struct CarriesSize<T, std::enable_if_t<std::is_same_v<decltype(T::size), std::uint32_t>>> : std::true_type {};
+
+} // namespace detail
+
+/** A struct of punctual.h, all zeros but for its size: a place to be written. */
+template <class T> T sized() noexcept {
+  T value{};
+  if constexpr (detail::CarriesSize<T>::value)
+    value.size = sizeof(T);
+  return value;
+}
+
 /** A value, or the status that tells why there is none. */
 template <class T> class [[nodiscard]] Result {
 public:
   Result(T value) noexcept : value_(std::move(value)) {}
-  Result(punctual_status failure) noexcept : status_(failure) {}
+  /** Without a value, PUNCTUAL_STATUS_OK is no status. */
+  Result(punctual_status failure) noexcept
+      : status_(failure != PUNCTUAL_STATUS_OK ? failure : PUNCTUAL_STATUS_BAD_ARGUMENT) {}
 
   explicit operator bool() const noexcept { return value_.has_value(); }
   punctual_status status() const noexcept { return status_; }
 
-  T &operator*() &noexcept { return assert(value_), *value_; }
-  const T &operator*() const &noexcept { return assert(value_), *value_; }
-  T operator*() &&noexcept { return assert(value_), std::move(*value_); }
-  T *operator->() noexcept { return assert(value_), &*value_; }
-  const T *operator->() const noexcept { return assert(value_), &*value_; }
+  /** The value. Without one the process ends. */
+  T &value() &noexcept { return check(), *value_; }
+  const T &value() const &noexcept { return check(), *value_; }
+  T value() &&noexcept { return check(), std::move(*value_); }
+  T &operator*() &noexcept { return value(); }
+  const T &operator*() const &noexcept { return value(); }
+  T operator*() &&noexcept { return std::move(*this).value(); }
+  T *operator->() noexcept { return &value(); }
+  const T *operator->() const noexcept { return &value(); }
+
+  /** The value, or another one if there is none. */
+  T value_or(T other) &&noexcept { return value_ ? std::move(*value_) : std::move(other); }
 
 private:
+  void check() const noexcept {
+    if (!value_)
+      detail::no_value(status_);
+  }
+
   punctual_status status_ = PUNCTUAL_STATUS_OK;
   std::optional<T> value_;
 };
@@ -84,7 +125,7 @@ Result<T> owned(Function function, Arguments... arguments) noexcept {
 /** The value that a function writes to the place behind its other arguments. */
 template <class T, class Function, class... Arguments>
 Result<T> filled(Function function, Arguments... arguments) noexcept {
-  T value{};
+  T value = sized<T>();
   punctual_status status = function(arguments..., &value);
   if (status != PUNCTUAL_STATUS_OK)
     return status;
@@ -131,6 +172,29 @@ inline punctual_ray segment(const punctual_point &from, const punctual_point &to
 
 inline Result<bool> triangles_intersect(const punctual_triangle &a, const punctual_triangle &b) noexcept {
   return detail::filled<bool>(punctual_triangles_intersect, a, b);
+}
+
+/** The segment in which two triangles meet; empty if they do not. */
+inline Result<std::optional<punctual_segment>> triangle_segment(const punctual_triangle &a,
+                                                                const punctual_triangle &b) noexcept {
+  punctual_segment segment{};
+  bool meet = false;
+  punctual_status status = punctual_triangle_segment(a, b, &segment, &meet);
+  if (status != PUNCTUAL_STATUS_OK)
+    return status;
+  return meet ? std::optional(segment) : std::nullopt;
+}
+
+/** A correction of probabilities that knows nothing yet. */
+inline punctual_calibration calibration() noexcept { return punctual_calibration_default(); }
+
+inline Result<double> apply(const punctual_calibration &calibration, double probability) noexcept {
+  return detail::filled<double>(punctual_calibration_apply, &calibration, probability);
+}
+
+/** What was told of a stopped query, and whether the surfaces met. */
+[[nodiscard]] inline punctual_status learn(punctual_calibration &calibration, double told, bool met) noexcept {
+  return punctual_calibration_learn(&calibration, told, met ? 1u : 0u);
 }
 
 inline punctual_budget unlimited() noexcept { return punctual_budget_unlimited(); }
@@ -226,7 +290,7 @@ public:
   }
   /** Writes up to `capacity` levels; how many there are. */
   Result<std::size_t> levels(punctual_tree_level *levels, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(punctual_tree_levels, get(), levels, capacity);
+    return detail::filled<std::size_t>(punctual_tree_levels, get(), levels, sizeof *levels, capacity);
   }
   [[nodiscard]] punctual_status validate() const noexcept { return punctual_tree_validate(get()); }
 };
@@ -258,7 +322,10 @@ public:
   }
 
   [[nodiscard]] punctual_status set_cost_model(const punctual_cost_model &costs) noexcept {
-    return punctual_workspace_set_cost_model(get(), costs);
+    return punctual_workspace_set_cost_model(get(), &costs);
+  }
+  Result<punctual_cost_model> cost_model() const noexcept {
+    return detail::filled<punctual_cost_model>(punctual_workspace_cost_model, get());
   }
   [[nodiscard]] punctual_status use_portable_kernels() noexcept {
     return punctual_workspace_use_portable_kernels(get());
@@ -272,7 +339,7 @@ public:
   [[nodiscard]] punctual_status drain_pairs() noexcept { return punctual_workspace_drain_pairs(get()); }
   /** Writes up to `capacity` contacts, the nearest first; how many there are. */
   Result<std::size_t> contacts(punctual_contact *contacts, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(punctual_workspace_contacts, get(), contacts, capacity);
+    return detail::filled<std::size_t>(punctual_workspace_contacts, get(), contacts, sizeof *contacts, capacity);
   }
   [[nodiscard]] punctual_status drain_contacts() noexcept { return punctual_workspace_drain_contacts(get()); }
   [[nodiscard]] punctual_status reserve_contacts(std::size_t contacts) noexcept {
@@ -402,6 +469,14 @@ struct MotionQuery : punctual_motion_query {
     return detail::filled<punctual_quantiles>(punctual_motion_query_estimate, this, workspace.get(),
                                               memory ? memory->get() : nullptr);
   }
+  Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_certificate>(punctual_motion_query_certificate, this, workspace.get());
+  }
+  /** Writes up to `capacity` boxes; how many there are. */
+  Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
+                                 std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_motion_query_open_boxes, this, workspace.get(), boxes, capacity);
+  }
 };
 
 /** Where do they meet or come close? The fields of punctual_contact_query are public; the trees must outlive it. */
@@ -510,11 +585,11 @@ public:
   }
   /** Writes up to `capacity` contacts of a patch, the nearest first; how many there are. */
   Result<std::size_t> contacts(std::size_t index, punctual_contact *contacts, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(punctual_patches_contacts, get(), index, contacts, capacity);
+    return detail::filled<std::size_t>(punctual_patches_contacts, get(), index, contacts, sizeof *contacts, capacity);
   }
   /** The same of those that stand for all. */
   Result<std::size_t> points(std::size_t index, punctual_contact *points, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(punctual_patches_points, get(), index, points, capacity);
+    return detail::filled<std::size_t>(punctual_patches_points, get(), index, points, sizeof *points, capacity);
   }
 };
 
@@ -529,11 +604,6 @@ struct Body : punctual_body {
       : punctual_body(punctual_body_new(shape.get(), place)) {}
   Body(const Tree &&, const punctual_pose &) = delete;
 };
-
-/** The pairs of a report; valid until the next frame of its scene. */
-inline Span<punctual_pair_report> pairs(const punctual_report &report) noexcept {
-  return {report.pairs, report.pair_count};
-}
 
 class Scene : public detail::Handle<punctual_scene, punctual_scene_free> {
 public:
@@ -588,6 +658,13 @@ public:
   }
   [[nodiscard]] punctual_status set_motion(punctual_body_id id, const punctual_motion &motion) noexcept {
     return punctual_scene_set_motion(get(), id, motion);
+  }
+  [[nodiscard]] punctual_status set_mode(punctual_mode mode) noexcept { return punctual_scene_set_mode(get(), mode); }
+  [[nodiscard]] punctual_status set_reach(punctual_reach reach) noexcept {
+    return punctual_scene_set_reach(get(), reach);
+  }
+  [[nodiscard]] punctual_status set_max_pairs(std::size_t pairs) noexcept {
+    return punctual_scene_set_max_pairs(get(), pairs);
   }
   [[nodiscard]] punctual_status track_contacts() noexcept { return punctual_scene_track_contacts(get()); }
   [[nodiscard]] punctual_status measure(punctual_body_id x, punctual_body_id y, double tolerance) noexcept {
@@ -644,6 +721,21 @@ public:
   Result<punctual_report> detect(punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
     return detail::filled<punctual_report>(punctual_scene_detect, get(), budget, clock);
   }
+  /** Writes up to `capacity` pairs of the last frame; how many there are. */
+  Result<std::size_t> pairs(punctual_pair_report *pairs, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_scene_pairs, get(), pairs, sizeof *pairs, capacity);
+  }
+  /** Whether the last frame knew all bodies that this one may meet. */
+  Result<bool> partners_known(punctual_body_id id) const noexcept {
+    return detail::filled<bool>(punctual_scene_partners_known, get(), id);
+  }
+  /** What it has learned of its probabilities. */
+  Result<punctual_calibration> calibration() const noexcept {
+    return detail::filled<punctual_calibration>(punctual_scene_calibration, get());
+  }
+  [[nodiscard]] punctual_status set_calibration(const punctual_calibration &calibration) noexcept {
+    return punctual_scene_set_calibration(get(), &calibration);
+  }
   Result<punctual_report> report() const noexcept {
     return detail::filled<punctual_report>(punctual_scene_report, get());
   }
@@ -651,7 +743,7 @@ public:
   Result<std::optional<punctual_pair_report>> pair(punctual_body_id x, punctual_body_id y) const noexcept {
     punctual_pair_report pair{};
     bool listed = false;
-    punctual_status status = punctual_scene_pair(get(), x, y, &pair, &listed);
+    punctual_status status = punctual_scene_pair(get(), x, y, &pair, sizeof pair, &listed);
     if (status != PUNCTUAL_STATUS_OK)
       return status;
     return listed ? std::optional(pair) : std::nullopt;
@@ -661,25 +753,27 @@ public:
   }
   /** Writes up to `capacity` contacts of the last frame; how many there are. */
   Result<std::size_t> contacts(punctual_body_contact *contacts, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(punctual_scene_contacts, get(), contacts, capacity);
+    return detail::filled<std::size_t>(punctual_scene_contacts, get(), contacts, sizeof *contacts, capacity);
   }
   /** The same of the distances asked for. */
   Result<std::size_t> distances(punctual_pair_distance *distances, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(punctual_scene_distances, get(), distances, capacity);
+    return detail::filled<std::size_t>(punctual_scene_distances, get(), distances, sizeof *distances, capacity);
   }
   /** The same of the distances of groups. */
   Result<std::size_t> group_distances(punctual_group_distance *distances, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(punctual_scene_group_distances, get(), distances, capacity);
+    return detail::filled<std::size_t>(punctual_scene_group_distances, get(), distances, sizeof *distances,
+                                       capacity);
   }
   /** Writes up to `capacity` places where two bodies touch; what is known of all. */
   Result<punctual_contact_points> contact_points(punctual_body_id x, punctual_body_id y,
                                                  punctual_contact_point *points,
                                                  std::size_t capacity) const noexcept {
-    return detail::filled<punctual_contact_points>(punctual_scene_contact_points, get(), x, y, points, capacity);
+    return detail::filled<punctual_contact_points>(punctual_scene_contact_points, get(), x, y, points,
+                                                    sizeof *points, capacity);
   }
   /** The same of the pairs in motion. */
   Result<std::size_t> passages(punctual_pair_passage *passages, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(punctual_scene_passages, get(), passages, capacity);
+    return detail::filled<std::size_t>(punctual_scene_passages, get(), passages, sizeof *passages, capacity);
   }
   Result<punctual_scene_ray_cast> cast(const punctual_scene_ray &ray, punctual_budget budget,
                                        const punctual_clock *clock = nullptr) noexcept {

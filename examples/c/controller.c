@@ -78,7 +78,7 @@ static punctual_verdict check(struct robot *robot, const struct arm arms[2], int
   uint64_t began = now(), left = by_the_clock ? LIMIT : WORK;
   for (int pair = 0; pair < PAIRS; pair++) {
     int i = pair / LINKS, j = pair % LINKS;
-    punctual_outcome outcome;
+    punctual_outcome outcome = {.size = sizeof outcome};
     must(punctual_pose_inverse(arms[0].links[i], &poses[pair]));
     must(punctual_pose_compose(poses[pair], arms[1].links[j], &poses[pair]));
     punctual_query query = punctual_query_new(robot->trees[i], robot->trees[j], poses[pair]);
@@ -121,7 +121,7 @@ static int mistakes(struct robot *robot, const punctual_verdict each[PAIRS], con
   int wrong = 0;
   for (int pair = 0; pair < PAIRS; pair++) {
     punctual_query query = punctual_query_new(robot->trees[pair / LINKS], robot->trees[pair % LINKS], poses[pair]);
-    punctual_outcome truth;
+    punctual_outcome truth = {.size = sizeof truth};
     must(punctual_query_run(&query, robot->unhurried, NULL, punctual_budget_unlimited(), NULL, &truth));
     wrong += each[pair] != PUNCTUAL_VERDICT_UNDECIDED && each[pair] != truth.verdict;
   }

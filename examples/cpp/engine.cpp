@@ -128,6 +128,7 @@ int main(int count, char **arguments) {
 
   Sums played;
   World game(ground_tree, shapes), unhurried(ground_tree, shapes);
+  std::vector<punctual_pair_report> pairs;
   int late = 0, wrong = 0;
   for (int frame = 0; frame < frames; frame++) {
     game.move(frame, ground);
@@ -136,7 +137,9 @@ int main(int count, char **arguments) {
     late += report.elapsed > static_cast<std::int64_t>(LIMIT);
     unhurried.move(frame, ground);
     must(unhurried.scene.detect(punctual::unlimited()));
-    for (const punctual_pair_report &pair : punctual::pairs(report)) {
+    pairs.resize(report.pair_count);
+    must(game.scene.pairs(pairs.data(), pairs.size()));
+    for (const punctual_pair_report &pair : pairs) {
       auto truth = must(unhurried.scene.pair(pair.a, pair.b));
       wrong += !truth || (pair.verdict != PUNCTUAL_VERDICT_UNDECIDED && pair.verdict != truth->verdict);
     }

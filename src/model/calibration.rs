@@ -109,6 +109,38 @@ impl Calibration {
         self.evidence = [one + h, both + h * z, square + h * z * z].map(|sum| fading * sum);
     }
 
+    /// All of it in five numbers, to be stored where serde is not at hand: offset, slope and three of evidence.
+    pub fn to_array(&self) -> [f64; 5] {
+        let [one, both, square] = self.evidence;
+        [self.offset, self.slope, one, both, square]
+    }
+
+    /// That of [`Calibration::to_array`]; `None` if nothing that can be learned has these numbers.
+    pub fn from_array([offset, slope, one, both, square]: [f64; 5]) -> Option<Self> {
+        Self::checked(offset, slope, [one, both, square]).ok()
+    }
+
+    /// A calibration that can be learned, or which number is out of range.
+    fn checked(offset: f64, slope: f64, evidence: [f64; 3]) -> Result<Self, (&'static str, f64)> {
+        // Sums that are as large as they can be may have been rounded up.
+        let most = FULL * (1.0 + 1e-9);
+        let [one, both, square] = evidence;
+        let ranges = [
+            ("offset", offset, [-LARGEST_OFFSET, LARGEST_OFFSET]),
+            ("slope", slope, SLOPES),
+            ("evidence[0]", one, [0.0, most]),
+            ("evidence[1]", both, [-LARGEST_LOGIT * most, LARGEST_LOGIT * most]),
+            ("evidence[2]", square, [0.0, LARGEST_LOGIT * LARGEST_LOGIT * most]),
+        ];
+        if let Some((name, value, _)) = ranges.into_iter().find(|(_, x, [low, high])| !(low..=high).contains(&x)) {
+            return Err((name, value));
+        }
+        if both * both > one * square * (1.0 + 1e-9) {
+            return Err(("evidence[1]", both));
+        }
+        Ok(Self { offset, slope, evidence })
+    }
+
     fn corrected(&self, logit: f64) -> f64 {
         self.offset + self.slope * logit
     }
@@ -137,22 +169,6 @@ impl TryFrom<Unchecked> for Calibration {
     type Error = alloc::string::String;
 
     fn try_from(Unchecked { offset, slope, evidence }: Unchecked) -> Result<Self, Self::Error> {
-        // Sums that are as large as they can be may have been rounded up.
-        let most = FULL * (1.0 + 1e-9);
-        let [one, both, square] = evidence;
-        let ranges = [
-            ("offset", offset, [-LARGEST_OFFSET, LARGEST_OFFSET]),
-            ("slope", slope, SLOPES),
-            ("evidence[0]", one, [0.0, most]),
-            ("evidence[1]", both, [-LARGEST_LOGIT * most, LARGEST_LOGIT * most]),
-            ("evidence[2]", square, [0.0, LARGEST_LOGIT * LARGEST_LOGIT * most]),
-        ];
-        if let Some((name, value, _)) = ranges.into_iter().find(|(_, x, [low, high])| !(low..=high).contains(&x)) {
-            return Err(alloc::format!("{name} {value:?} is out of range"));
-        }
-        if both * both > one * square * (1.0 + 1e-9) {
-            return Err(alloc::format!("evidence[1] {both:?} is out of range beside {one:?} and {square:?}"));
-        }
-        Ok(Self { offset, slope, evidence })
+        Self::checked(offset, slope, evidence).map_err(|(name, value)| alloc::format!("{name} {value:?} is out of range"))
     }
 }

@@ -12,6 +12,7 @@ use crate::math::Aabb;
 use crate::model::cost::{WORK_PER_BOX, WORK_PER_SWEPT_BOX};
 use crate::query::{Budget, Clock, Deadline};
 use alloc::sync::Arc;
+use core::hint::black_box;
 use core::time::Duration;
 
 /// Where fewer pairs are known, other threads are not woken before there is a batch.
@@ -28,6 +29,7 @@ impl Scene {
         if self.pairs.len() >= SHARED_PAIRS {
             crew.call();
         }
+        let times = black_box(started.zip(budget.time).map_or([Duration::ZERO; 2], |(start, limit)| [start, limit]));
         let (number, mode, asked_since, rest) = (self.report.frame, self.mode, self.asked_since, self.rest);
         let (cut, moved) = (!self.report.is_whole(), self.bodies.changed > 0);
         let mut share = Share::new(clock);
@@ -37,7 +39,7 @@ impl Scene {
             share.run(Step::Place, |deadline| self.place_changed(deadline));
         }
         let Self { pairs, broad, bodies, schedule, scratch, .. } = self;
-        let frame = Frame { number, mode, asked_since, rest, cut, moved, budget, started, clock, bodies, crew };
+        let frame = Frame { number, mode, asked_since, rest, cut, moved, budget, times, clock, bodies, crew };
         let left = schedule.revisit(&frame, broad, pairs, scratch, |broad, pairs| {
             if overlaps {
                 share.run(Step::Pair, |deadline| pairs.update(broad, bodies, deadline));
@@ -53,7 +55,7 @@ impl Scene {
             Arc::make_mut(bodies).begin_groups(report.frame, deadline);
         });
         (report.unplaced, report.unpaired, report.is_full) = (bodies.changed, broad.open, broad.has_cropped());
-        let frame = Frame { number, mode, asked_since, rest, cut, moved, budget, started, clock, bodies, crew };
+        let frame = Frame { number, mode, asked_since, rest, cut, moved, budget, times, clock, bodies, crew };
         let mut found = Found { broad, pairs, events };
         let ended = schedule.run(&frame, &mut found, &mut share, report, scratch);
         schedule.hand_on(Arc::make_mut(bodies), number);

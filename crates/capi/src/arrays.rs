@@ -93,7 +93,8 @@ pub(crate) unsafe fn list<T>(
     Ok(())
 }
 
-fn check<T>(pointer: *const T, count: usize, what: &'static str) -> Result<(), Fault> {
+/// Whether there may be so many elements.
+pub(crate) fn check<T>(pointer: *const T, count: usize, what: &'static str) -> Result<(), Fault> {
     if pointer.is_null() {
         return Err(Fault::Null(what));
     }

@@ -1,9 +1,10 @@
 //! Bodies of a scene.
 
 use crate::pose::punctual_pose;
+use crate::sized::{begin, grows};
 use crate::status::{Fault, given, value_of};
 use crate::tree::punctual_tree;
-use punctual::{Body, BodyId, BodyKind, Filter};
+use punctual::{Body, BodyId, BodyKind, Filter, Pose};
 use std::sync::Arc;
 
 /// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
@@ -44,6 +45,8 @@ pub enum punctual_body_kind {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_body<'t> {
+    /// Its size in bytes, as made.
+    pub size: u32,
     /// Its tree.
     pub tree: Option<&'t punctual_tree>,
     /// Maps coordinates of the mesh to those of the scene.
@@ -61,8 +64,10 @@ pub struct punctual_body<'t> {
     pub margin: f64,
 }
 
+grows!(punctual_body<'_>: size, pose..margin);
+
 impl punctual_body<'_> {
-    pub(crate) fn check(&self) -> Result<Body, Fault> {
+    pub(crate) fn check(self) -> Result<Body, Fault> {
         let tree = Arc::clone(given(self.tree, "body->tree")?.0.get("body->tree")?);
         let pose = self.pose.check()?;
         let body = match value_of(self.kind, "body->kind", &[BodyKind::Moving, BodyKind::Fixed])? {
@@ -82,13 +87,35 @@ impl From<&Body> for punctual_body<'_> {
         };
         let Filter { groups, mask, .. } = body.filter;
         let Body { importance, margin, .. } = *body;
-        Self { tree: None, pose: (&body.pose).into(), kind: kind as u32, groups, mask, importance, margin }
+        Self {
+            size: Self::SIZE,
+            tree: None,
+            pose: (&body.pose).into(),
+            kind: kind as u32,
+            groups,
+            mask,
+            importance,
+            margin,
+        }
+    }
+}
+
+impl Default for punctual_body<'_> {
+    fn default() -> Self {
+        let Filter { groups, mask, .. } = Filter::default();
+        let (pose, kind) = ((&Pose::IDENTITY).into(), punctual_body_kind::Moving as u32);
+        Self { size: Self::SIZE, tree: None, pose, kind, groups, mask, importance: 0.0, margin: 0.0 }
     }
 }
 
 /// A moving body that may meet all others. Checked when it is inserted.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_body_new(tree: Option<&punctual_tree>, pose: punctual_pose) -> punctual_body<'_> {
-    let Filter { groups, mask, .. } = Filter::default();
-    punctual_body { tree, pose, kind: punctual_body_kind::Moving as u32, groups, mask, importance: 0.0, margin: 0.0 }
+pub unsafe extern "C" fn punctual_body_init<'t>(
+    body: *mut punctual_body<'t>,
+    size: usize,
+    tree: Option<&'t punctual_tree>,
+    pose: punctual_pose,
+) {
+    // SAFETY: the contract of the header for structs.
+    unsafe { begin(body, size, punctual_body { tree, pose, ..Default::default() }) }
 }

@@ -1,39 +1,45 @@
 //! Contact queries: two trees, a pose and a margin in; all pairs of triangles within the margin out.
 
 use crate::arrays::{find_room, list};
-use crate::clock::punctual_clock;
+use crate::budget::{punctual_budget, punctual_clock};
 use crate::distance::not_negative;
-use crate::mesh::{punctual_aabb, punctual_point};
 use crate::outcome::{hand_out, punctual_certificate, punctual_stats, punctual_stop_reason};
-use crate::pose::punctual_pose;
-use crate::query::{answer, punctual_budget, trees};
+use crate::pose::{punctual_aabb, punctual_point, punctual_pose};
+use crate::query::{answer, trees};
+use crate::sized::{begin, grows, place, read, rows};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Contact, ContactQuery, Contacts};
+use punctual::{Contact, ContactQuery, Contacts, Pose};
 
 /// The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
 /// one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_contact_query<'t> {
+    /// Its size in bytes, as made.
+    pub size: u32,
     /// Tree A.
     pub a: Option<&'t punctual_tree>,
     /// Tree B; it may be the same.
     pub b: Option<&'t punctual_tree>,
     /// Brings coordinates of B into those of A.
     pub b_in_a: punctual_pose,
-    /// Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they meet. With infinity all pairs are.
-    pub margin: f64,
     /// Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default when it is full.
     pub contact_limit: usize,
+    /// Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they meet. With infinity all pairs are.
+    pub margin: f64,
 }
+
+grows!(punctual_contact_query<'_>: size, b_in_a..margin);
 
 /// The answer of a contact query. The contacts stay in the workspace: `punctual_workspace_contacts`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_contacts {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// Proven: every contact that was not found is at least this far apart. Infinite if the query is finished: none is missing.
     pub low: f64,
     /// Contacts found, resumed calls and drained contacts included.
@@ -43,6 +49,8 @@ pub struct punctual_contacts {
     /// What it has done.
     pub stats: punctual_stats,
 }
+
+grows!(punctual_contacts: size, low..stats);
 
 /// A triangle of A and one of B that meet or are close to one another. All of it is in A's frame, in the unit of the meshes.
 #[repr(C)]
@@ -63,14 +71,26 @@ pub struct punctual_contact {
     pub segment: [punctual_point; 2],
 }
 
+grows!(punctual_contact: distance..segment);
+
+impl Default for punctual_contact_query<'_> {
+    fn default() -> Self {
+        let b_in_a = (&Pose::IDENTITY).into();
+        Self { size: Self::SIZE, a: None, b: None, b_in_a, contact_limit: usize::MAX, margin: 0.0 }
+    }
+}
+
 /// The question where `a` and `b` meet, with the default options. Checked when it is run.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_contact_query_new<'t>(
+pub unsafe extern "C" fn punctual_contact_query_init<'t>(
+    query: *mut punctual_contact_query<'t>,
+    size: usize,
     a: Option<&'t punctual_tree>,
     b: Option<&'t punctual_tree>,
     b_in_a: punctual_pose,
-) -> punctual_contact_query<'t> {
-    punctual_contact_query { a, b, b_in_a, margin: 0.0, contact_limit: usize::MAX }
+) {
+    // SAFETY: the contract of the header for structs.
+    unsafe { begin(query, size, punctual_contact_query { a, b, b_in_a, ..Default::default() }) }
 }
 
 /// Runs a contact query within a budget. The first one in a workspace makes room for 4,096 contacts, unless
@@ -83,16 +103,18 @@ pub extern "C" fn punctual_contact_query_new<'t>(
 /// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_contact_query_run(
-    query: Option<&punctual_contact_query>,
+    query: *const punctual_contact_query<'_>,
     workspace: Option<&mut punctual_workspace>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    contacts: Option<&mut MaybeUninit<punctual_contacts>>,
+    contacts: *mut punctual_contacts,
 ) -> punctual_status {
     door("punctual_contact_query_run", || {
-        let query = given(query, "query")?.check()?;
-        // SAFETY: the contract of the header for clocks.
-        unsafe { answer(workspace, None, budget, clock, contacts, |w, _, b, c| Ok(query.run_with(w, b, c))) }
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let query = read(query, "query")?.check()?;
+            answer(workspace, None, budget, clock, contacts, |w, _, b, c| Ok(query.run_with(w, b, c)))
+        }
     })
 }
 
@@ -104,16 +126,18 @@ pub unsafe extern "C" fn punctual_contact_query_run(
 /// or is complete.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_contact_query_resume(
-    query: Option<&punctual_contact_query>,
+    query: *const punctual_contact_query<'_>,
     workspace: Option<&mut punctual_workspace>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    contacts: Option<&mut MaybeUninit<punctual_contacts>>,
+    contacts: *mut punctual_contacts,
 ) -> punctual_status {
     door("punctual_contact_query_resume", || {
-        let query = given(query, "query")?.check()?;
-        // SAFETY: the contract of the header for clocks.
-        unsafe { answer(workspace, None, budget, clock, contacts, |w, _, b, c| Ok(query.resume_with(w, b, c)?)) }
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let query = read(query, "query")?.check()?;
+            answer(workspace, None, budget, clock, contacts, |w, _, b, c| Ok(query.resume_with(w, b, c)?))
+        }
     })
 }
 
@@ -122,14 +146,16 @@ pub unsafe extern "C" fn punctual_contact_query_resume(
 ///
 /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_contact_query_certificate(
-    query: Option<&punctual_contact_query>,
+pub unsafe extern "C" fn punctual_contact_query_certificate(
+    query: *const punctual_contact_query<'_>,
     workspace: Option<&punctual_workspace>,
-    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+    certificate: *mut punctual_certificate,
 ) -> punctual_status {
     door("punctual_contact_query_certificate", || {
-        let query = given(query, "query")?.check()?;
-        let certificate = given(certificate, "certificate")?;
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
+        // SAFETY: the same.
+        let certificate = unsafe { place(certificate, "certificate") }?;
         certificate.write(query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?.into());
         Ok(())
     })
@@ -141,14 +167,15 @@ pub extern "C" fn punctual_contact_query_certificate(
 /// Fails as `punctual_contact_query_certificate`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_contact_query_open_boxes(
-    query: Option<&punctual_contact_query>,
+    query: *const punctual_contact_query<'_>,
     workspace: Option<&punctual_workspace>,
     boxes: *mut punctual_aabb,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_contact_query_open_boxes", || {
-        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
         let count = given(count, "count")?;
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
@@ -162,18 +189,20 @@ pub unsafe extern "C" fn punctual_contact_query_open_boxes(
 /// Fails as `punctual_contact_query_certificate`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_contact_query_narrowed_certificate(
-    query: Option<&punctual_contact_query>,
+    query: *const punctual_contact_query<'_>,
     workspace: Option<&punctual_workspace>,
     aside: Option<&mut punctual_workspace>,
     work: u64,
-    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+    certificate: *mut punctual_certificate,
     boxes: *mut punctual_aabb,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_contact_query_narrowed_certificate", || {
-        let query = given(query, "query")?.check()?;
-        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
+        // SAFETY: the same.
+        let (certificate, count) = (unsafe { place(certificate, "certificate") }?, given(count, "count")?);
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
@@ -189,13 +218,14 @@ pub unsafe extern "C" fn punctual_contact_query_narrowed_certificate(
 pub unsafe extern "C" fn punctual_workspace_contacts(
     workspace: Option<&punctual_workspace>,
     contacts: *mut punctual_contact,
+    contacts_size: usize,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_workspace_contacts", || {
         let found = given(workspace, "workspace")?.0.get("workspace")?.contacts();
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(contacts, capacity, "contacts", given(count, "count")?, found) }
+        unsafe { rows(contacts, contacts_size, capacity, "contacts", given(count, "count")?, found) }
     })
 }
 
@@ -241,14 +271,15 @@ pub struct punctual_face_normals {
 ///
 /// Fails with BAD_ARGUMENT if one of the meshes has no such triangle.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_contact_face_normals(
-    query: Option<&punctual_contact_query>,
+pub unsafe extern "C" fn punctual_contact_face_normals(
+    query: *const punctual_contact_query<'_>,
     triangles: punctual_triangle_pair,
     normals: Option<&mut MaybeUninit<punctual_face_normals>>,
 ) -> punctual_status {
     door("punctual_contact_face_normals", || {
         let normals = given(normals, "normals")?;
-        let query = given(query, "query")?;
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?;
         let [a, b] = trees(query.a, query.b)?;
         for (name, triangle, tree) in [("triangles.a", triangles.a, a), ("triangles.b", triangles.b, b)] {
             let count = tree.mesh().len();
@@ -263,8 +294,8 @@ pub extern "C" fn punctual_contact_face_normals(
     })
 }
 
-impl punctual_contact_query<'_> {
-    fn check(&self) -> Result<ContactQuery<'_>, Fault> {
+impl<'t> punctual_contact_query<'t> {
+    fn check(self) -> Result<ContactQuery<'t>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
         not_negative(self.margin, "query->margin")?;
         let query = ContactQuery::new(a, b, self.b_in_a.check()?).margin(self.margin);
@@ -275,7 +306,7 @@ impl punctual_contact_query<'_> {
 impl From<Contacts> for punctual_contacts {
     fn from(contacts: Contacts) -> Self {
         let Contacts { low, found, stop, stats, .. } = contacts;
-        Self { low, found, stop: stop.into(), stats: stats.into() }
+        Self { size: Self::SIZE, low, found, stop: stop.into(), stats: stats.into() }
     }
 }
 

@@ -1,23 +1,17 @@
 //! Distance queries: two trees, a pose and tolerances in; proven bounds and the closest points out.
 
 use crate::arrays::list;
-use crate::clock::punctual_clock;
-use crate::estimate::{known, punctual_quantiles};
-use crate::memory::punctual_memory;
-use crate::mesh::{punctual_aabb, punctual_point};
-use crate::outcome::{hand_out, punctual_certificate, punctual_stats, punctual_stop_reason};
-use crate::pose::punctual_pose;
-use crate::query::{answer, punctual_budget, trees};
+use crate::budget::{punctual_budget, punctual_clock};
+use crate::memory::{known, punctual_memory};
+use crate::outcome::{hand_out, punctual_certificate, punctual_quantiles, punctual_stats, punctual_stop_reason};
+use crate::pose::{punctual_aabb, punctual_point, punctual_pose};
+use crate::query::{answer, trees};
+use crate::sized::{begin, grows, place, read};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK};
-
-/// The same as PUNCTUAL_MAX_STEP_WORK for distance queries.
-pub const PUNCTUAL_MAX_DISTANCE_STEP_WORK: u64 = 1040;
-
-const _: () = assert!(PUNCTUAL_MAX_DISTANCE_STEP_WORK == MAX_DISTANCE_STEP_WORK);
+use punctual::{Distance, DistanceQuery, Pose};
 
 /// Whether two surfaces are no farther apart than the `closer_than` of a query.
 #[repr(u32)]
@@ -38,6 +32,11 @@ pub enum punctual_closer {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_distance_query<'t> {
+    /// Its size in bytes, as made.
+    pub size: u32,
+    /// Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then whether the
+    /// surfaces meet: 0 (the default) or not 0.
+    pub leave_contact_open: u32,
     /// Tree A.
     pub a: Option<&'t punctual_tree>,
     /// Tree B; it may be the same.
@@ -57,15 +56,16 @@ pub struct punctual_distance_query<'t> {
     /// Ask only whether the surfaces are no farther apart than this length: done as soon as that is known, in a fraction of the
     /// time. Infinity by default: the distance itself is asked for.
     pub closer_than: f64,
-    /// Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then whether the
-    /// surfaces meet: 0 (the default) or not 0.
-    pub leave_contact_open: u32,
 }
+
+grows!(punctual_distance_query<'_>: size, b_in_a..closer_than);
 
 /// The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length unit of the meshes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_distance {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
     pub low: f64,
     /// Proven: the distance of the two points, but for rounding. 0 only if the surfaces meet; infinite if nothing was found yet.
@@ -84,23 +84,35 @@ pub struct punctual_distance {
     pub stats: punctual_stats,
 }
 
+grows!(punctual_distance: size, stop..stats);
+
+impl Default for punctual_distance_query<'_> {
+    fn default() -> Self {
+        Self {
+            size: Self::SIZE,
+            leave_contact_open: 0,
+            a: None,
+            b: None,
+            b_in_a: (&Pose::IDENTITY).into(),
+            absolute_tolerance: -1.0,
+            relative_tolerance: 0.0,
+            margins: [0.0; 2],
+            closer_than: f64::INFINITY,
+        }
+    }
+}
+
 /// The question how far apart `a` and `b` are, with the default options. Checked when it is run.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_distance_query_new<'t>(
+pub unsafe extern "C" fn punctual_distance_query_init<'t>(
+    query: *mut punctual_distance_query<'t>,
+    size: usize,
     a: Option<&'t punctual_tree>,
     b: Option<&'t punctual_tree>,
     b_in_a: punctual_pose,
-) -> punctual_distance_query<'t> {
-    punctual_distance_query {
-        a,
-        b,
-        b_in_a,
-        absolute_tolerance: -1.0,
-        relative_tolerance: 0.0,
-        margins: [0.0; 2],
-        closer_than: f64::INFINITY,
-        leave_contact_open: 0,
-    }
+) {
+    // SAFETY: the contract of the header for structs.
+    unsafe { begin(query, size, punctual_distance_query { a, b, b_in_a, ..Default::default() }) }
 }
 
 /// Runs a distance query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the frame
@@ -112,17 +124,19 @@ pub extern "C" fn punctual_distance_query_new<'t>(
 /// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_distance_query_run(
-    query: Option<&punctual_distance_query>,
+    query: *const punctual_distance_query<'_>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    outcome: Option<&mut MaybeUninit<punctual_distance>>,
+    outcome: *mut punctual_distance,
 ) -> punctual_status {
     door("punctual_distance_query_run", || {
-        let query = given(query, "query")?.check()?;
-        // SAFETY: the contract of the header for clocks.
-        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c))) }
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let query = read(query, "query")?.check()?;
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c)))
+        }
     })
 }
 
@@ -133,17 +147,19 @@ pub unsafe extern "C" fn punctual_distance_query_run(
 /// or is complete.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_distance_query_resume(
-    query: Option<&punctual_distance_query>,
+    query: *const punctual_distance_query<'_>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    outcome: Option<&mut MaybeUninit<punctual_distance>>,
+    outcome: *mut punctual_distance,
 ) -> punctual_status {
     door("punctual_distance_query_resume", || {
-        let query = given(query, "query")?.check()?;
-        // SAFETY: the contract of the header for clocks.
-        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?)) }
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let query = read(query, "query")?.check()?;
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?))
+        }
     })
 }
 
@@ -152,14 +168,16 @@ pub unsafe extern "C" fn punctual_distance_query_resume(
 ///
 /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_distance_query_certificate(
-    query: Option<&punctual_distance_query>,
+pub unsafe extern "C" fn punctual_distance_query_certificate(
+    query: *const punctual_distance_query<'_>,
     workspace: Option<&punctual_workspace>,
-    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+    certificate: *mut punctual_certificate,
 ) -> punctual_status {
     door("punctual_distance_query_certificate", || {
-        let query = given(query, "query")?.check()?;
-        let certificate = given(certificate, "certificate")?;
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
+        // SAFETY: the same.
+        let certificate = unsafe { place(certificate, "certificate") }?;
         certificate.write(query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?.into());
         Ok(())
     })
@@ -172,14 +190,15 @@ pub extern "C" fn punctual_distance_query_certificate(
 /// Fails as `punctual_distance_query_certificate`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_distance_query_open_boxes(
-    query: Option<&punctual_distance_query>,
+    query: *const punctual_distance_query<'_>,
     workspace: Option<&punctual_workspace>,
     boxes: *mut punctual_aabb,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_distance_query_open_boxes", || {
-        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
         let count = given(count, "count")?;
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
@@ -194,18 +213,20 @@ pub unsafe extern "C" fn punctual_distance_query_open_boxes(
 /// Fails as `punctual_distance_query_certificate`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_distance_query_narrowed_certificate(
-    query: Option<&punctual_distance_query>,
+    query: *const punctual_distance_query<'_>,
     workspace: Option<&punctual_workspace>,
     aside: Option<&mut punctual_workspace>,
     work: u64,
-    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+    certificate: *mut punctual_certificate,
     boxes: *mut punctual_aabb,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_distance_query_narrowed_certificate", || {
-        let query = given(query, "query")?.check()?;
-        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
+        // SAFETY: the same.
+        let (certificate, count) = (unsafe { place(certificate, "certificate") }?, given(count, "count")?);
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
@@ -219,22 +240,27 @@ pub unsafe extern "C" fn punctual_distance_query_narrowed_certificate(
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_distance_estimate {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// Units of work that the query has still to do.
     pub remaining: punctual_quantiles,
     /// The distance: within what is proven, and infinite above where nothing was found yet.
     pub distance: punctual_quantiles,
 }
 
+grows!(punctual_distance_estimate: size, remaining..distance);
+
 /// Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
 /// guess: nine of ten queries are within a factor of 5.6 of the median. Takes constant time and allocates nothing.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_distance_query_predict(
-    query: Option<&punctual_distance_query>,
+pub unsafe extern "C" fn punctual_distance_query_predict(
+    query: *const punctual_distance_query<'_>,
     memory: Option<&punctual_memory>,
     work: Option<&mut MaybeUninit<punctual_quantiles>>,
 ) -> punctual_status {
     door("punctual_distance_query_predict", || {
-        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
         given(work, "work")?.write(query.predict(known(memory)?).into());
         Ok(())
     })
@@ -245,24 +271,26 @@ pub extern "C" fn punctual_distance_query_predict(
 ///
 /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_distance_query_estimate(
-    query: Option<&punctual_distance_query>,
+pub unsafe extern "C" fn punctual_distance_query_estimate(
+    query: *const punctual_distance_query<'_>,
     workspace: Option<&punctual_workspace>,
     memory: Option<&punctual_memory>,
-    estimate: Option<&mut MaybeUninit<punctual_distance_estimate>>,
+    estimate: *mut punctual_distance_estimate,
 ) -> punctual_status {
     door("punctual_distance_query_estimate", || {
-        let query = given(query, "query")?.check()?;
-        let estimate = given(estimate, "estimate")?;
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
+        // SAFETY: the same.
+        let estimate = unsafe { place(estimate, "estimate") }?;
         let said = query.estimate(given(workspace, "workspace")?.0.get("workspace")?, known(memory)?)?;
         let (remaining, distance) = (said.remaining.into(), said.distance.into());
-        estimate.write(punctual_distance_estimate { remaining, distance });
+        estimate.write(punctual_distance_estimate { size: punctual_distance_estimate::SIZE, remaining, distance });
         Ok(())
     })
 }
 
-impl punctual_distance_query<'_> {
-    fn check(&self) -> Result<DistanceQuery<'_>, Fault> {
+impl<'t> punctual_distance_query<'t> {
+    fn check(self) -> Result<DistanceQuery<'t>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
         if self.absolute_tolerance.is_nan() {
             return Err(Fault::Number("query->absolute_tolerance", self.absolute_tolerance));
@@ -302,6 +330,7 @@ impl From<Distance> for punctual_distance {
     fn from(distance: Distance) -> Self {
         let (nearest, points) = distance.nearest.map_or_else(Default::default, |near| (near.triangles, near.points));
         Self {
+            size: Self::SIZE,
             low: distance.low,
             high: distance.high,
             closer: match distance.closer {

@@ -1,7 +1,7 @@
 //! What an opaque pointer points to.
 
-use crate::status::Fault;
-use core::mem::replace;
+use crate::status::{Fault, given};
+use core::mem::{MaybeUninit, replace};
 
 /// A value that is poisoned when a panic interrupts a change.
 #[derive(Debug)]
@@ -33,4 +33,14 @@ impl<T> Handle<T> {
         self.poisoned = false;
         result
     }
+}
+
+/// Makes a value and hands it over, if there is a place for it.
+pub(crate) fn put<T: Into<H>, H>(
+    out: Option<&mut MaybeUninit<Option<Box<H>>>>,
+    make: impl FnOnce() -> Result<T, Fault>,
+) -> Result<(), Fault> {
+    let out = given(out, "the place for the new handle")?;
+    out.write(Some(Box::new(make()?.into())));
+    Ok(())
 }

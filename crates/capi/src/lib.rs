@@ -17,7 +17,8 @@
 
 mod arrays;
 mod body;
-mod clock;
+mod budget;
+mod calibration;
 mod contacts;
 mod distance;
 mod estimate;
@@ -35,13 +36,15 @@ mod scene;
 mod scene_answers;
 mod scene_groups;
 mod shapes;
+mod sized;
 mod status;
 mod tree;
 mod triangles;
 mod workspace;
 
 pub use body::*;
-pub use clock::punctual_clock;
+pub use budget::*;
+pub use calibration::*;
 pub use contacts::*;
 pub use distance::*;
 pub use estimate::*;

@@ -1,9 +1,9 @@
 //! What one frame tells the next about a pair.
 
-use crate::handle::Handle;
-use crate::mesh::put;
+use crate::handle::{Handle, put};
 use crate::pose::punctual_pose;
-use crate::status::{door, free, given, punctual_status};
+use crate::sized::{grows, place};
+use crate::status::{Fault, door, free, given, punctual_status};
 use crate::tree::punctual_tree;
 use core::mem::MaybeUninit;
 use punctual::PairMemory;
@@ -15,14 +15,24 @@ pub struct punctual_memory(pub(crate) Handle<PairMemory>);
 
 /// What is remembered.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_memory_facts {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// When it was last decided: 1 if the surfaces met, 0 if not; -1 if it never was.
     pub last_verdict: i32,
     /// Frames since it was last decided.
     pub frames_undecided: u32,
     /// BV tests of the last query that ran to its end; -1 if none did.
     pub last_bv_tests: i64,
+    /// How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about the last 20.
+    pub change_rate: f64,
+}
+
+grows!(punctual_memory_facts: size, last_verdict..change_rate);
+
+pub(crate) fn known(memory: Option<&punctual_memory>) -> Result<Option<&PairMemory>, Fault> {
+    memory.map(|memory| memory.0.get("memory")).transpose()
 }
 
 /// Makes a memory that knows nothing, of about 100 bytes.
@@ -41,16 +51,20 @@ pub extern "C" fn punctual_memory_free(memory: Option<Box<punctual_memory>>) {
 
 /// Tells what is remembered.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_memory_describe(
+pub unsafe extern "C" fn punctual_memory_describe(
     memory: Option<&punctual_memory>,
-    facts: Option<&mut MaybeUninit<punctual_memory_facts>>,
+    facts: *mut punctual_memory_facts,
 ) -> punctual_status {
     door("punctual_memory_describe", || {
-        let (memory, facts) = (given(memory, "memory")?.0.get("memory")?, given(facts, "facts")?);
+        let memory = given(memory, "memory")?.0.get("memory")?;
+        // SAFETY: the contract of the header for structs.
+        let facts = unsafe { place(facts, "facts") }?;
         facts.write(punctual_memory_facts {
+            size: punctual_memory_facts::SIZE,
             last_verdict: memory.last_verdict().map_or(-1, i32::from),
             frames_undecided: memory.frames_undecided(),
             last_bv_tests: memory.last_bv_tests().map_or(-1, |tests| tests.min(i64::MAX as u64) as i64),
+            change_rate: memory.change_rate(),
         });
         Ok(())
     })

@@ -1,6 +1,9 @@
 //! Meshes.
 
 use crate::arrays::{array, path};
+use crate::handle::put;
+use crate::pose::{punctual_aabb, punctual_point};
+use crate::sized::{grows, place};
 use crate::status::{Fault, door, free, given, punctual_status, value_of};
 use core::ffi::c_char;
 use core::mem::MaybeUninit;
@@ -11,44 +14,12 @@ use punctual_io::Format;
 #[derive(Debug)]
 pub struct punctual_mesh(pub(crate) Mesh);
 
-/// A point or a vector, in the length unit of the mesh.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_point {
-    /// Along the x axis.
-    pub x: f64,
-    /// Along the y axis.
-    pub y: f64,
-    /// Along the z axis.
-    pub z: f64,
-}
-
-impl From<punctual::glam::DVec3> for punctual_point {
-    fn from(point: punctual::glam::DVec3) -> Self {
-        Self { x: point.x, y: point.y, z: point.z }
-    }
-}
-
-/// A box that is parallel to the axes; empty if `min` exceeds `max`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_aabb {
-    /// Smallest coordinates.
-    pub min: punctual_point,
-    /// Largest coordinates.
-    pub max: punctual_point,
-}
-
-impl From<punctual::Aabb> for punctual_aabb {
-    fn from(aabb: punctual::Aabb) -> Self {
-        Self { min: aabb.min.into(), max: aabb.max.into() }
-    }
-}
-
 /// Numbers that describe a mesh.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_mesh_facts {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// Triangles.
     pub triangles: usize,
     /// Vertices, those that no triangle uses included.
@@ -60,6 +31,8 @@ pub struct punctual_mesh_facts {
     /// The smallest box around all vertices in use, in the frame of the mesh; empty without triangles.
     pub bounds: punctual_aabb,
 }
+
+grows!(punctual_mesh_facts: size, triangles..bounds);
 
 /// Makes a mesh from `3 * vertex_count` coordinates and `3 * triangle_count` vertex indices, from 0, which are copied.
 ///
@@ -164,13 +137,16 @@ pub extern "C" fn punctual_mesh_free(mesh: Option<Box<punctual_mesh>>) {
 
 /// Describes a mesh. Takes constant time.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_mesh_describe(
+pub unsafe extern "C" fn punctual_mesh_describe(
     mesh: Option<&punctual_mesh>,
-    facts: Option<&mut MaybeUninit<punctual_mesh_facts>>,
+    facts: *mut punctual_mesh_facts,
 ) -> punctual_status {
     door("punctual_mesh_describe", || {
-        let (punctual_mesh(mesh), facts) = (given(mesh, "mesh")?, given(facts, "facts")?);
+        let punctual_mesh(mesh) = given(mesh, "mesh")?;
+        // SAFETY: the contract of the header for structs.
+        let facts = unsafe { place(facts, "facts") }?;
         facts.write(punctual_mesh_facts {
+            size: punctual_mesh_facts::SIZE,
             triangles: mesh.len(),
             vertices: mesh.vertex_count(),
             bytes: mesh.bytes(),
@@ -211,16 +187,6 @@ pub extern "C" fn punctual_mesh_vertex(
         vertex.write(mesh.vertex(index).into());
         Ok(())
     })
-}
-
-/// Makes a value and hands it over, if there is a place for it.
-pub(crate) fn put<T: Into<H>, H>(
-    out: Option<&mut MaybeUninit<Option<Box<H>>>>,
-    make: impl FnOnce() -> Result<T, Fault>,
-) -> Result<(), Fault> {
-    let out = given(out, "the place for the new handle")?;
-    out.write(Some(Box::new(make()?.into())));
-    Ok(())
 }
 
 impl From<Mesh> for punctual_mesh {

@@ -1,19 +1,19 @@
 //! Motion queries: two trees, how they move, and tolerances in; proven times out.
 
-use crate::clock::punctual_clock;
+use crate::arrays::list;
+use crate::budget::{punctual_budget, punctual_clock};
 use crate::distance::{check_margins, not_negative};
-use crate::estimate::{known, punctual_quantiles};
-use crate::memory::punctual_memory;
-use crate::mesh::punctual_point;
-use crate::outcome::{punctual_stats, punctual_stop_reason};
-use crate::pose::punctual_pose;
-use crate::query::{answer, punctual_budget, trees};
+use crate::memory::{known, punctual_memory};
+use crate::outcome::{punctual_certificate, punctual_quantiles, punctual_stats, punctual_stop_reason};
+use crate::pose::{punctual_aabb, punctual_point, punctual_pose};
+use crate::query::{answer, trees};
+use crate::sized::{begin, grows, place, read};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
 use punctual::glam::DVec3;
-use punctual::{Motion, MotionQuery, Passage};
+use punctual::{Motion, MotionQuery, Passage, Pose};
 
 /// A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about an axis that moves along. At
 /// time `t` a point that `start` brings to `x` is at `p + t velocity + R(t turn) (x - p)`, where `p` is a point of the axis at
@@ -76,14 +76,16 @@ pub extern "C" fn punctual_motion_pose(
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_motion_query<'t> {
+    /// Its size in bytes, as made.
+    pub size: u32,
+    /// Whether A moves too: 0 (the default) or not 0.
+    pub a_moves: u32,
     /// Tree A.
     pub a: Option<&'t punctual_tree>,
     /// Tree B; it may be the same.
     pub b: Option<&'t punctual_tree>,
     /// How B moves: in A's frame, or in the world if A moves too.
     pub of_b: punctual_motion,
-    /// Whether A moves too. False by default.
-    pub a_moves: bool,
     /// How, in the world.
     pub of_a: punctual_motion,
     /// Done when nothing moves farther than this, seen from A, between the two times; 0: as close as double can tell. -1 by
@@ -95,10 +97,14 @@ pub struct punctual_motion_query<'t> {
     pub margins: [f64; 2],
 }
 
+grows!(punctual_motion_query<'_>: size, of_b..margins);
+
 /// The answer of a motion query, wherever it stopped; times from 0 to 1.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_passage {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// Proven: the surfaces meet at no time before. 1 without a contact: the motion is free to its end.
     pub free_until: f64,
     /// Whether a contact was found (yet); if not, its time and the triangles are zeros.
@@ -113,23 +119,36 @@ pub struct punctual_passage {
     pub stats: punctual_stats,
 }
 
+grows!(punctual_passage: size, free_until..stats);
+
+impl Default for punctual_motion_query<'_> {
+    fn default() -> Self {
+        let still = punctual_motion_straight((&Pose::IDENTITY).into(), DVec3::ZERO.into());
+        Self {
+            size: Self::SIZE,
+            a_moves: 0,
+            a: None,
+            b: None,
+            of_b: still,
+            of_a: still,
+            tolerance: -1.0,
+            time_tolerance: 0.0,
+            margins: [0.0; 2],
+        }
+    }
+}
+
 /// The question until when the motion of `b` in the frame of `a` is free, with the default options. Checked when it is run.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_motion_query_new<'t>(
+pub unsafe extern "C" fn punctual_motion_query_init<'t>(
+    query: *mut punctual_motion_query<'t>,
+    size: usize,
     a: Option<&'t punctual_tree>,
     b: Option<&'t punctual_tree>,
     b_in_a: punctual_motion,
-) -> punctual_motion_query<'t> {
-    punctual_motion_query {
-        a,
-        b,
-        of_b: b_in_a,
-        a_moves: false,
-        of_a: punctual_motion_straight((&punctual::Pose::IDENTITY).into(), DVec3::ZERO.into()),
-        tolerance: -1.0,
-        time_tolerance: 0.0,
-        margins: [0.0; 2],
-    }
+) {
+    // SAFETY: the contract of the header for structs.
+    unsafe { begin(query, size, punctual_motion_query { a, b, of_b: b_in_a, ..Default::default() }) }
 }
 
 /// Runs a motion query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the motion
@@ -141,17 +160,19 @@ pub extern "C" fn punctual_motion_query_new<'t>(
 /// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_motion_query_run(
-    query: Option<&punctual_motion_query>,
+    query: *const punctual_motion_query<'_>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    outcome: Option<&mut MaybeUninit<punctual_passage>>,
+    outcome: *mut punctual_passage,
 ) -> punctual_status {
     door("punctual_motion_query_run", || {
-        let query = given(query, "query")?.check()?;
-        // SAFETY: the contract of the header for clocks.
-        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c))) }
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let query = read(query, "query")?.check()?;
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c)))
+        }
     })
 }
 
@@ -162,30 +183,33 @@ pub unsafe extern "C" fn punctual_motion_query_run(
 /// is complete.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_motion_query_resume(
-    query: Option<&punctual_motion_query>,
+    query: *const punctual_motion_query<'_>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    outcome: Option<&mut MaybeUninit<punctual_passage>>,
+    outcome: *mut punctual_passage,
 ) -> punctual_status {
     door("punctual_motion_query_resume", || {
-        let query = given(query, "query")?.check()?;
-        // SAFETY: the contract of the header for clocks.
-        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?)) }
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let query = read(query, "query")?.check()?;
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?))
+        }
     })
 }
 
 /// Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
 /// guess: nine of ten queries are within a factor of 8 of the median. Takes constant time and allocates nothing.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_motion_query_predict(
-    query: Option<&punctual_motion_query>,
+pub unsafe extern "C" fn punctual_motion_query_predict(
+    query: *const punctual_motion_query<'_>,
     memory: Option<&punctual_memory>,
     work: Option<&mut MaybeUninit<punctual_quantiles>>,
 ) -> punctual_status {
     door("punctual_motion_query_predict", || {
-        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
         given(work, "work")?.write(query.predict(known(memory)?).into());
         Ok(())
     })
@@ -196,17 +220,58 @@ pub extern "C" fn punctual_motion_query_predict(
 ///
 /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_motion_query_estimate(
-    query: Option<&punctual_motion_query>,
+pub unsafe extern "C" fn punctual_motion_query_estimate(
+    query: *const punctual_motion_query<'_>,
     workspace: Option<&punctual_workspace>,
     memory: Option<&punctual_memory>,
     work: Option<&mut MaybeUninit<punctual_quantiles>>,
 ) -> punctual_status {
     door("punctual_motion_query_estimate", || {
-        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
         let work = given(work, "work")?;
         work.write(query.estimate(given(workspace, "workspace")?.0.get("workspace")?, known(memory)?)?.into());
         Ok(())
+    })
+}
+
+/// Where the surfaces may still meet before the contact that the last run of this query in the workspace found, if any. Takes time
+/// linear in the open pairs; allocates nothing.
+///
+/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_motion_query_certificate(
+    query: *const punctual_motion_query<'_>,
+    workspace: Option<&punctual_workspace>,
+    certificate: *mut punctual_certificate,
+) -> punctual_status {
+    door("punctual_motion_query_certificate", || {
+        // SAFETY: the contract of the header for structs.
+        let (query, certificate) = unsafe { (read(query, "query")?.check()?, place(certificate, "certificate")?) };
+        certificate.write(query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?.into());
+        Ok(())
+    })
+}
+
+/// Boxes in the frame in which A rests, or in the world if both move, at most one for each open pair: every missed contact lies in
+/// one of them. As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+///
+/// Fails as `punctual_motion_query_certificate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_motion_query_open_boxes(
+    query: *const punctual_motion_query<'_>,
+    workspace: Option<&punctual_workspace>,
+    boxes: *mut punctual_aabb,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_motion_query_open_boxes", || {
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
+        let count = given(count, "count")?;
+        let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
+        // SAFETY: the contract of the header for arrays.
+        unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }
     })
 }
 
@@ -224,8 +289,8 @@ impl From<Motion> for punctual_motion {
     }
 }
 
-impl punctual_motion_query<'_> {
-    fn check(&self) -> Result<MotionQuery<'_>, Fault> {
+impl<'t> punctual_motion_query<'t> {
+    pub(crate) fn check(self) -> Result<MotionQuery<'t>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
         if self.tolerance.is_nan() {
             return Err(Fault::Number("query->tolerance", self.tolerance));
@@ -233,7 +298,7 @@ impl punctual_motion_query<'_> {
         not_negative(self.time_tolerance, "query->time_tolerance")?;
         check_margins(self.margins)?;
         let of_b = self.of_b.check()?;
-        let query = if self.a_moves {
+        let query = if self.a_moves != 0 {
             MotionQuery::of_both([a, b], [self.of_a.check()?, of_b])
         } else {
             MotionQuery::new(a, b, of_b)
@@ -249,6 +314,7 @@ impl punctual_motion_query<'_> {
 impl From<Passage> for punctual_passage {
     fn from(passage: Passage) -> Self {
         Self {
+            size: Self::SIZE,
             free_until: passage.free_until,
             touches: passage.touching_at.is_some(),
             touching_at: passage.touching_at.unwrap_or(0.0),

@@ -1,21 +1,18 @@
 //! What queries say: outcome, counters and certificate.
 
 use crate::arrays::list;
-use crate::mesh::punctual_aabb;
+use crate::pose::punctual_aabb;
+use crate::sized::{Place, grows};
 use crate::status::Fault;
 use crate::workspace::punctual_triangle_pair;
 use core::mem::MaybeUninit;
 use core::time::Duration;
-use punctual::{Certificate, LEVELS, MAX_STEP_WORK, Outcome, Stats, StopReason, Verdict};
+use punctual::{Certificate, LEVELS, Quantiles, Stats, StopReason, Verdict};
 
 /// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
 pub const PUNCTUAL_LEVELS: usize = 32;
 
-/// The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the default
-/// poll interval.
-pub const PUNCTUAL_MAX_STEP_WORK: u64 = 352;
-
-const _: () = assert!(PUNCTUAL_LEVELS == LEVELS && PUNCTUAL_MAX_STEP_WORK == MAX_STEP_WORK);
+const _: () = assert!(PUNCTUAL_LEVELS == LEVELS);
 
 /// Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
 #[repr(u32)]
@@ -68,32 +65,40 @@ pub struct punctual_stats {
     pub queue_peak: u32,
 }
 
-/// The answer of a query. The found pairs stay in the workspace: `punctual_workspace_pairs`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct punctual_outcome {
-    /// Whether the surfaces meet.
-    pub verdict: punctual_verdict,
-    /// Why the query returned.
-    pub stop: punctual_stop_reason,
-    /// If they meet, two triangles that do; else zeros.
-    pub witness: punctual_triangle_pair,
-    /// Intersecting pairs found, resumed calls and drained pairs included; at most 1 for MODE_ANY.
-    pub found: u64,
-    /// What it has done.
-    pub stats: punctual_stats,
-}
-
 /// What a query left open; of a distance query, what may be closer than its `high`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_certificate {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// Open pairs, of nodes or triangles; 0 means that nothing was missed.
     pub open_pairs: usize,
     /// No more triangle pairs than this intersect (or are closer), those found included.
     pub upper_bound: u64,
     /// Every missed intersection lies in a box with no edge longer than this, in the length unit of the meshes.
     pub largest_extent: f64,
+    /// Units of work that narrowing it took; 0 if it was not narrowed.
+    pub work: u64,
+}
+
+grows!(punctual_certificate: size, upper_bound..work);
+
+/// Bounds below which a number stays with the given probability.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_quantiles {
+    /// 10 %.
+    pub p10: f64,
+    /// The median.
+    pub p50: f64,
+    /// 90 %.
+    pub p90: f64,
+}
+
+impl From<Quantiles> for punctual_quantiles {
+    fn from(Quantiles { p10, p50, p90 }: Quantiles) -> Self {
+        Self { p10, p50, p90 }
+    }
 }
 
 /// In nanoseconds; -1 for none.
@@ -112,7 +117,13 @@ pub(crate) fn verdict(verdict: Verdict) -> (punctual_verdict, punctual_triangle_
 
 impl From<Certificate<'_>> for punctual_certificate {
     fn from(open: Certificate) -> Self {
-        Self { open_pairs: open.open_pairs(), upper_bound: open.upper_bound(), largest_extent: open.largest_extent() }
+        Self {
+            size: Self::SIZE,
+            open_pairs: open.open_pairs(),
+            upper_bound: open.upper_bound(),
+            largest_extent: open.largest_extent(),
+            work: open.work(),
+        }
     }
 }
 
@@ -122,7 +133,7 @@ impl From<Certificate<'_>> for punctual_certificate {
 /// That of [`list`].
 pub(crate) unsafe fn hand_out(
     open: &Certificate,
-    certificate: &mut MaybeUninit<punctual_certificate>,
+    certificate: Place<punctual_certificate>,
     boxes: *mut punctual_aabb,
     capacity: usize,
     count: &mut MaybeUninit<usize>,
@@ -131,13 +142,6 @@ pub(crate) unsafe fn hand_out(
     unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }?;
     certificate.write((*open).into());
     Ok(())
-}
-
-impl From<Outcome> for punctual_outcome {
-    fn from(outcome: Outcome) -> Self {
-        let (verdict, witness) = verdict(outcome.verdict);
-        Self { verdict, stop: outcome.stop.into(), witness, found: outcome.found, stats: outcome.stats.into() }
-    }
 }
 
 impl From<StopReason> for punctual_stop_reason {

@@ -1,9 +1,9 @@
 //! Patches: contacts that hang together, with a few points each and ids that last from frame to frame.
 
-use crate::arrays::list;
 use crate::contacts::punctual_contact;
-use crate::handle::Handle;
-use crate::mesh::{punctual_aabb, punctual_point, put};
+use crate::handle::{Handle, put};
+use crate::pose::{punctual_aabb, punctual_point};
+use crate::sized::{grows, place, rows};
 use crate::status::{Fault, door, free, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
@@ -20,6 +20,14 @@ pub struct punctual_patches(Handle<Patches>);
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_patch {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// Whether these close up.
+    pub is_closed: bool,
+    /// How many contacts it has.
+    pub contact_count: usize,
+    /// How many of them stand for all.
+    pub point_count: usize,
     /// Stays the same from frame to frame while the patch has a triangle in common with the one that had it before.
     pub id: u64,
     /// How far apart its nearest triangles are.
@@ -32,13 +40,9 @@ pub struct punctual_patch {
     pub normal: punctual_point,
     /// Length of all segments in which triangles meet.
     pub length: f64,
-    /// Whether these close up.
-    pub is_closed: bool,
-    /// How many contacts it has.
-    pub contact_count: usize,
-    /// How many of them stand for all.
-    pub point_count: usize,
 }
+
+grows!(punctual_patch: size, id..length);
 
 /// Makes an empty set of patches, of which each will have at most so many points, at least 1; 4 are usual.
 #[unsafe(no_mangle)]
@@ -94,14 +98,15 @@ pub extern "C" fn punctual_patches_forget(patches: Option<&mut punctual_patches>
 ///
 /// Fails with BAD_ARGUMENT if there are fewer.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_patches_describe(
+pub unsafe extern "C" fn punctual_patches_describe(
     patches: Option<&punctual_patches>,
     index: usize,
-    patch: Option<&mut MaybeUninit<punctual_patch>>,
+    patch: *mut punctual_patch,
 ) -> punctual_status {
     door("punctual_patches_describe", || {
         let (patches, found) = find(patches, index)?;
-        given(patch, "patch")?.write(described(patches, found));
+        // SAFETY: the contract of the header for structs.
+        unsafe { place(patch, "patch") }?.write(described(patches, found));
         Ok(())
     })
 }
@@ -115,13 +120,17 @@ pub unsafe extern "C" fn punctual_patches_contacts(
     patches: Option<&punctual_patches>,
     index: usize,
     contacts: *mut punctual_contact,
+    contacts_size: usize,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_patches_contacts", || {
         let (patches, patch) = find(patches, index)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(contacts, capacity, "contacts", given(count, "count")?, patches.contacts_of(patch).iter()) }
+        unsafe {
+            let (count, found) = (given(count, "count")?, patches.contacts_of(patch).iter());
+            rows(contacts, contacts_size, capacity, "contacts", count, found)
+        }
     })
 }
 
@@ -134,13 +143,14 @@ pub unsafe extern "C" fn punctual_patches_points(
     patches: Option<&punctual_patches>,
     index: usize,
     points: *mut punctual_contact,
+    points_size: usize,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_patches_points", || {
         let (patches, patch) = find(patches, index)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(points, capacity, "points", given(count, "count")?, patches.points_of(patch)) }
+        unsafe { rows(points, points_size, capacity, "points", given(count, "count")?, patches.points_of(patch)) }
     })
 }
 
@@ -152,6 +162,7 @@ fn find(patches: Option<&punctual_patches>, index: usize) -> Result<(&Patches, &
 
 fn described(patches: &Patches, patch: &Patch) -> punctual_patch {
     punctual_patch {
+        size: punctual_patch::SIZE,
         id: patch.id,
         distance: patch.distance,
         bounds: patch.bounds.into(),

@@ -1,9 +1,43 @@
-//! Poses.
+//! Points, boxes and poses.
 
 use crate::status::{Fault, door, given, punctual_status};
 use core::mem::MaybeUninit;
 use punctual::Pose;
 use punctual::glam::{DQuat, DVec3};
+
+/// A point or a vector, in the length unit of the mesh.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_point {
+    /// Along the x axis.
+    pub x: f64,
+    /// Along the y axis.
+    pub y: f64,
+    /// Along the z axis.
+    pub z: f64,
+}
+
+impl From<punctual::glam::DVec3> for punctual_point {
+    fn from(point: punctual::glam::DVec3) -> Self {
+        Self { x: point.x, y: point.y, z: point.z }
+    }
+}
+
+/// A box that is parallel to the axes; empty if `min` exceeds `max`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_aabb {
+    /// Smallest coordinates.
+    pub min: punctual_point,
+    /// Largest coordinates.
+    pub max: punctual_point,
+}
+
+impl From<punctual::Aabb> for punctual_aabb {
+    fn from(aabb: punctual::Aabb) -> Self {
+        Self { min: aabb.min.into(), max: aabb.max.into() }
+    }
+}
 
 /// A rotation followed by a translation: the 3 x 4 matrix `[R|t]`, row by row. `b_in_a` maps coordinates of B to those of A:
 /// `((m[0]*x + m[1]*y) + m[2]*z) + m[3]` and so on, in double, rounded after each operation.
@@ -43,7 +77,7 @@ pub extern "C" fn punctual_pose_from_quaternion(
     y: f64,
     z: f64,
     w: f64,
-    translation: super::punctual_point,
+    translation: punctual_point,
     pose: Option<&mut MaybeUninit<punctual_pose>>,
 ) -> punctual_status {
     door("punctual_pose_from_quaternion", || {

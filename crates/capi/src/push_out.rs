@@ -1,36 +1,41 @@
 //! Push-out: two trees, a pose and a budget in; a translation that parts the surfaces out.
 
-use crate::clock::punctual_clock;
-use crate::mesh::punctual_point;
+use crate::budget::{punctual_budget, punctual_clock};
 use crate::outcome::{nanoseconds, punctual_stop_reason};
-use crate::pose::punctual_pose;
-use crate::query::{answer, punctual_budget, trees};
-use crate::status::{Fault, door, given, punctual_status};
+use crate::pose::{punctual_point, punctual_pose};
+use crate::query::{answer, trees};
+use crate::sized::{begin, grows, read};
+use crate::status::{Fault, door, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
-use core::mem::MaybeUninit;
 use punctual::glam::DVec3;
-use punctual::{PushOut, PushOutQuery};
+use punctual::{Pose, PushOut, PushOutQuery};
 
 /// The question which way, and how far, B has to be moved until the surfaces no longer meet. Plain data, made by
 /// `punctual_push_out_query_new`, one for each pose; it borrows the trees.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_push_out_query<'t> {
+    /// Its size in bytes, as made.
+    pub size: u32,
+    /// Stop after this many exact queries. UINT32_MAX by default: the search ends by itself.
+    pub query_limit: u32,
     /// Tree A.
     pub a: Option<&'t punctual_tree>,
     /// Tree B; it may be the same.
     pub b: Option<&'t punctual_tree>,
     /// Brings coordinates of B into those of A.
     pub b_in_a: punctual_pose,
-    /// Stop after this many exact queries. UINT32_MAX by default: the search ends by itself.
-    pub query_limit: u32,
 }
+
+grows!(punctual_push_out_query<'_>: size, b_in_a..b_in_a);
 
 /// The answer: the shortest push found. There may be a shorter one.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_push_out {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// Whether the budget sufficed for one; if not, direction, distance and pose are zeros.
     pub has_push: bool,
     /// Where B moves to, a unit vector in A's frame; the x axis if the surfaces do not meet anyway.
@@ -49,14 +54,25 @@ pub struct punctual_push_out {
     pub elapsed: i64,
 }
 
+grows!(punctual_push_out: size, has_push..elapsed);
+
+impl Default for punctual_push_out_query<'_> {
+    fn default() -> Self {
+        Self { size: Self::SIZE, query_limit: u32::MAX, a: None, b: None, b_in_a: (&Pose::IDENTITY).into() }
+    }
+}
+
 /// The question how `b` is pushed out of `a`, with the default options. Checked when it is run.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_push_out_query_new<'t>(
+pub unsafe extern "C" fn punctual_push_out_query_init<'t>(
+    query: *mut punctual_push_out_query<'t>,
+    size: usize,
     a: Option<&'t punctual_tree>,
     b: Option<&'t punctual_tree>,
     b_in_a: punctual_pose,
-) -> punctual_push_out_query<'t> {
-    punctual_push_out_query { a, b, b_in_a, query_limit: u32::MAX }
+) {
+    // SAFETY: the contract of the header for structs.
+    unsafe { begin(query, size, punctual_push_out_query { a, b, b_in_a, ..Default::default() }) }
 }
 
 /// Looks for a push within a budget. More budget of work never gives a longer one. It does not allocate, lock or panic; afterwards
@@ -65,21 +81,23 @@ pub extern "C" fn punctual_push_out_query_new<'t>(
 /// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_push_out_query_run(
-    query: Option<&punctual_push_out_query>,
+    query: *const punctual_push_out_query<'_>,
     workspace: Option<&mut punctual_workspace>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    push: Option<&mut MaybeUninit<punctual_push_out>>,
+    push: *mut punctual_push_out,
 ) -> punctual_status {
     door("punctual_push_out_query_run", || {
-        let query = given(query, "query")?.check()?;
-        // SAFETY: the contract of the header for clocks.
-        unsafe { answer(workspace, None, budget, clock, push, |w, _, b, c| Ok(query.run_with(w, b, c))) }
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let query = read(query, "query")?.check()?;
+            answer(workspace, None, budget, clock, push, |w, _, b, c| Ok(query.run_with(w, b, c)))
+        }
     })
 }
 
-impl punctual_push_out_query<'_> {
-    fn check(&self) -> Result<PushOutQuery<'_>, Fault> {
+impl<'t> punctual_push_out_query<'t> {
+    fn check(self) -> Result<PushOutQuery<'t>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
         let query = PushOutQuery::new(a, b, self.b_in_a.check()?);
         Ok(query.query_limit(self.query_limit))
@@ -92,6 +110,7 @@ impl From<PushOut> for punctual_push_out {
             .push
             .map_or((DVec3::ZERO, 0.0, [0.0; 12]), |push| (push.direction, push.distance, push.b_in_a.to_row_major()));
         Self {
+            size: Self::SIZE,
             has_push: found.push.is_some(),
             direction: direction.into(),
             distance,

@@ -1,17 +1,16 @@
 //! Queries: budget, clock and options in; an outcome or a certificate out.
 
 use crate::arrays::list;
-use crate::clock::{AnyClock, punctual_clock};
+use crate::budget::{AnyClock, punctual_budget, punctual_clock};
 use crate::memory::punctual_memory;
-use crate::mesh::punctual_aabb;
-use crate::outcome::{hand_out, punctual_certificate, punctual_outcome};
-use crate::pose::punctual_pose;
+use crate::outcome::{hand_out, punctual_certificate, punctual_stats, punctual_stop_reason, punctual_verdict, verdict};
+use crate::pose::{punctual_aabb, punctual_pose};
+use crate::sized::{Sized32, begin, grows, place, read};
 use crate::status::{Fault, door, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
-use crate::workspace::punctual_workspace;
+use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use core::time::Duration;
-use punctual::{Budget, DEFAULT_PRIOR, MAX_STEP_WORK, Mode, Order, PairMemory, Query, Tree, Workspace};
+use punctual::{Budget, DEFAULT_PRIOR, Mode, Order, Outcome, PairMemory, Pose, Query, Tree, Workspace};
 
 /// What a query looks for.
 #[repr(u32)]
@@ -41,36 +40,13 @@ pub enum punctual_order {
     Random = 5,
 }
 
-/// What `limit` of a budget limits.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_budget_kind {
-    /// Nothing.
-    Unlimited = 0,
-    /// Time from the start of the call, in nanoseconds.
-    Time = 1,
-    /// Units of work: where it stops depends on the input alone.
-    Work = 2,
-}
-
-/// What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and `punctual_budget_work`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct punctual_budget {
-    /// Nanoseconds or units of work.
-    pub limit: u64,
-    /// A `punctual_budget_kind`.
-    pub kind: u32,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default. A
-    /// frame of a scene goes by the default.
-    pub poll_interval: u64,
-}
-
 /// A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
 /// borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_query<'t> {
+    /// Its size in bytes, as made.
+    pub size: u32,
     /// Tree A.
     pub a: Option<&'t punctual_tree>,
     /// Tree B; it may be the same.
@@ -97,44 +73,57 @@ pub struct punctual_query<'t> {
     pub prior: f64,
 }
 
-/// As much as it takes.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_budget_unlimited() -> punctual_budget {
-    punctual_budget { limit: 0, kind: punctual_budget_kind::Unlimited as u32, poll_interval: MAX_STEP_WORK }
+grows!(punctual_query<'_>: size, b_in_a..prior);
+
+/// The answer of a query. The found pairs stay in the workspace: `punctual_workspace_pairs`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct punctual_outcome {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// Whether the surfaces meet.
+    pub verdict: punctual_verdict,
+    /// Why the query returned.
+    pub stop: punctual_stop_reason,
+    /// If they meet, two triangles that do; else zeros.
+    pub witness: punctual_triangle_pair,
+    /// Intersecting pairs found, resumed calls and drained pairs included; at most 1 for MODE_ANY.
+    pub found: u64,
+    /// What it has done.
+    pub stats: punctual_stats,
 }
 
-/// Stop within this time from the start of the call.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_budget_time(nanoseconds: u64) -> punctual_budget {
-    punctual_budget { limit: nanoseconds, kind: punctual_budget_kind::Time as u32, ..punctual_budget_unlimited() }
-}
+grows!(punctual_outcome: size, witness..stats);
 
-/// Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK): the
-/// same bits on every machine, in every run.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_budget_work(units: u64) -> punctual_budget {
-    punctual_budget { limit: units, kind: punctual_budget_kind::Work as u32, ..punctual_budget_unlimited() }
+impl Default for punctual_query<'_> {
+    fn default() -> Self {
+        Self {
+            size: Self::SIZE,
+            a: None,
+            b: None,
+            b_in_a: (&Pose::IDENTITY).into(),
+            mode: punctual_mode::Any as u32,
+            order: punctual_order::Penetration as u32,
+            seed: 0,
+            pair_limit: usize::MAX,
+            queue_threshold: -1.0,
+            early: 0,
+            prior: DEFAULT_PRIOR,
+        }
+    }
 }
 
 /// The question whether `a` and `b` intersect, with the default options. Checked when it is run.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_query_new<'t>(
+pub unsafe extern "C" fn punctual_query_init<'t>(
+    query: *mut punctual_query<'t>,
+    size: usize,
     a: Option<&'t punctual_tree>,
     b: Option<&'t punctual_tree>,
     b_in_a: punctual_pose,
-) -> punctual_query<'t> {
-    punctual_query {
-        a,
-        b,
-        b_in_a,
-        mode: punctual_mode::Any as u32,
-        order: punctual_order::Penetration as u32,
-        seed: 0,
-        pair_limit: usize::MAX,
-        queue_threshold: -1.0,
-        early: 0,
-        prior: DEFAULT_PRIOR,
-    }
+) {
+    // SAFETY: the contract of the header for structs.
+    unsafe { begin(query, size, punctual_query { a, b, b_in_a, ..Default::default() }) }
 }
 
 /// Runs a query within a budget. It does not allocate, lock or panic. `memory` may be null; `clock` may be null: the clock of
@@ -146,17 +135,19 @@ pub extern "C" fn punctual_query_new<'t>(
 /// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_query_run(
-    query: Option<&punctual_query>,
+    query: *const punctual_query<'_>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    outcome: Option<&mut MaybeUninit<punctual_outcome>>,
+    outcome: *mut punctual_outcome,
 ) -> punctual_status {
     door("punctual_query_run", || {
-        let query = given(query, "query")?.check()?;
-        // SAFETY: the contract of the header for clocks.
-        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c))) }
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let query = read(query, "query")?.check()?;
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c)))
+        }
     })
 }
 
@@ -167,17 +158,19 @@ pub unsafe extern "C" fn punctual_query_run(
 /// complete.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_query_resume(
-    query: Option<&punctual_query>,
+    query: *const punctual_query<'_>,
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    outcome: Option<&mut MaybeUninit<punctual_outcome>>,
+    outcome: *mut punctual_outcome,
 ) -> punctual_status {
     door("punctual_query_resume", || {
-        let query = given(query, "query")?.check()?;
-        // SAFETY: the contract of the header for clocks.
-        unsafe { answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?)) }
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let query = read(query, "query")?.check()?;
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?))
+        }
     })
 }
 
@@ -185,14 +178,16 @@ pub unsafe extern "C" fn punctual_query_resume(
 ///
 /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_query_certificate(
-    query: Option<&punctual_query>,
+pub unsafe extern "C" fn punctual_query_certificate(
+    query: *const punctual_query<'_>,
     workspace: Option<&punctual_workspace>,
-    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+    certificate: *mut punctual_certificate,
 ) -> punctual_status {
     door("punctual_query_certificate", || {
-        let query = given(query, "query")?.check()?;
-        let certificate = given(certificate, "certificate")?;
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
+        // SAFETY: the same.
+        let certificate = unsafe { place(certificate, "certificate") }?;
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         certificate.write(open.into());
         Ok(())
@@ -205,14 +200,15 @@ pub extern "C" fn punctual_query_certificate(
 /// Fails as `punctual_query_certificate`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_query_open_boxes(
-    query: Option<&punctual_query>,
+    query: *const punctual_query<'_>,
     workspace: Option<&punctual_workspace>,
     boxes: *mut punctual_aabb,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_query_open_boxes", || {
-        let query = given(query, "query")?.check()?;
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
         let count = given(count, "count")?;
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
@@ -229,18 +225,20 @@ pub unsafe extern "C" fn punctual_query_open_boxes(
 /// Fails as `punctual_query_certificate`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_query_narrowed_certificate(
-    query: Option<&punctual_query>,
+    query: *const punctual_query<'_>,
     workspace: Option<&punctual_workspace>,
     aside: Option<&mut punctual_workspace>,
     work: u64,
-    certificate: Option<&mut MaybeUninit<punctual_certificate>>,
+    certificate: *mut punctual_certificate,
     boxes: *mut punctual_aabb,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_query_narrowed_certificate", || {
-        let query = given(query, "query")?.check()?;
-        let (certificate, count) = (given(certificate, "certificate")?, given(count, "count")?);
+        // SAFETY: the contract of the header for structs.
+        let query = unsafe { read(query, "query") }?.check()?;
+        // SAFETY: the same.
+        let (certificate, count) = (unsafe { place(certificate, "certificate") }?, given(count, "count")?);
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
@@ -253,19 +251,18 @@ pub unsafe extern "C" fn punctual_query_narrowed_certificate(
 /// Hands what a caller passed to `run`, which runs or resumes a query, and the answer back.
 ///
 /// # Safety
-/// That of [`AnyClock::new`].
-pub(crate) unsafe fn answer<Answer, Outcome: From<Answer>>(
+/// That of [`AnyClock::new`] and of [`place`].
+pub(crate) unsafe fn answer<Answer, Written: Sized32 + From<Answer>>(
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    outcome: Option<&mut MaybeUninit<Outcome>>,
+    outcome: *mut Written,
     run: impl FnOnce(&mut Workspace, Option<&mut PairMemory>, Budget, &AnyClock) -> Result<Answer, Fault>,
 ) -> Result<(), Fault> {
     let budget = budget.check()?;
     // SAFETY: the caller's promise.
-    let clock = unsafe { AnyClock::new(clock) }?;
-    let outcome = given(outcome, "outcome")?;
+    let (clock, outcome) = unsafe { (AnyClock::new(clock)?, place(outcome, "outcome")?) };
     let answer = given(workspace, "workspace")?.0.change("workspace", |workspace| match memory {
         Some(memory) => memory.0.change("memory", |memory| run(workspace, Some(memory), budget, &clock)),
         None => run(workspace, None, budget, &clock),
@@ -279,8 +276,8 @@ pub(crate) fn trees<'t>(a: Option<&'t punctual_tree>, b: Option<&'t punctual_tre
     Ok([given(a, "query->a")?.0.get("query->a")?, given(b, "query->b")?.0.get("query->b")?])
 }
 
-impl punctual_query<'_> {
-    pub(crate) fn check(&self) -> Result<Query<'_>, Fault> {
+impl<'t> punctual_query<'t> {
+    pub(crate) fn check(self) -> Result<Query<'t>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
         use Order::{BreadthFirst, DepthFirst, LowAlpha, OverlapVolume, Penetration, Random};
         let orders = [Penetration, LowAlpha, OverlapVolume, DepthFirst, BreadthFirst, Random(self.seed)];
@@ -302,10 +299,16 @@ pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<Mode, Fault> 
     value_of(value, what, &[Mode::Any, Mode::All])
 }
 
-impl punctual_budget {
-    pub(crate) fn check(self) -> Result<Budget, Fault> {
-        let time = Budget::time(Duration::from_nanos(self.limit));
-        let budget = value_of(self.kind, "budget.kind", &[Budget::unlimited(), time, Budget::work(self.limit)])?;
-        Ok(budget.poll_interval(self.poll_interval))
+impl From<Outcome> for punctual_outcome {
+    fn from(outcome: Outcome) -> Self {
+        let (verdict, witness) = verdict(outcome.verdict);
+        Self {
+            size: Self::SIZE,
+            verdict,
+            stop: outcome.stop.into(),
+            witness,
+            found: outcome.found,
+            stats: outcome.stats.into(),
+        }
     }
 }

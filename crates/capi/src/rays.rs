@@ -1,14 +1,17 @@
 //! Ray queries: a tree and a ray, or many, in; triangles and parameters out.
 
 use crate::arrays::{array, find_room, list, room};
-use crate::clock::punctual_clock;
-use crate::mesh::punctual_point;
+use crate::budget::{punctual_budget, punctual_clock};
 use crate::outcome::{punctual_stats, punctual_stop_reason};
-use crate::query::{answer, punctual_budget};
+use crate::pose::punctual_point;
+use crate::query::answer;
+use crate::sized::{begin, grows, read};
 use crate::status::{Fault, door, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
 use core::mem::{MaybeUninit, take};
+use core::ptr::null;
+use punctual::glam::DVec3;
 use punctual::{Ray, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Side, Tree};
 
 /// The triangle of a ray that hits none.
@@ -77,18 +80,24 @@ pub struct punctual_ray_hit {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_ray_query<'t> {
+    /// Its size in bytes, as made.
+    pub size: u32,
+    /// A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
+    pub mode: u32,
     /// The tree.
     pub tree: Option<&'t punctual_tree>,
     /// The ray.
     pub ray: punctual_ray,
-    /// A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
-    pub mode: u32,
 }
+
+grows!(punctual_ray_query<'_>: size, ray..ray);
 
 /// The answer of a ray query, wherever it stopped. All hits stay in the workspace: `punctual_workspace_ray_hits`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_ray_cast {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// The nearest hit of those found; for RAY_MODE_ANY the one found.
     pub hit: punctual_ray_hit,
     /// Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that were compared.
@@ -102,26 +111,34 @@ pub struct punctual_ray_cast {
     pub stats: punctual_stats,
 }
 
+grows!(punctual_ray_cast: size, hit..stats);
+
 /// The question what each of many rays hits, answered one after the other within one budget, in less time than a query for each.
 /// Plain data, made by `punctual_ray_batch_new`; it borrows the tree and the rays. To resume it all of it, and the rays, must be
 /// what they were.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_ray_batch<'t> {
+    /// Its size in bytes, as made.
+    pub size: u32,
+    /// RAY_MODE_NEAREST, by default, or RAY_MODE_ANY.
+    pub mode: u32,
     /// The tree.
     pub tree: Option<&'t punctual_tree>,
     /// The rays.
     pub rays: *const punctual_ray,
     /// How many.
     pub count: usize,
-    /// RAY_MODE_NEAREST, by default, or RAY_MODE_ANY.
-    pub mode: u32,
 }
+
+grows!(punctual_ray_batch<'_>: size, count..count);
 
 /// The answer for many rays; their hits are in the caller's array.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct punctual_ray_batch_outcome {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// The first so many rays are done and their hits are written.
     pub done: usize,
     /// Why it returned.
@@ -129,6 +146,8 @@ pub struct punctual_ray_batch_outcome {
     /// What it has done for all rays.
     pub stats: punctual_stats,
 }
+
+grows!(punctual_ray_batch_outcome: size, done..stats);
 
 /// The half-line from a point in a direction. Checked when it is used.
 #[unsafe(no_mangle)]
@@ -142,13 +161,24 @@ pub extern "C" fn punctual_ray_segment(from: punctual_point, to: punctual_point)
     punctual_ray { is_segment: 1, ..punctual_ray_new(from, to) }
 }
 
+impl Default for punctual_ray_query<'_> {
+    fn default() -> Self {
+        let nowhere = DVec3::ZERO.into();
+        let ray = punctual_ray_new(nowhere, nowhere);
+        Self { size: Self::SIZE, mode: punctual_ray_mode::Nearest as u32, tree: None, ray }
+    }
+}
+
 /// The question for the nearest hit of a ray. Checked when it is run.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_ray_query_new<'t>(
+pub unsafe extern "C" fn punctual_ray_query_init<'t>(
+    query: *mut punctual_ray_query<'t>,
+    size: usize,
     tree: Option<&'t punctual_tree>,
     ray: punctual_ray,
-) -> punctual_ray_query<'t> {
-    punctual_ray_query { tree, ray, mode: punctual_ray_mode::Nearest as u32 }
+) {
+    // SAFETY: the contract of the header for structs.
+    unsafe { begin(query, size, punctual_ray_query { tree, ray, ..Default::default() }) }
 }
 
 /// Runs a ray query within a budget. The first one for all hits in a workspace makes room for 4,096 hits, unless
@@ -161,16 +191,18 @@ pub extern "C" fn punctual_ray_query_new<'t>(
 /// Fails with NULL, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_ray_query_run(
-    query: Option<&punctual_ray_query>,
+    query: *const punctual_ray_query<'_>,
     workspace: Option<&mut punctual_workspace>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    cast: Option<&mut MaybeUninit<punctual_ray_cast>>,
+    cast: *mut punctual_ray_cast,
 ) -> punctual_status {
     door("punctual_ray_query_run", || {
-        let query = given(query, "query")?.check()?;
-        // SAFETY: the contract of the header for clocks.
-        unsafe { answer(workspace, None, budget, clock, cast, |w, _, b, c| Ok(query.run_with(w, b, c))) }
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let query = read(query, "query")?.check()?;
+            answer(workspace, None, budget, clock, cast, |w, _, b, c| Ok(query.run_with(w, b, c)))
+        }
     })
 }
 
@@ -181,16 +213,18 @@ pub unsafe extern "C" fn punctual_ray_query_run(
 /// complete.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_ray_query_resume(
-    query: Option<&punctual_ray_query>,
+    query: *const punctual_ray_query<'_>,
     workspace: Option<&mut punctual_workspace>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    cast: Option<&mut MaybeUninit<punctual_ray_cast>>,
+    cast: *mut punctual_ray_cast,
 ) -> punctual_status {
     door("punctual_ray_query_resume", || {
-        let query = given(query, "query")?.check()?;
-        // SAFETY: the contract of the header for clocks.
-        unsafe { answer(workspace, None, budget, clock, cast, |w, _, b, c| Ok(query.resume_with(w, b, c)?)) }
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let query = read(query, "query")?.check()?;
+            answer(workspace, None, budget, clock, cast, |w, _, b, c| Ok(query.resume_with(w, b, c)?))
+        }
     })
 }
 
@@ -238,15 +272,23 @@ pub extern "C" fn punctual_workspace_reserve_ray_hits(
     })
 }
 
+impl Default for punctual_ray_batch<'_> {
+    fn default() -> Self {
+        Self { size: Self::SIZE, mode: punctual_ray_mode::Nearest as u32, tree: None, rays: null(), count: 0 }
+    }
+}
+
 /// The question for the nearest hit of each of `count` rays. Checked when it is run.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_ray_batch_new<'t>(
+pub unsafe extern "C" fn punctual_ray_batch_init<'t>(
+    batch: *mut punctual_ray_batch<'t>,
+    size: usize,
     tree: Option<&'t punctual_tree>,
     rays: *const punctual_ray,
     count: usize,
-) -> punctual_ray_batch<'t> {
-    let mode = punctual_ray_mode::Nearest as u32;
-    punctual_ray_batch { tree, rays, count, mode }
+) {
+    // SAFETY: the contract of the header for structs.
+    unsafe { begin(batch, size, punctual_ray_batch { tree, rays, count, ..Default::default() }) }
 }
 
 /// Runs many rays within a budget, and writes the hits of those that are done to `hits`, which has room for all. The first batch of
@@ -256,16 +298,16 @@ pub unsafe extern "C" fn punctual_ray_batch_new<'t>(
 /// Fails with NULL, BAD_ARGUMENT, which names the ray, OUT_OF_MEMORY or POISONED before it has begun.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_ray_batch_run(
-    batch: Option<&punctual_ray_batch>,
+    batch: *const punctual_ray_batch<'_>,
     workspace: Option<&mut punctual_workspace>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
     hits: *mut punctual_ray_hit,
-    outcome: Option<&mut MaybeUninit<punctual_ray_batch_outcome>>,
+    outcome: *mut punctual_ray_batch_outcome,
 ) -> punctual_status {
     door("punctual_ray_batch_run", || {
         // SAFETY: the contract of the header for arrays and clocks.
-        unsafe { given(batch, "batch")?.spend(false, workspace, budget, clock, hits, outcome) }
+        unsafe { read(batch, "batch")?.spend(false, workspace, budget, clock, hits, outcome) }
     })
 }
 
@@ -276,16 +318,16 @@ pub unsafe extern "C" fn punctual_ray_batch_run(
 /// complete.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_ray_batch_resume(
-    batch: Option<&punctual_ray_batch>,
+    batch: *const punctual_ray_batch<'_>,
     workspace: Option<&mut punctual_workspace>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
     hits: *mut punctual_ray_hit,
-    outcome: Option<&mut MaybeUninit<punctual_ray_batch_outcome>>,
+    outcome: *mut punctual_ray_batch_outcome,
 ) -> punctual_status {
     door("punctual_ray_batch_resume", || {
         // SAFETY: the contract of the header for arrays and clocks.
-        unsafe { given(batch, "batch")?.spend(true, workspace, budget, clock, hits, outcome) }
+        unsafe { read(batch, "batch")?.spend(true, workspace, budget, clock, hits, outcome) }
     })
 }
 
@@ -321,13 +363,13 @@ impl punctual_ray_batch<'_> {
     /// # Safety
     /// The contract of the header for the rays, the hits and the clock.
     unsafe fn spend(
-        &self,
+        self,
         resumes: bool,
         workspace: Option<&mut punctual_workspace>,
         budget: punctual_budget,
         clock: Option<&punctual_clock>,
         hits: *mut punctual_ray_hit,
-        outcome: Option<&mut MaybeUninit<punctual_ray_batch_outcome>>,
+        outcome: *mut punctual_ray_batch_outcome,
     ) -> Result<(), Fault> {
         let tree = given(self.tree, "batch->tree")?.0.get("batch->tree")?;
         let any = match check_mode(self.mode, "batch->mode")? {
@@ -337,13 +379,12 @@ impl punctual_ray_batch<'_> {
         // SAFETY: the caller's promise.
         let (rays, written) =
             unsafe { (array(self.rays, self.count, "batch->rays")?, room(hits, self.count, "hits")?) };
-        let outcome = given(outcome, "outcome")?;
         let workspace = given(workspace, "workspace")?;
         let mut held = take(&mut workspace.1);
         let result = held.read(rays).and_then(|()| {
             // SAFETY: the caller's promise.
             unsafe {
-                answer(Some(workspace), None, budget, clock, Some(&mut *outcome), |workspace, _, budget, clock| {
+                answer(Some(workspace), None, budget, clock, outcome, |workspace, _, budget, clock| {
                     if !resumes {
                         held.begin()?;
                     } else if held.hits.len() != held.rays.len() {
@@ -376,9 +417,9 @@ impl punctual_ray {
     }
 }
 
-impl punctual_ray_query<'_> {
-    fn check(&self) -> Result<RayQuery<'_>, Fault> {
-        let tree: &Tree = given(self.tree, "query->tree")?.0.get("query->tree")?;
+impl<'t> punctual_ray_query<'t> {
+    fn check(self) -> Result<RayQuery<'t>, Fault> {
+        let tree: &'t Tree = given(self.tree, "query->tree")?.0.get("query->tree")?;
         let query = RayQuery::new(tree, self.ray.check("query->ray", None)?);
         Ok(query.mode(check_mode(self.mode, "query->mode")?))
     }
@@ -405,12 +446,12 @@ impl From<Option<RayHit>> for punctual_ray_hit {
 impl From<RayCast> for punctual_ray_cast {
     fn from(cast: RayCast) -> Self {
         let RayCast { hit, found, free_until, stop, stats, .. } = cast;
-        Self { hit: hit.into(), found, free_until, stop: stop.into(), stats: stats.into() }
+        Self { size: Self::SIZE, hit: hit.into(), found, free_until, stop: stop.into(), stats: stats.into() }
     }
 }
 
 impl From<RayBatchOutcome> for punctual_ray_batch_outcome {
     fn from(outcome: RayBatchOutcome) -> Self {
-        Self { done: outcome.done, stop: outcome.stop.into(), stats: outcome.stats.into() }
+        Self { size: Self::SIZE, done: outcome.done, stop: outcome.stop.into(), stats: outcome.stats.into() }
     }
 }

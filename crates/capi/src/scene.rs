@@ -2,12 +2,12 @@
 
 use crate::arrays::{array, find_room, list};
 use crate::body::{punctual_body, punctual_body_id};
-use crate::clock::{AnyClock, punctual_clock};
-use crate::handle::Handle;
-use crate::mesh::put;
+use crate::budget::{AnyClock, punctual_budget, punctual_clock};
+use crate::handle::{Handle, put};
 use crate::outcome::{nanoseconds, punctual_verdict, verdict};
 use crate::pose::punctual_pose;
-use crate::query::{check_mode, punctual_budget};
+use crate::query::check_mode;
+use crate::sized::{fill_rows, grows, place, read, rows};
 use crate::status::{Fault, door, free, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_triangle_pair;
@@ -17,14 +17,7 @@ use std::sync::Arc;
 
 /// Bodies that move, and the question which of them meet. One thread at a time may use it; it may start threads of its own.
 #[derive(Debug)]
-pub struct punctual_scene(Handle<Reported>);
-
-/// A scene, and its last report as C reads it.
-#[derive(Debug)]
-struct Reported {
-    scene: Scene,
-    pairs: Vec<punctual_pair_report>,
-}
+pub struct punctual_scene(Handle<Scene>);
 
 /// A slip of the caller's must not take all threads of the machine.
 const MAX_THREADS: usize = 1024;
@@ -65,6 +58,8 @@ pub struct punctual_pair_report {
     pub age: u64,
 }
 
+grows!(punctual_pair_report: witness..age);
+
 impl From<&PairReport> for punctual_pair_report {
     fn from(pair: &PairReport) -> Self {
         let (verdict, witness) = verdict(pair.verdict);
@@ -78,12 +73,11 @@ impl From<&PairReport> for punctual_pair_report {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_report {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// Frames so far, this one included.
     pub frame: u64,
-    /// All pairs of bodies that may meet and whose boxes overlap, or whose distance is asked for, ascending by index, as far as
-    /// they are known and listed. The scene's; valid until its next frame.
-    pub pairs: *const punctual_pair_report,
-    /// How many they are.
+    /// How many pairs `punctual_scene_pairs` has.
     pub pair_count: usize,
     /// How many of them are decided in this frame; the others are undecided.
     pub decided: usize,
@@ -101,20 +95,24 @@ pub struct punctual_report {
     pub unlisted: usize,
     /// Whether pairs were left out because there are as many as a scene keeps, 1,048,576.
     pub is_full: bool,
-    /// Work done, without the broad phase.
+    /// Work of the queries, and 250 units for each that was begun.
     pub work: u64,
+    /// Work of the broad phase: placing bodies, finding pairs and listing them.
+    pub broad_phase_work: u64,
     /// BV tests of the queries.
     pub bv_tests: u64,
     /// Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a time budget.
     pub elapsed: i64,
 }
 
-impl punctual_report {
-    fn new(report: &Report, pairs: &[punctual_pair_report]) -> Self {
+grows!(punctual_report: size, frame..elapsed);
+
+impl From<&Report> for punctual_report {
+    fn from(report: &Report) -> Self {
         Self {
+            size: Self::SIZE,
             frame: report.frame,
-            pairs: pairs.as_ptr(),
-            pair_count: pairs.len(),
+            pair_count: report.pairs.len(),
             decided: report.decided,
             intersecting: report.intersecting,
             complete: report.complete,
@@ -124,6 +122,7 @@ impl punctual_report {
             unlisted: report.unlisted,
             is_full: report.is_full,
             work: report.work,
+            broad_phase_work: report.broad_phase_work,
             bv_tests: report.bv_tests,
             elapsed: nanoseconds(report.elapsed),
         }
@@ -134,22 +133,30 @@ impl punctual_report {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_pair_certificate {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// No more triangle pairs than this intersect.
     pub upper_bound: u64,
     /// Each intersection that was not found lies in a box no longer than this, in the length unit of the scene.
     pub largest_extent: f64,
 }
 
+grows!(punctual_pair_certificate: size, upper_bound..largest_extent);
+
+fn check_reach(reach: u32) -> Result<Reach, Fault> {
+    value_of(reach, "reach", &[Reach::Here, Reach::Swept])
+}
+
 impl punctual_scene {
     pub(crate) fn get(scene: Option<&Self>) -> Result<&Scene, Fault> {
-        Ok(&given(scene, "scene")?.0.get("scene")?.scene)
+        given(scene, "scene")?.0.get("scene")
     }
 
     pub(crate) fn change<R>(
         scene: Option<&mut Self>,
         change: impl FnOnce(&mut Scene) -> Result<R, Fault>,
     ) -> Result<R, Fault> {
-        given(scene, "scene")?.0.change("scene", |reported| change(&mut reported.scene))
+        given(scene, "scene")?.0.change("scene", change)
     }
 }
 
@@ -164,13 +171,55 @@ pub extern "C" fn punctual_scene_new(
     scene: Option<&mut MaybeUninit<Option<Box<punctual_scene>>>>,
 ) -> punctual_status {
     door("punctual_scene_new", || {
-        let reach = value_of(reach, "reach", &[Reach::Here, Reach::Swept])?;
+        let reach = check_reach(reach)?;
         let mode = check_mode(mode, "mode")?;
         put(scene, || {
             let mut scene = Scene::new();
             scene.set_mode(mode);
             scene.set_reach(reach);
-            Ok(punctual_scene(Handle::new(Reported { scene, pairs: Vec::new() })))
+            Ok(punctual_scene(Handle::new(scene)))
+        })
+    })
+}
+
+/// Asks from the next frame on for any intersection of each pair, or for the number of all, by a `punctual_mode`. What earlier
+/// frames found does not answer another question.
+///
+/// Fails with BAD_ARGUMENT if it is unknown.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_mode(scene: Option<&mut punctual_scene>, mode: u32) -> punctual_status {
+    door("punctual_scene_set_mode", || {
+        let mode = check_mode(mode, "mode")?;
+        punctual_scene::change(scene, |scene| {
+            scene.set_mode(mode);
+            Ok(())
+        })
+    })
+}
+
+/// Says which boxes the broad phase compares from the next frame on, by a `punctual_reach`.
+///
+/// Fails with BAD_ARGUMENT if it is unknown.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_reach(scene: Option<&mut punctual_scene>, reach: u32) -> punctual_status {
+    door("punctual_scene_set_reach", || {
+        let reach = check_reach(reach)?;
+        punctual_scene::change(scene, |scene| {
+            scene.set_reach(reach);
+            Ok(())
+        })
+    })
+}
+
+/// Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair takes 72 bytes, and about 430 more
+/// from its first turn on. Pairs beyond that are left out, and `is_full` of the report says so, until an eighth of the room is
+/// free again. Those that are kept already stay.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_max_pairs(scene: Option<&mut punctual_scene>, pairs: usize) -> punctual_status {
+    door("punctual_scene_set_max_pairs", || {
+        punctual_scene::change(scene, |scene| {
+            scene.set_max_pairs(pairs);
+            Ok(())
         })
     })
 }
@@ -219,13 +268,15 @@ pub extern "C" fn punctual_scene_reserve(
 /// Fails with BAD_POSE if its pose is refused (a scene allows a little less than a query), BAD_ARGUMENT if its kind is unknown
 /// or its importance NaN.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_insert(
+pub unsafe extern "C" fn punctual_scene_insert(
     scene: Option<&mut punctual_scene>,
-    body: Option<&punctual_body>,
+    body: *const punctual_body<'_>,
     id: Option<&mut MaybeUninit<punctual_body_id>>,
 ) -> punctual_status {
     door("punctual_scene_insert", || {
-        let (body, id) = (given(body, "body")?.check()?, given(id, "id")?);
+        // SAFETY: the contract of the header for structs.
+        let body = unsafe { read(body, "body") }?.check()?;
+        let id = given(id, "id")?;
         id.write(punctual_scene::change(scene, |scene| Ok(scene.insert(body)?))?.into());
         Ok(())
     })
@@ -239,13 +290,15 @@ pub extern "C" fn punctual_scene_remove(scene: Option<&mut punctual_scene>, id: 
 
 /// A body as it is now, but for `tree`, which is null: see `punctual_scene_tree`.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_body<'t>(
+pub unsafe extern "C" fn punctual_scene_body<'t>(
     scene: Option<&punctual_scene>,
     id: punctual_body_id,
-    body: Option<&mut MaybeUninit<punctual_body<'t>>>,
+    body: *mut punctual_body<'t>,
 ) -> punctual_status {
     door("punctual_scene_body", || {
-        given(body, "body")?.write(punctual_scene::get(scene)?.body(id.into())?.into());
+        // SAFETY: the contract of the header for structs.
+        let body = unsafe { place(body, "body") }?;
+        body.write(punctual_scene::get(scene)?.body(id.into())?.into());
         Ok(())
     })
 }
@@ -377,57 +430,97 @@ pub unsafe extern "C" fn punctual_scene_detect(
     scene: Option<&mut punctual_scene>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    report: Option<&mut MaybeUninit<punctual_report>>,
+    report: *mut punctual_report,
 ) -> punctual_status {
     door("punctual_scene_detect", || {
         let budget = budget.check()?;
         // SAFETY: the contract of the header for clocks.
         let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
-        let found = given(scene, "scene")?.0.change("scene", |Reported { scene, pairs }| {
+        // SAFETY: that for structs.
+        let report = if report.is_null() { None } else { Some(unsafe { place(report, "report") }?) };
+        punctual_scene::change(scene, |scene| {
             let found = match &clock {
                 Some(clock) => scene.detect_with(budget, clock),
                 None => scene.detect(budget),
             };
-            pairs.clear();
-            pairs.extend(found.pairs.iter().map(punctual_pair_report::from));
-            Ok(punctual_report::new(found, pairs))
-        })?;
-        report.map(|report| report.write(found));
-        Ok(())
+            if let Some(report) = report {
+                report.write(found.into());
+            }
+            Ok(())
+        })
     })
 }
 
 /// What the last frame found.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_report(
+pub unsafe extern "C" fn punctual_scene_report(
     scene: Option<&punctual_scene>,
-    report: Option<&mut MaybeUninit<punctual_report>>,
+    report: *mut punctual_report,
 ) -> punctual_status {
     door("punctual_scene_report", || {
-        let Reported { scene, pairs } = given(scene, "scene")?.0.get("scene")?;
-        given(report, "report")?.write(punctual_report::new(scene.report(), pairs));
+        let scene = punctual_scene::get(scene)?;
+        // SAFETY: the contract of the header for structs.
+        unsafe { place(report, "report") }?.write(scene.report().into());
         Ok(())
+    })
+}
+
+/// The pairs of the last frame: all that may meet and whose boxes overlap, or whose distance is asked for, ascending by index, as
+/// far as they are known and listed. As many as `capacity` allows are written to `pairs`, and how many there are to `count`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_pairs(
+    scene: Option<&punctual_scene>,
+    pairs: *mut punctual_pair_report,
+    pairs_size: usize,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_scene_pairs", || {
+        let scene = punctual_scene::get(scene)?;
+        // SAFETY: the contract of the header for arrays.
+        unsafe { rows(pairs, pairs_size, capacity, "pairs", given(count, "count")?, scene.report().pairs.iter()) }
     })
 }
 
 /// What the last frame found about two bodies, by binary search. `listed` says whether it has the pair; if not, `pair` is left
 /// alone.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_pair(
+pub unsafe extern "C" fn punctual_scene_pair(
     scene: Option<&punctual_scene>,
     x: punctual_body_id,
     y: punctual_body_id,
-    pair: Option<&mut MaybeUninit<punctual_pair_report>>,
+    pair: *mut punctual_pair_report,
+    pair_size: usize,
     listed: Option<&mut MaybeUninit<bool>>,
 ) -> punctual_status {
     door("punctual_scene_pair", || {
         let scene = punctual_scene::get(scene)?;
-        let (pair, listed) = (given(pair, "pair")?, given(listed, "listed")?);
+        let listed = given(listed, "listed")?;
+        if pair.is_null() {
+            return Err(Fault::Null("pair"));
+        }
         scene.body(x.into())?;
         scene.body(y.into())?;
         let found = scene.report().pair(x.into(), y.into());
-        listed.write(found.is_some());
-        found.map(|found| pair.write(found.into()));
+        // SAFETY: the contract of the header for structs.
+        let written = unsafe { fill_rows(pair, pair_size, 1, "pair", found.into_iter()) }?;
+        listed.write(written == 1);
+        Ok(())
+    })
+}
+
+/// Whether the last frame knew all bodies that this one may meet: it was placed where it is, and the search for its partners came
+/// to its end. Of two such bodies that may meet and are not in `punctual_scene_pairs` together the boxes are apart if
+/// `unlisted` of the report is 0.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_partners_known(
+    scene: Option<&punctual_scene>,
+    id: punctual_body_id,
+    known: Option<&mut MaybeUninit<bool>>,
+) -> punctual_status {
+    door("punctual_scene_partners_known", || {
+        let (scene, known) = (punctual_scene::get(scene)?, given(known, "known")?);
+        known.write(scene.partners_known(id.into())?);
         Ok(())
     })
 }
@@ -435,16 +528,19 @@ pub extern "C" fn punctual_scene_pair(
 /// What the last frame left open about two bodies. Takes time linear in what is open. Fails with BAD_ARGUMENT if both are the
 /// same.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_certificate(
+pub unsafe extern "C" fn punctual_scene_certificate(
     scene: Option<&punctual_scene>,
     x: punctual_body_id,
     y: punctual_body_id,
-    certificate: Option<&mut MaybeUninit<punctual_pair_certificate>>,
+    certificate: *mut punctual_pair_certificate,
 ) -> punctual_status {
     door("punctual_scene_certificate", || {
-        let (scene, certificate) = (punctual_scene::get(scene)?, given(certificate, "certificate")?);
+        let scene = punctual_scene::get(scene)?;
+        // SAFETY: the contract of the header for structs.
+        let certificate = unsafe { place(certificate, "certificate") }?;
         let PairCertificate { upper_bound, largest_extent, .. } = scene.certificate(x.into(), y.into())?;
-        certificate.write(punctual_pair_certificate { upper_bound, largest_extent });
+        let size = punctual_pair_certificate::SIZE;
+        certificate.write(punctual_pair_certificate { size, upper_bound, largest_extent });
         Ok(())
     })
 }

@@ -2,12 +2,12 @@
 
 use crate::arrays::list;
 use crate::body::punctual_body_id;
-use crate::clock::{AnyClock, punctual_clock};
+use crate::budget::{AnyClock, punctual_budget, punctual_clock};
 use crate::motion::punctual_motion;
 use crate::outcome::{nanoseconds, punctual_stop_reason};
-use crate::query::punctual_budget;
-use crate::rays::{check_mode, punctual_ray, punctual_ray_hit, punctual_ray_mode};
+use crate::rays::{check_mode, punctual_ray, punctual_ray_hit, punctual_ray_query};
 use crate::scene::punctual_scene;
+use crate::sized::{begin, grows, place, read, rows};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::workspace::punctual_triangle_pair;
 use core::mem::MaybeUninit;
@@ -43,6 +43,8 @@ pub struct punctual_body_contact {
     pub age: u64,
 }
 
+grows!(punctual_body_contact: phase..age);
+
 /// What is known of the distance of two bodies, in the length unit of the scene.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +66,8 @@ pub struct punctual_pair_distance {
     pub age: u64,
 }
 
+grows!(punctual_pair_distance: high..age);
+
 /// Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,19 +87,25 @@ pub struct punctual_pair_passage {
     pub triangles: punctual_triangle_pair,
 }
 
+grows!(punctual_pair_passage: free_until..triangles);
+
 /// The question which body a ray hits. Plain data, made by `punctual_scene_ray_new`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_scene_ray {
-    /// The ray, in the coordinates of the scene.
-    pub ray: punctual_ray,
+    /// Its size in bytes, as made.
+    pub size: u32,
     /// A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
     pub mode: u32,
+    /// The ray, in the coordinates of the scene.
+    pub ray: punctual_ray,
     /// Only bodies that a body of these groups and this mask may meet are asked; all by default.
     pub groups: u32,
     /// See `groups`; all by default.
     pub mask: u32,
 }
+
+grows!(punctual_scene_ray: size, ray..mask);
 
 /// A triangle of a body that a ray meets.
 #[repr(C)]
@@ -111,6 +121,8 @@ pub struct punctual_body_hit {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_scene_ray_cast {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// The nearest hit of those found; for RAY_MODE_ANY the one found.
     pub hit: punctual_body_hit,
     /// How many triangles were found to be hit; for RAY_MODE_ALL those of `punctual_scene_ray_hits`.
@@ -125,6 +137,8 @@ pub struct punctual_scene_ray_cast {
     /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
     pub elapsed: i64,
 }
+
+grows!(punctual_scene_ray_cast: size, hit..elapsed);
 
 /// Thickens a body by a margin, a length. Its pairs are said to meet when they come within the sum of their margins.
 ///
@@ -157,13 +171,16 @@ pub extern "C" fn punctual_scene_track_contacts(scene: Option<&mut punctual_scen
 pub unsafe extern "C" fn punctual_scene_contacts(
     scene: Option<&punctual_scene>,
     contacts: *mut punctual_body_contact,
+    contacts_size: usize,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_contacts", || {
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(contacts, capacity, "contacts", given(count, "count")?, scene.report().contacts.iter()) }
+        unsafe {
+            rows(contacts, contacts_size, capacity, "contacts", given(count, "count")?, scene.report().contacts.iter())
+        }
     })
 }
 
@@ -203,13 +220,14 @@ pub extern "C" fn punctual_scene_stop_measuring(
 pub unsafe extern "C" fn punctual_scene_distances(
     scene: Option<&punctual_scene>,
     distances: *mut punctual_pair_distance,
+    distances_size: usize,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_distances", || {
         let found = punctual_scene::get(scene)?.report().distances.iter();
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(distances, capacity, "distances", given(count, "count")?, found) }
+        unsafe { rows(distances, distances_size, capacity, "distances", given(count, "count")?, found) }
     })
 }
 
@@ -236,21 +254,32 @@ pub extern "C" fn punctual_scene_set_motion(
 pub unsafe extern "C" fn punctual_scene_passages(
     scene: Option<&punctual_scene>,
     passages: *mut punctual_pair_passage,
+    passages_size: usize,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_passages", || {
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(passages, capacity, "passages", given(count, "count")?, scene.report().passages.iter()) }
+        unsafe {
+            rows(passages, passages_size, capacity, "passages", given(count, "count")?, scene.report().passages.iter())
+        }
     })
+}
+
+impl Default for punctual_scene_ray {
+    fn default() -> Self {
+        let Filter { groups, mask, .. } = Filter::default();
+        let punctual_ray_query { mode, ray, .. } = punctual_ray_query::default();
+        Self { size: Self::SIZE, mode, ray, groups, mask }
+    }
 }
 
 /// The question for the nearest hit of a ray in a scene. Checked when it is cast.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_ray_new(ray: punctual_ray) -> punctual_scene_ray {
-    let Filter { groups, mask, .. } = Filter::default();
-    punctual_scene_ray { ray, mode: punctual_ray_mode::Nearest as u32, groups, mask }
+pub unsafe extern "C" fn punctual_scene_ray_init(scene_ray: *mut punctual_scene_ray, size: usize, ray: punctual_ray) {
+    // SAFETY: the contract of the header for structs.
+    unsafe { begin(scene_ray, size, punctual_scene_ray { ray, ..Default::default() }) }
 }
 
 /// Casts a ray within a budget of its own. `clock` may be null: the clock of the system. Every body is seen at the pose that was
@@ -261,14 +290,16 @@ pub extern "C" fn punctual_scene_ray_new(ray: punctual_ray) -> punctual_scene_ra
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_scene_cast(
     scene: Option<&mut punctual_scene>,
-    ray: Option<&punctual_scene_ray>,
+    ray: *const punctual_scene_ray,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
-    cast: Option<&mut MaybeUninit<punctual_scene_ray_cast>>,
+    cast: *mut punctual_scene_ray_cast,
 ) -> punctual_status {
     door("punctual_scene_cast", || {
-        let (ray, cast, budget) = (given(ray, "ray")?.check()?, given(cast, "cast")?, budget.check()?);
-        // SAFETY: the contract of the header for clocks.
+        // SAFETY: the contract of the header for structs and clocks.
+        let (ray, cast) = unsafe { (read(ray, "ray")?.check()?, place(cast, "cast")?) };
+        let budget = budget.check()?;
+        // SAFETY: the same.
         let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
         let found = punctual_scene::change(scene, |scene| {
             Ok(match &clock {
@@ -347,6 +378,14 @@ impl From<Option<BodyHit>> for punctual_body_hit {
 impl From<SceneCast> for punctual_scene_ray_cast {
     fn from(cast: SceneCast) -> Self {
         let SceneCast { hit, found, free_until, stop, work, elapsed, .. } = cast;
-        Self { hit: hit.into(), found, free_until, stop: stop.into(), work, elapsed: nanoseconds(elapsed) }
+        Self {
+            size: Self::SIZE,
+            hit: hit.into(),
+            found,
+            free_until,
+            stop: stop.into(),
+            work,
+            elapsed: nanoseconds(elapsed),
+        }
     }
 }

@@ -1,11 +1,11 @@
 //! Bodies that move as one, distances of groups, and where bodies touch.
 
-use crate::arrays::{array, fill, list};
+use crate::arrays::{array, list};
 use crate::body::{punctual_body, punctual_body_id};
-use crate::mesh::punctual_point;
 use crate::motion::punctual_motion;
-use crate::pose::punctual_pose;
+use crate::pose::{punctual_point, punctual_pose};
 use crate::scene::punctual_scene;
+use crate::sized::{fill_rows, grows, place, read_all, rows};
 use crate::status::{door, given, punctual_status, value_of};
 use crate::workspace::punctual_triangle_pair;
 use core::mem::MaybeUninit;
@@ -47,6 +47,8 @@ pub struct punctual_group_distance {
     pub open: usize,
 }
 
+grows!(punctual_group_distance: high..open);
+
 /// A place where two bodies touch, in the coordinates of the scene: one of the few that stand for a patch of contacts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,10 +65,14 @@ pub struct punctual_contact_point {
     pub distance: f64,
 }
 
+grows!(punctual_contact_point: triangles..distance);
+
 /// Where two bodies touch.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_contact_points {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
     /// How many points there are; at most 16.
     pub count: usize,
     /// Every contact within the margins that no point stands for is at least so far away, up to some roundings; infinite if there
@@ -76,6 +82,8 @@ pub struct punctual_contact_points {
     /// nothing is known.
     pub age: u64,
 }
+
+grows!(punctual_contact_points: size, count..age);
 
 /// Puts bodies into the scene as the parts of one compound, which is at `pose`: the pose of each is its place in the frame of the
 /// compound. Parts are bodies like others, but those of one compound never meet. Where a part is, is the product of both poses,
@@ -93,8 +101,8 @@ pub unsafe extern "C" fn punctual_scene_insert_compound(
     door("punctual_scene_insert_compound", || {
         let (pose, compound) = (pose.check()?, given(compound, "compound")?);
         // SAFETY: the contract of the header for arrays.
-        let parts = unsafe { array(parts, part_count, "parts") }?;
-        let parts = parts.iter().map(punctual_body::check).collect::<Result<Vec<_>, _>>()?;
+        let parts = unsafe { read_all(parts, part_count, "parts") }?;
+        let parts = parts.into_iter().map(punctual_body::check).collect::<Result<Vec<_>, _>>()?;
         let id = punctual_scene::change(scene, |scene| Ok(scene.insert_compound(pose, parts)?))?;
         compound.write(id.to_bits());
         Ok(())
@@ -218,13 +226,14 @@ pub extern "C" fn punctual_scene_stop_measuring_groups(scene: Option<&mut punctu
 pub unsafe extern "C" fn punctual_scene_group_distances(
     scene: Option<&punctual_scene>,
     distances: *mut punctual_group_distance,
+    distances_size: usize,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_group_distances", || {
         let found = punctual_scene::get(scene)?.report().group_distances.iter();
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(distances, capacity, "distances", given(count, "count")?, found) }
+        unsafe { rows(distances, distances_size, capacity, "distances", given(count, "count")?, found) }
     })
 }
 
@@ -272,15 +281,19 @@ pub unsafe extern "C" fn punctual_scene_contact_points(
     x: punctual_body_id,
     y: punctual_body_id,
     points: *mut punctual_contact_point,
+    points_size: usize,
     capacity: usize,
-    found: Option<&mut MaybeUninit<punctual_contact_points>>,
+    found: *mut punctual_contact_points,
 ) -> punctual_status {
     door("punctual_scene_contact_points", || {
-        let (scene, found) = (punctual_scene::get(scene)?, given(found, "found")?);
+        let scene = punctual_scene::get(scene)?;
+        // SAFETY: the contract of the header for structs.
+        let found = unsafe { place(found, "found") }?;
         let known = scene.contact_points(x.into(), y.into())?;
-        // SAFETY: the contract of the header for arrays.
-        let count = unsafe { fill(points, capacity, "points", known.points.iter()) }?;
-        found.write(punctual_contact_points { count, low: known.low, age: known.age });
+        // SAFETY: that for arrays.
+        let count = unsafe { fill_rows(points, points_size, capacity, "points", known.points.iter()) }?;
+        let size = punctual_contact_points::SIZE;
+        found.write(punctual_contact_points { size, count, low: known.low, age: known.age });
         Ok(())
     })
 }

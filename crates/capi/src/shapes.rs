@@ -1,6 +1,7 @@
 //! Generated meshes.
 
-use crate::mesh::{punctual_mesh, put};
+use crate::handle::put;
+use crate::mesh::punctual_mesh;
 use crate::status::{door, punctual_status};
 use core::mem::MaybeUninit;
 use punctual::glam::Vec3;

@@ -49,6 +49,12 @@ pub(crate) enum Fault {
     Null(&'static str),
     /// An array that would not fit into memory, or starts at an odd address.
     Array(&'static str),
+    /// The size of a struct, or of one element of an array.
+    Size(&'static str, usize),
+    /// A struct of a newer header asks for what is not known.
+    Newer(&'static str),
+    /// Numbers that no calibration has.
+    Calibration,
     /// An unknown value of an enumeration.
     Value(&'static str, u32),
     /// An index, and how many there are.
@@ -81,6 +87,9 @@ impl Fault {
         match self {
             Self::Null(_) => punctual_status::Null,
             Self::Array(_)
+            | Self::Size(..)
+            | Self::Newer(_)
+            | Self::Calibration
             | Self::Value(..)
             | Self::Index(..)
             | Self::TooMany(..)
@@ -110,6 +119,13 @@ impl fmt::Display for Fault {
         match self {
             Self::Null(what) => write!(f, "{what} is null"),
             Self::Array(what) => write!(f, "{what} is longer than memory or not aligned"),
+            Self::Size(what, size) => {
+                write!(f, "the size of {what} is given as {size}: it has to be its sizeof")
+            }
+            Self::Newer(what) => {
+                write!(f, "{what} has a field set that this library, {}, does not have", env!("CARGO_PKG_VERSION"))
+            }
+            Self::Calibration => f.write_str("calibration has numbers that cannot be learned"),
             Self::Value(what, value) => write!(f, "{what} has no value {value}"),
             Self::Index(what, index, count) => write!(f, "{what} is {index}, but there are {count}"),
             Self::TooMany(what, value, most) => write!(f, "{what} is {value}, possible are {most}"),

@@ -1,8 +1,9 @@
 //! Trees.
 
 use crate::arrays::{array, list};
-use crate::handle::Handle;
-use crate::mesh::{punctual_mesh, put};
+use crate::handle::{Handle, put};
+use crate::mesh::punctual_mesh;
+use crate::sized::{begin, grows, place, read, rows};
 use crate::status::{Fault, door, free, given, punctual_status, value_of};
 use core::mem::MaybeUninit;
 use punctual::{BuildOptions, Effort, Tree};
@@ -34,6 +35,8 @@ pub enum punctual_effort {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct punctual_build_options {
+    /// Its size in bytes, as made.
+    pub size: u32,
     /// A `punctual_effort`.
     pub effort: u32,
     /// Whether boxes may be turned to where they are smallest: 0 or not 0.
@@ -48,10 +51,16 @@ pub struct punctual_build_options {
     pub threads: usize,
 }
 
+grows!(punctual_build_options: size, effort..threads);
+
 /// Numbers that describe a tree.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_tree_facts {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no unit.
+    pub degradation: f32,
     /// Triangles of the mesh.
     pub triangles: usize,
     /// Nodes, clusters included.
@@ -62,46 +71,62 @@ pub struct punctual_tree_facts {
     pub depth: usize,
     /// Memory on the heap, the mesh included.
     pub bytes: usize,
-    /// How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no unit.
-    pub degradation: f32,
+    /// A length that goes with the size of the mesh; default tolerances are stated in it.
+    pub unit_length: f64,
 }
+
+grows!(punctual_tree_facts: size, bytes..unit_length);
 
 /// One level of a tree.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_tree_level {
     /// Nodes on it.
-    pub nodes: usize,
+    pub nodes: u32,
     /// Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a binary level, 0 to 1.
     pub alpha: [f32; 3],
 }
 
+grows!(punctual_tree_level: nodes..alpha);
+
+impl Default for punctual_build_options {
+    fn default() -> Self {
+        let BuildOptions { orientations, neighbors, extremes, threads, .. } = BuildOptions::default();
+        Self {
+            size: Self::SIZE,
+            effort: punctual_effort::Normal as u32,
+            frames: orientations.into(),
+            neighbors: neighbors.into(),
+            extremes: extremes.into(),
+            threads,
+        }
+    }
+}
+
 /// Boxes that may be turned, normal effort, one thread.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_build_options_default() -> punctual_build_options {
-    let BuildOptions { orientations, neighbors, extremes, threads, .. } = BuildOptions::default();
-    let effort = punctual_effort::Normal as u32;
-    punctual_build_options {
-        effort,
-        frames: orientations.into(),
-        neighbors: neighbors.into(),
-        extremes: extremes.into(),
-        threads,
-    }
+pub unsafe extern "C" fn punctual_build_options_init(options: *mut punctual_build_options, size: usize) {
+    // SAFETY: the contract of the header for structs.
+    unsafe { begin(options, size, punctual_build_options::default()) }
 }
 
 /// Builds the tree of a mesh, of which it keeps a copy. `options` may be null: the defaults. Takes `n log n` time.
 ///
 /// Fails with BAD_ARGUMENT if `options->effort` is unknown.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_tree_new(
+pub unsafe extern "C" fn punctual_tree_new(
     mesh: Option<&punctual_mesh>,
-    options: Option<&punctual_build_options>,
+    options: *const punctual_build_options,
     tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>,
 ) -> punctual_status {
     door("punctual_tree_new", || {
         let punctual_mesh(mesh) = given(mesh, "mesh")?;
-        let options = options.map_or(Ok(BuildOptions::default()), build_options)?;
+        let options = match options.is_null() {
+            true => punctual_build_options::default(),
+            // SAFETY: the contract of the header for structs.
+            false => unsafe { read(options, "options") }?,
+        };
+        let options = build_options(&options)?;
         put(tree, || Ok(punctual_tree::new(Arc::new(Tree::with_options(mesh.clone(), &options)))))
     })
 }
@@ -205,19 +230,23 @@ pub extern "C" fn punctual_tree_mesh(
 
 /// Describes a tree. Takes linear time and allocates.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_tree_describe(
+pub unsafe extern "C" fn punctual_tree_describe(
     tree: Option<&punctual_tree>,
-    facts: Option<&mut MaybeUninit<punctual_tree_facts>>,
+    facts: *mut punctual_tree_facts,
 ) -> punctual_status {
     door("punctual_tree_describe", || {
-        let (tree, facts) = (given(tree, "tree")?.0.get("tree")?, given(facts, "facts")?);
+        let tree = given(tree, "tree")?.0.get("tree")?;
+        // SAFETY: the contract of the header for structs.
+        let facts = unsafe { place(facts, "facts") }?;
         let stats = tree.stats();
         facts.write(punctual_tree_facts {
+            size: punctual_tree_facts::SIZE,
             triangles: stats.triangles,
             nodes: stats.nodes,
             clusters: stats.clusters,
             depth: stats.depth,
             bytes: stats.bytes(),
+            unit_length: tree.unit_length(),
             degradation: tree.degradation(),
         });
         Ok(())
@@ -230,15 +259,16 @@ pub extern "C" fn punctual_tree_describe(
 pub unsafe extern "C" fn punctual_tree_levels(
     tree: Option<&punctual_tree>,
     levels: *mut punctual_tree_level,
+    levels_size: usize,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_tree_levels", || {
         let stats = given(tree, "tree")?.0.get("tree")?.stats();
         let each = stats.nodes_per_level.iter().zip(&stats.alpha_per_level);
-        let each = each.map(|(&nodes, alpha)| punctual_tree_level { nodes, alpha: alpha.to_array() });
+        let each = each.map(|(&nodes, alpha)| punctual_tree_level { nodes: nodes as u32, alpha: alpha.to_array() });
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(levels, capacity, "levels", given(count, "count")?, each) }
+        unsafe { rows(levels, levels_size, capacity, "levels", given(count, "count")?, each) }
     })
 }
 

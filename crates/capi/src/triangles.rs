@@ -1,5 +1,6 @@
 //! Two triangles.
 
+use crate::pose::punctual_point;
 use crate::status::{Fault, door, given, punctual_status};
 use core::mem::MaybeUninit;
 use punctual::glam::DVec3;
@@ -13,6 +14,16 @@ const COORDINATE_LIMIT: f64 = f64::from_bits((1023 + 1000) << 52);
 pub struct punctual_triangle {
     /// Corner by corner.
     pub corners: [[f64; 3]; 3],
+}
+
+/// Two points and what is between them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_segment {
+    /// One end.
+    pub from: punctual_point,
+    /// The other one.
+    pub to: punctual_point,
 }
 
 impl punctual_triangle {
@@ -39,6 +50,28 @@ pub extern "C" fn punctual_triangles_intersect(
         let intersect = given(intersect, "intersect")?;
         let (a, b) = (a.check("a coordinate of a")?, b.check("a coordinate of b")?);
         intersect.write(punctual::triangles_intersect(&a, &b));
+        Ok(())
+    })
+}
+
+/// The segment in which two closed triangles meet. `meet` says whether they do; if not, `segment`, two points, is left alone. Of
+/// triangles that touch in a point both ends are that point; of triangles in one plane it is the longest segment in both. Ends
+/// are within 1e-12 times the largest coordinate of both triangles.
+///
+/// Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_triangle_segment(
+    a: punctual_triangle,
+    b: punctual_triangle,
+    segment: Option<&mut MaybeUninit<punctual_segment>>,
+    meet: Option<&mut MaybeUninit<bool>>,
+) -> punctual_status {
+    door("punctual_triangle_segment", || {
+        let (segment, meet) = (given(segment, "segment")?, given(meet, "meet")?);
+        let (a, b) = (a.check("a coordinate of a")?, b.check("a coordinate of b")?);
+        let found = punctual::triangle_segment(&a, &b);
+        meet.write(found.is_some());
+        found.map(|[from, to]| segment.write(punctual_segment { from: from.into(), to: to.into() }));
         Ok(())
     })
 }

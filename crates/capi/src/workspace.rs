@@ -1,12 +1,12 @@
 //! The buffers of a query.
 
 use crate::arrays::find_room;
-use crate::handle::Handle;
-use crate::mesh::put;
+use crate::handle::{Handle, put};
 use crate::rays::Rays;
-use crate::status::{door, free, given, punctual_status};
+use crate::sized::{grows, place, read};
+use crate::status::{Fault, door, free, given, punctual_status};
 use core::mem::MaybeUninit;
-use punctual::Workspace;
+use punctual::{CostModel, Workspace};
 
 /// Every buffer that a query needs, and what the last query found and left open. Allocated once: queries do not allocate. One
 /// thread at a time may use it.
@@ -103,6 +103,71 @@ pub extern "C" fn punctual_workspace_drain_pairs(workspace: Option<&mut punctual
     door("punctual_workspace_drain_pairs", || {
         given(workspace, "workspace")?.0.change("workspace", |workspace| {
             drop(workspace.drain_pairs());
+            Ok(())
+        })
+    })
+}
+
+/// What the steps of a query cost, in nanoseconds.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_cost_model {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// One BV test.
+    pub bv_test: f64,
+    /// One triangle pair.
+    pub triangle_test: f64,
+    /// One node pair that is opened.
+    pub box_update: f64,
+    /// One query.
+    pub setup: f64,
+}
+
+grows!(punctual_cost_model: size, setup..setup);
+
+impl From<CostModel> for punctual_cost_model {
+    fn from(CostModel { bv_test, triangle_test, box_update, setup, .. }: CostModel) -> Self {
+        Self { size: Self::SIZE, bv_test, triangle_test, box_update, setup }
+    }
+}
+
+impl Default for punctual_cost_model {
+    fn default() -> Self {
+        CostModel::default().into()
+    }
+}
+
+/// The costs by which queries in this workspace go now.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_workspace_cost_model(
+    workspace: Option<&punctual_workspace>,
+    costs: *mut punctual_cost_model,
+) -> punctual_status {
+    door("punctual_workspace_cost_model", || {
+        let workspace = given(workspace, "workspace")?.0.get("workspace")?;
+        // SAFETY: the contract of the header for structs.
+        unsafe { place(costs, "costs") }?.write(workspace.cost_model().into());
+        Ok(())
+    })
+}
+
+/// Lets queries in this workspace begin with these costs; they change with each query under a time budget.
+///
+/// Fails with BAD_ARGUMENT if one is not finite.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_workspace_set_cost_model(
+    workspace: Option<&mut punctual_workspace>,
+    costs: *const punctual_cost_model,
+) -> punctual_status {
+    door("punctual_workspace_set_cost_model", || {
+        // SAFETY: the contract of the header for structs.
+        let punctual_cost_model { bv_test, triangle_test, box_update, setup, .. } = unsafe { read(costs, "costs") }?;
+        if let Some(&bad) = [bv_test, triangle_test, box_update, setup].iter().find(|cost| !cost.is_finite()) {
+            return Err(Fault::Number("a cost", bad));
+        }
+        given(workspace, "workspace")?.0.change("workspace", |workspace| {
+            workspace.set_cost_model(CostModel::new([bv_test, triangle_test, box_update, setup]));
             Ok(())
         })
     })

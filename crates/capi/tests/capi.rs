@@ -50,13 +50,15 @@ fn a_cycle_does_not_allocate_even_if_it_fails() {
                 let query = punctual_query_new(tree, tree, pose);
                 let (space, known, out) = (Some(&mut *workspace), Some(&mut *memory), &mut MaybeUninit::uninit());
                 // SAFETY: no clock of the caller's.
-                let status = unsafe { punctual_query_run(Some(&query), space, known, budget, None, Some(out)) };
+                let status =
+                    unsafe { punctual_query_run(asked(Some(&query)), space, known, budget, None, slot(Some(out))) };
                 assert_eq!(status == Status::Ok, works);
                 let query = punctual_distance_query_new(tree, tree, pose);
                 let (space, known, out) = (Some(&mut *workspace), Some(&mut *memory), &mut MaybeUninit::uninit());
                 // SAFETY: no clock of the caller's.
-                let status =
-                    unsafe { punctual_distance_query_run(Some(&query), space, known, budget, None, Some(out)) };
+                let status = unsafe {
+                    punctual_distance_query_run(asked(Some(&query)), space, known, budget, None, slot(Some(out)))
+                };
                 assert_eq!(status == Status::Ok, works);
             }
         }

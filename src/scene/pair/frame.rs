@@ -29,8 +29,9 @@ pub(crate) struct Frame<'f> {
     pub cut: bool,
     pub moved: bool,
     pub budget: Budget,
-    /// When it began, for a budget of time.
-    pub started: Option<Duration>,
+    /// For a budget of time, when it began and how long it is: two zeros otherwise, since the compiler computes with them before it
+    /// is known whether they are asked for.
+    pub times: [Duration; 2],
     pub clock: &'f dyn Clock,
     pub bodies: &'f Arc<Bodies>,
     pub crew: &'f dyn Crew,
@@ -41,16 +42,21 @@ impl Frame<'_> {
         self.crew.threads()
     }
 
+    /// Whether its budget is one of time.
+    pub fn is_timed(&self) -> bool {
+        self.budget.time.is_some()
+    }
+
     /// When the budget ends, less what has to be kept for the rest of the frame.
     pub fn end(&self, rest: Duration) -> Option<Duration> {
-        let end = self.started.zip(self.budget.time).map(|(start, limit)| start.saturating_add(limit));
-        end.map(|end| end.saturating_sub(rest))
+        let [start, limit] = self.times;
+        self.is_timed().then(|| start.saturating_add(limit).saturating_sub(rest))
     }
 
     /// The time since the last lap, which ends here; under a budget of time.
     pub fn lap(&self, last: &mut Option<Duration>) -> Option<Duration> {
-        let now = self.started.map(|_| self.clock.now());
-        let since = now.zip(last.or(self.started)).map(|(now, last)| now.saturating_sub(last));
+        let now = self.is_timed().then(|| self.clock.now());
+        let since = now.map(|now| now.saturating_sub(last.unwrap_or(self.times[0])));
         *last = now;
         since
     }

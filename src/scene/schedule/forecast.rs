@@ -133,7 +133,7 @@ mod tests {
                     cut: false,
                     moved: true,
                     budget,
-                    started: None,
+                    times: Default::default(),
                     clock: &clock,
                     bodies: &bodies,
                     crew: &crew,

@@ -162,7 +162,7 @@ impl Schedule {
         scratch: &mut Box<Workspace>,
         meanwhile: impl FnOnce(&mut Broad, &mut Pairs),
     ) -> Option<[Duration; 2]> {
-        let whole = frame.started.zip(frame.budget.time).map(|(began, limit)| [began, limit]);
+        let whole = frame.is_timed().then_some(frame.times);
         if frame.mode != Mode::Any {
             self.revisit.skip();
             return whole;

@@ -15,7 +15,7 @@ static uint64_t tick(void *context) { return *(uint64_t *)context += 1000; }
 
 static void meshes(void) {
   punctual_mesh *mesh = NULL;
-  punctual_mesh_facts facts;
+  punctual_mesh_facts facts = {.size = sizeof facts};
   punctual_point vertex;
   const uint32_t *indices;
   OK(punctual_mesh_new_f32(square, 4, faces, 2, &mesh));
@@ -47,7 +47,7 @@ static void meshes(void) {
 static void files(const char *folder) {
   static const char triangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", broken[] = "v 0 0 0\nv 1 0\n";
   punctual_mesh *mesh = NULL, *untouched = NULL;
-  punctual_mesh_facts facts;
+  punctual_mesh_facts facts = {.size = sizeof facts};
   OK(punctual_mesh_read_bytes((const uint8_t *)triangle, sizeof triangle - 1, PUNCTUAL_FORMAT_OBJ, &mesh));
   OK(punctual_mesh_describe(mesh, &facts));
   CHECK(facts.triangles == 1 && facts.bounds.max.y == 1);
@@ -83,7 +83,7 @@ static void shapes(void) {
   OK(punctual_shape_gear(8, 1, &all[4].mesh));
   OK(punctual_shape_height_field(4, 7, &all[5].mesh));
   for (int i = 0; i < 6; i++) {
-    punctual_mesh_facts facts;
+    punctual_mesh_facts facts = {.size = sizeof facts};
     OK(punctual_mesh_describe(all[i].mesh, &facts));
     CHECK(facts.triangles == all[i].triangles);
     punctual_mesh_free(all[i].mesh);
@@ -115,6 +115,14 @@ static void triangles(void) {
     b.corners[i][2] = 5e-324;
   OK(punctual_triangles_intersect(a, b, &intersect));
   CHECK(!intersect);
+  /* A floor, and a wall that stands on its edge. */
+  punctual_triangle wall = {{{0.5, 0, -1}, {0.5, 0, 1}, {0.5, 2, 0}}};
+  punctual_segment segment;
+  OK(punctual_triangle_segment(a, wall, &segment, &intersect));
+  CHECK(intersect && segment.from.x == 0.5 && segment.to.x == 0.5 && segment.from.y + segment.to.y == 0.5);
+  wall.corners[2][1] = wall.corners[0][1] = wall.corners[1][1] = -1;
+  OK(punctual_triangle_segment(a, wall, &segment, &intersect));
+  CHECK(!intersect && segment.to.x == 0.5);
 }
 
 static punctual_tree *knot(void) {
@@ -132,8 +140,8 @@ static punctual_tree *knot(void) {
 static void trees(void) {
   punctual_tree *tree = knot();
   punctual_mesh *mesh;
-  punctual_mesh_facts mesh_facts;
-  punctual_tree_facts facts;
+  punctual_mesh_facts mesh_facts = {.size = sizeof mesh_facts};
+  punctual_tree_facts facts = {.size = sizeof facts};
   punctual_tree_level levels[32];
   size_t count;
   OK(punctual_tree_validate(tree));
@@ -141,9 +149,9 @@ static void trees(void) {
   OK(punctual_tree_mesh(tree, &mesh));
   OK(punctual_mesh_describe(mesh, &mesh_facts));
   CHECK(facts.triangles == mesh_facts.triangles && facts.bytes > mesh_facts.bytes && facts.degradation == 1);
-  OK(punctual_tree_levels(tree, levels, 32, &count));
+  OK(punctual_tree_levels(tree, levels, sizeof *levels, 32, &count));
   CHECK(count == facts.depth && levels[0].nodes == 1 && levels[0].alpha[0] > 0 && levels[0].alpha[0] < 1);
-  OK(punctual_tree_levels(tree, NULL, 0, &count));
+  OK(punctual_tree_levels(tree, NULL, 0, 0, &count));
   CHECK(count == facts.depth);
 
   float *narrow = malloc(3 * mesh_facts.vertices * sizeof *narrow);
@@ -178,7 +186,7 @@ static void bytes(void) {
 
   /* Built or loaded: the same answer and the same work. */
   punctual_workspace *workspace;
-  punctual_outcome built, read;
+  punctual_outcome built = {.size = sizeof built}, read = {.size = sizeof read};
   punctual_query query = punctual_query_new(tree, tree, at(0.4, 0.3, 0.2));
   query.mode = PUNCTUAL_MODE_ALL;
   OK(punctual_workspace_new(&workspace));
@@ -203,9 +211,9 @@ static void queries(void) {
   punctual_tree *tree = knot();
   punctual_workspace *workspace, *small, *aside;
   punctual_memory *memory;
-  punctual_memory_facts remembered;
-  punctual_outcome whole, outcome;
-  punctual_certificate certificate, narrowed;
+  punctual_memory_facts remembered = {.size = sizeof remembered};
+  punctual_outcome whole = {.size = sizeof whole}, outcome = {.size = sizeof outcome};
+  punctual_certificate certificate = {.size = sizeof certificate}, narrowed = {.size = sizeof narrowed};
   const punctual_triangle_pair *pairs;
   size_t count;
   OK(punctual_workspace_new(&workspace));
@@ -249,8 +257,12 @@ static void queries(void) {
 
   /* What is expected, before and after. */
   punctual_prediction prediction;
-  punctual_estimate estimate;
-  OK(punctual_workspace_set_cost_model(workspace, (punctual_cost_model){1, 10, 20, 100}));
+  punctual_estimate estimate = {.size = sizeof estimate};
+  punctual_cost_model costs = {.size = sizeof costs, .bv_test = 1, .triangle_test = 10, .box_update = 20, .setup = 100};
+  OK(punctual_workspace_set_cost_model(workspace, &costs));
+  costs.setup = 0;
+  OK(punctual_workspace_cost_model(workspace, &costs));
+  CHECK(costs.bv_test == 1 && costs.setup == 100);
   OK(punctual_query_predict(&query, NULL, &prediction));
   CHECK(prediction.work.p10 <= prediction.work.p50 && prediction.work.p50 <= prediction.work.p90);
   OK(punctual_query_estimate(&query, workspace, memory, &estimate));
@@ -277,9 +289,12 @@ static void motions(void) {
   punctual_tree *cube;
   punctual_workspace *workspace;
   punctual_memory *memory;
-  punctual_passage passage, last;
+  punctual_passage passage = {.size = sizeof passage}, last = {.size = sizeof last};
+  punctual_certificate open = {.size = sizeof open};
+  punctual_aabb boxes[4];
   punctual_motion screw;
   punctual_pose end;
+  size_t count;
   OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
   OK(punctual_tree_new(mesh, NULL, &cube));
   OK(punctual_workspace_new(&workspace));
@@ -306,13 +321,16 @@ static void motions(void) {
     CHECK(last.free_until >= before && last.free_until <= 0.5);
     OK(punctual_motion_query_estimate(&query, workspace, NULL, &work));
     CHECK((work.p90 > 0) == (last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT));
+    OK(punctual_motion_query_certificate(&query, workspace, &open));
+    OK(punctual_motion_query_open_boxes(&query, workspace, boxes, 4, &count));
+    CHECK(count <= open.open_pairs && (open.open_pairs > 0 || last.stop == PUNCTUAL_STOP_REASON_FINISHED));
   }
   CHECK(last.free_until == passage.free_until && last.touching_at == passage.touching_at);
   CHECK(punctual_motion_query_resume(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &last) ==
         PUNCTUAL_STATUS_NOT_RESUMABLE);
 
   /* Both move in the same way. */
-  query.a_moves = true;
+  query.a_moves = 1;
   query.of_a = punctual_motion_straight(at(0, 0, 0), (punctual_point){-4, 0, 0});
   OK(punctual_motion_query_run(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &passage));
   CHECK(passage.free_until == 1 && !passage.touches);
@@ -334,8 +352,8 @@ static void distances(void) {
   punctual_tree *cube;
   punctual_workspace *workspace, *aside;
   punctual_memory *memory;
-  punctual_distance distance;
-  punctual_certificate open, narrowed;
+  punctual_distance distance = {.size = sizeof distance};
+  punctual_certificate open = {.size = sizeof open}, narrowed = {.size = sizeof narrowed};
   punctual_aabb boxes[4];
   size_t count;
   OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
@@ -355,9 +373,9 @@ static void distances(void) {
   CHECK(distance.nearest.a < 192 && distance.nearest.b < 192 && distance.stats.elapsed == -1);
 
   /* Little work at a time: bounds that only close in. */
-  punctual_distance before = distance, last;
+  punctual_distance before = distance, last = {.size = sizeof last};
   punctual_quantiles work;
-  punctual_distance_estimate estimate;
+  punctual_distance_estimate estimate = {.size = sizeof estimate};
   OK(punctual_distance_query_predict(&query, memory, &work));
   CHECK(0 < work.p10 && work.p10 <= work.p50 && work.p50 <= work.p90);
   OK(punctual_distance_query_run(&query, workspace, NULL, punctual_budget_work(0), NULL, &last));
@@ -408,11 +426,11 @@ static void contacts(void) {
   punctual_tree *cube;
   punctual_workspace *workspace, *aside;
   punctual_patches *patches;
-  punctual_contacts said;
+  punctual_contacts said = {.size = sizeof said};
   punctual_contact found[64];
-  punctual_certificate open;
+  punctual_certificate open = {.size = sizeof open};
   punctual_aabb boxes[4];
-  punctual_patch patch;
+  punctual_patch patch = {.size = sizeof patch};
   size_t count, points;
   OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
   OK(punctual_tree_new(mesh, NULL, &cube));
@@ -428,7 +446,7 @@ static void contacts(void) {
   CHECK(said.found == 0 && said.stop == PUNCTUAL_STOP_REASON_FINISHED && said.low > 1e300);
   query.margin = 0.02;
   OK(punctual_contact_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &said));
-  OK(punctual_workspace_contacts(workspace, found, 64, &count));
+  OK(punctual_workspace_contacts(workspace, found, sizeof *found, 64, &count));
   CHECK(count == said.found && count > 20);
   CHECK(found[0].distance > 0.0099 && found[0].distance < 0.0101 && !found[0].has_segment);
   CHECK(found[0].normal.x < -0.999 && found[0].points[0].x == 1 && found[0].triangles.a < 192);
@@ -443,9 +461,9 @@ static void contacts(void) {
   OK(punctual_patches_describe(patches, 0, &patch));
   CHECK(patch.contact_count == all && patch.point_count == 4 && patch.length == 0 && !patch.is_closed);
   CHECK(patch.normal.x < -0.999 && patch.bounds.min.y < patch.centroid.y && patch.centroid.y < patch.bounds.max.y);
-  OK(punctual_patches_points(patches, 0, found, 64, &points));
+  OK(punctual_patches_points(patches, 0, found, sizeof *found, 64, &points));
   CHECK(points == 4 && found[0].distance == patch.distance);
-  OK(punctual_patches_contacts(patches, 0, found, 64, &points));
+  OK(punctual_patches_contacts(patches, 0, found, sizeof *found, 64, &points));
   CHECK(points == all);
   uint64_t id = patch.id;
   OK(punctual_patches_update(patches, cube, cube, workspace, &count));
@@ -470,12 +488,12 @@ static void contacts(void) {
                                        said.stop == PUNCTUAL_STOP_REASON_PAIRS_FULL));
     OK(punctual_contact_query_narrowed_certificate(&query, workspace, aside, 900, &open, boxes, 4, &count));
     CHECK(count <= open.open_pairs && open.upper_bound >= all);
-    OK(punctual_workspace_contacts(workspace, NULL, 0, &count));
+    OK(punctual_workspace_contacts(workspace, NULL, 0, 0, &count));
     sum += count;
     OK(punctual_workspace_drain_contacts(workspace));
     OK(punctual_contact_query_resume(&query, workspace, punctual_budget_work(3000), NULL, &said));
   }
-  OK(punctual_workspace_contacts(workspace, NULL, 0, &count));
+  OK(punctual_workspace_contacts(workspace, NULL, 0, 0, &count));
   CHECK(sum + count == all);
   query.margin = -1;
   FAILS(punctual_contact_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &said), BAD_ARGUMENT,
@@ -492,9 +510,9 @@ static void scenes(void) {
   punctual_mesh *mesh;
   punctual_scene *scene;
   punctual_body_id ids[3], listed[3];
-  punctual_report report, again;
+  punctual_report report = {.size = sizeof report}, again = {.size = sizeof again};
   punctual_pair_report pair;
-  punctual_pair_certificate certificate;
+  punctual_pair_certificate certificate = {.size = sizeof certificate};
   bool is_listed;
   size_t count;
   OK(punctual_scene_new(PUNCTUAL_MODE_ALL, PUNCTUAL_REACH_SWEPT, &scene));
@@ -510,10 +528,13 @@ static void scenes(void) {
   OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, &report));
   CHECK(report.frame == 1 && report.pair_count == 3 && report.decided == 3 && report.elapsed == -1);
   OK(punctual_scene_report(scene, &again));
-  CHECK(again.pairs == report.pairs && again.work == report.work);
-  OK(punctual_scene_pair(scene, ids[1], ids[0], &pair, &is_listed));
+  CHECK(again.pair_count == 3 && again.work == report.work && again.broad_phase_work == report.broad_phase_work);
+  punctual_pair_report pairs[3];
+  OK(punctual_scene_pairs(scene, pairs, sizeof *pairs, 3, &count));
+  CHECK(count == 3);
+  OK(punctual_scene_pair(scene, ids[1], ids[0], &pair, sizeof pair, &is_listed));
   CHECK(is_listed && pair.verdict == PUNCTUAL_VERDICT_INTERSECTING && pair.complete && pair.found > 1);
-  CHECK(report.pairs[0].found == pair.found && report.pairs[0].witness.b == pair.witness.b);
+  CHECK(pairs[0].found == pair.found && pairs[0].witness.b == pair.witness.b);
   OK(punctual_scene_certificate(scene, ids[0], ids[1], &certificate));
   CHECK(certificate.upper_bound == pair.found && certificate.largest_extent == 0);
 
@@ -525,12 +546,12 @@ static void scenes(void) {
   OK(punctual_scene_detect(scene, punctual_budget_time(1), &clock, NULL));
   OK(punctual_scene_detect(scene, punctual_budget_time(1), &clock, &report));
   CHECK(report.pair_count == 0 && report.elapsed > 0);
-  punctual_body body;
+  punctual_body body = {.size = sizeof body};
   OK(punctual_scene_body(scene, ids[2], &body));
   CHECK(body.tree == NULL && body.mask == 0 && body.groups == 1 && body.importance == 2 && body.pose.m[3] == 0.7 * 2);
 
   /* A body that is deformed gets a tree of its own; the handle keeps the old one. */
-  punctual_mesh_facts facts;
+  punctual_mesh_facts facts = {.size = sizeof facts};
   OK(punctual_tree_mesh(tree, &mesh));
   OK(punctual_mesh_describe(mesh, &facts));
   float *flat = calloc(3 * facts.vertices, sizeof *flat);
@@ -575,6 +596,7 @@ int main(int count, char **arguments) {
   rays();
   scenes();
   scene_answers();
+  versions();
   punctual_mesh_free(NULL);
   punctual_tree_free(NULL);
   punctual_workspace_free(NULL);

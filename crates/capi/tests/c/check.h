@@ -24,4 +24,7 @@ void rays(void);
 /** In scene_calls.c. */
 void scene_answers(void);
 
+/** In versions.c. */
+void versions(void);
+
 #endif

@@ -11,7 +11,7 @@ static punctual_point at(double x, double y, double z) {
 }
 
 static void one_ray(const punctual_tree *cube, punctual_workspace *workspace) {
-  punctual_ray_cast cast;
+  punctual_ray_cast cast = {.size = sizeof cast};
   punctual_ray_hit hits[8];
   size_t count;
   punctual_ray_query query = punctual_ray_query_new(cube, punctual_ray_new(at(0.1, 0.2, 5), at(0, 0, -2)));
@@ -42,7 +42,7 @@ static void one_ray(const punctual_tree *cube, punctual_workspace *workspace) {
 static void many_rays(const punctual_tree *cube, punctual_workspace *workspace) {
   punctual_ray beams[20];
   punctual_ray_hit hits[20];
-  punctual_ray_batch_outcome outcome;
+  punctual_ray_batch_outcome outcome = {.size = sizeof outcome};
   for (int i = 0; i < 20; i++)
     beams[i] = punctual_ray_new(at(0.15 * i, 0.1, 5), at(0, 0, -1));
   punctual_ray_batch batch = punctual_ray_batch_new(cube, beams, COUNT(beams));
@@ -66,7 +66,7 @@ static void clearance_and_push_out(const punctual_tree *cube, punctual_workspace
   punctual_pose pose = punctual_pose_identity();
   pose.m[3] = 1.9, pose.m[7] = 0.1;
   punctual_push_out_query out = punctual_push_out_query_new(cube, cube, pose);
-  punctual_push_out push;
+  punctual_push_out push = {.size = sizeof push};
   OK(punctual_push_out_query_run(&out, workspace, punctual_budget_work(3000000), NULL, &push));
   CHECK(push.has_push && push.distance > 0.1 && push.distance < 0.15 && push.direction.x > 0.9 && push.queries > 1);
   CHECK(push.b_in_a.m[3] > 2 && push.elapsed == -1 && push.work > 0);
@@ -80,7 +80,7 @@ static void clearance_and_push_out(const punctual_tree *cube, punctual_workspace
   OK(punctual_memory_clearance(memory, cube, cube, pose, &clearance));
   CHECK(clearance == 0);
   punctual_distance_query query = punctual_distance_query_new(cube, cube, pose);
-  punctual_distance distance;
+  punctual_distance distance = {.size = sizeof distance};
   OK(punctual_distance_query_run(&query, workspace, memory, punctual_budget_unlimited(), NULL, &distance));
   pose.m[3] = 4; /* the gap was 3, and is 2 */
   OK(punctual_memory_clearance(memory, cube, cube, pose, &clearance));

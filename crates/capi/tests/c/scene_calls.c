@@ -1,6 +1,7 @@
 /* What else scenes tell: margins, contacts, distances, motions and rays. */
 
 #include "check.h"
+#include <math.h>
 
 static punctual_pose at(double x) {
   punctual_pose pose = punctual_pose_identity();
@@ -17,15 +18,15 @@ static void contacts_and_distances(punctual_scene *scene, const punctual_body_id
   OK(punctual_scene_set_margin(scene, ids[0], 0.25));
   OK(punctual_scene_set_margin(scene, ids[1], 0.3));
   OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
-  OK(punctual_scene_contacts(scene, contacts, 2, &count));
+  OK(punctual_scene_contacts(scene, contacts, sizeof *contacts, 2, &count));
   CHECK(count == 1 && contacts[0].phase == PUNCTUAL_CONTACT_PHASE_BEGAN && contacts[0].age == 0);
   CHECK(contacts[0].a.index == ids[0].index && contacts[0].b.index == ids[1].index);
   OK(punctual_scene_set_margin(scene, ids[1], 0));
   OK(punctual_scene_measure(scene, ids[0], ids[1], 1e-6));
   OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
-  OK(punctual_scene_contacts(scene, contacts, 2, &count));
+  OK(punctual_scene_contacts(scene, contacts, sizeof *contacts, 2, &count));
   CHECK(count == 1 && contacts[0].phase == PUNCTUAL_CONTACT_PHASE_ENDED && contacts[0].age == 1);
-  OK(punctual_scene_distances(scene, distances, 2, &count));
+  OK(punctual_scene_distances(scene, distances, sizeof *distances, 2, &count));
   CHECK(count == 1 && distances[0].age == 0 && distances[0].has_triangles && distances[0].b.index == ids[1].index);
   CHECK(distances[0].low <= 0.25 + 1e-9 && distances[0].high >= 0.25 - 1e-9);
   CHECK(distances[0].high - distances[0].low < 1.1e-6);
@@ -37,14 +38,14 @@ static void contacts_and_distances(punctual_scene *scene, const punctual_body_id
 static void motions_and_rays(punctual_scene *scene, const punctual_body_id ids[2]) {
   punctual_pair_passage passages[2];
   punctual_body_hit hits[8];
-  punctual_scene_ray_cast cast;
+  punctual_scene_ray_cast cast = {.size = sizeof cast};
   size_t count;
   /* A gap of 4 is closed in a way of 8. */
   punctual_point velocity = {-8, 0, 0};
   OK(punctual_scene_set_margin(scene, ids[0], 0));
   OK(punctual_scene_set_motion(scene, ids[1], punctual_motion_straight(at(6), velocity)));
   OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
-  OK(punctual_scene_passages(scene, passages, 2, &count));
+  OK(punctual_scene_passages(scene, passages, sizeof *passages, 2, &count));
   CHECK(count == 1 && passages[0].touches && passages[0].free_until > 0.49 && passages[0].free_until <= 0.5);
   CHECK(passages[0].touching_at >= 0.5 && passages[0].touching_at < 0.51);
 
@@ -85,7 +86,7 @@ static void groups_and_compounds(punctual_scene *scene, const punctual_tree *cub
   OK(punctual_scene_measure_groups(scene, ids, 2, names, 2, 1e-6, &groups));
   OK(punctual_scene_set_compound_pose(scene, compound, at(7)));
   OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
-  OK(punctual_scene_group_distances(scene, distances, 1, &count));
+  OK(punctual_scene_group_distances(scene, distances, sizeof *distances, 1, &count));
   CHECK(count == 1 && distances[0].id == groups && distances[0].open == 0 && distances[0].has_bodies);
   CHECK(distances[0].low <= 2.5 + 1e-9 && distances[0].high >= 2.5 - 1e-9 && distances[0].high < 2.51);
   CHECK(distances[0].bodies[0].index == ids[1].index && distances[0].bodies[1].index == names[0].index);
@@ -98,15 +99,53 @@ static void groups_and_compounds(punctual_scene *scene, const punctual_tree *cub
 
 static void contact_points(punctual_scene *scene, const punctual_body_id ids[2]) {
   punctual_contact_point points[16];
-  punctual_contact_points found;
+  punctual_contact_points found = {.size = sizeof found};
   OK(punctual_scene_set_question_importance(scene, PUNCTUAL_PAIR_QUESTION_CONTACTS, 1));
   OK(punctual_scene_find_contacts_of(scene, ids[0], ids[1]));
   OK(punctual_scene_stop_finding_contacts_of(scene, ids[0], ids[1]));
   OK(punctual_scene_find_contacts(scene));
   OK(punctual_scene_set_pose(scene, ids[1], at(1.9)));
   OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
-  OK(punctual_scene_contact_points(scene, ids[0], ids[1], points, 16, &found));
+  OK(punctual_scene_contact_points(scene, ids[0], ids[1], points, sizeof *points, 16, &found));
   CHECK(found.count > 0 && found.count <= 16 && found.age == 0 && points[0].distance == 0);
+}
+
+/* What a scene is asked, and how many pairs it keeps, can be changed; what it learns goes to another. */
+static void settings(punctual_scene *scene, const punctual_tree *cube, const punctual_body_id ids[2]) {
+  punctual_report report = {.size = sizeof report};
+  punctual_pair_report pair;
+  bool known;
+  OK(punctual_scene_set_mode(scene, PUNCTUAL_MODE_ALL));
+  OK(punctual_scene_set_reach(scene, PUNCTUAL_REACH_SWEPT));
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, &report));
+  OK(punctual_scene_partners_known(scene, ids[0], &known));
+  CHECK(known && report.pair_count == 1 && report.broad_phase_work > 0 && !report.is_full);
+  OK(punctual_scene_pair(scene, ids[0], ids[1], &pair, sizeof pair, &known));
+  CHECK(known && pair.found > 1);
+  /* No room for a third body's pairs. */
+  punctual_body third = punctual_body_new(cube, at(1));
+  punctual_body_id id;
+  OK(punctual_scene_set_max_pairs(scene, 0));
+  OK(punctual_scene_insert(scene, &third, &id));
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, &report));
+  CHECK(report.is_full && report.pair_count == 1);
+  OK(punctual_scene_partners_known(scene, id, &known));
+  CHECK(!known);
+  FAILS(punctual_scene_set_mode(scene, 2), BAD_ARGUMENT, "punctual_scene_set_mode: mode has no value 2");
+  FAILS(punctual_scene_set_reach(scene, 2), BAD_ARGUMENT, "punctual_scene_set_reach: reach has no value 2");
+
+  punctual_calibration learned = punctual_calibration_default(), kept = {.size = sizeof kept};
+  double corrected;
+  for (int moment = 0; moment < 200; moment++)
+    OK(punctual_calibration_learn(&learned, 0.65, moment % 7 != 0));
+  OK(punctual_calibration_apply(&learned, 0.65, &corrected));
+  CHECK(fabs(corrected - 6.0 / 7) < 0.02);
+  OK(punctual_scene_set_calibration(scene, &learned));
+  OK(punctual_scene_calibration(scene, &kept));
+  CHECK(kept.offset == learned.offset && kept.slope == learned.slope && kept.evidence[2] == learned.evidence[2]);
+  kept.slope = 9;
+  FAILS(punctual_scene_set_calibration(scene, &kept), BAD_ARGUMENT,
+        "punctual_scene_set_calibration: calibration has numbers that cannot be learned");
 }
 
 void scene_answers(void) {
@@ -126,6 +165,7 @@ void scene_answers(void) {
   motions_and_rays(scene, ids);
   groups_and_compounds(scene, cube, ids);
   contact_points(scene, ids);
+  settings(scene, cube, ids);
   punctual_scene_free(scene);
   punctual_tree_free(cube);
   punctual_mesh_free(mesh);

@@ -2,6 +2,7 @@
 
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
+use std::ptr::{null, null_mut};
 
 use punctual::Pose;
 use punctual::glam::{DQuat, DVec3};
@@ -20,6 +21,64 @@ pub fn made<T>(call: impl FnOnce(Option<&mut MaybeUninit<T>>) -> Status) -> T {
     assert_eq!(status, Status::Ok, "{}", last_error());
     // SAFETY: a call that succeeds has written its output.
     unsafe { out.assume_init() }
+}
+
+/// A struct of the caller's as C passes it.
+pub fn asked<'p, T: 'p>(question: impl Into<Option<&'p T>>) -> *const T {
+    question.into().map_or(null(), |question| question)
+}
+
+/// A place of the size of a struct that begins with it.
+pub fn slot<T>(out: Option<&mut MaybeUninit<T>>) -> *mut T {
+    out.map_or(null_mut(), |out| {
+        // SAFETY: the struct is longer than its size.
+        unsafe { out.as_mut_ptr().cast::<u32>().write(size_of::<T>() as u32) };
+        out.as_mut_ptr()
+    })
+}
+
+/// A place for one of what comes in arrays.
+pub fn row<T>(out: Option<&mut MaybeUninit<T>>) -> *mut T {
+    out.map_or(null_mut(), MaybeUninit::as_mut_ptr)
+}
+
+/// A struct as it is by default or as it is made, of the size that it has here.
+fn begun<T>(init: impl FnOnce(*mut T, usize)) -> T {
+    let mut made = MaybeUninit::uninit();
+    init(made.as_mut_ptr(), size_of::<T>());
+    // SAFETY: such a call writes as many bytes as it is told.
+    unsafe { made.assume_init() }
+}
+
+/// What the header makes of each `_init`.
+macro_rules! constructors {
+    ($($new:ident($init:ident: $($argument:ident: $type:ty),*) -> $made:ty;)*) => {
+        $(pub fn $new<'t>($($argument: $type),*) -> $made {
+            // SAFETY: the place is as large as said.
+            begun(|place, size| unsafe { $init(place, size, $($argument),*) })
+        })*
+    };
+}
+
+type Shape<'t> = Option<&'t punctual_tree>;
+
+constructors! {
+    punctual_build_options_default(punctual_build_options_init:) -> punctual_build_options;
+    punctual_calibration_default(punctual_calibration_init:) -> punctual_calibration;
+    punctual_query_new(punctual_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose) -> punctual_query<'t>;
+    punctual_distance_query_new(punctual_distance_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)
+        -> punctual_distance_query<'t>;
+    punctual_contact_query_new(punctual_contact_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)
+        -> punctual_contact_query<'t>;
+    punctual_push_out_query_new(punctual_push_out_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)
+        -> punctual_push_out_query<'t>;
+    punctual_motion_query_new(punctual_motion_query_init: a: Shape<'t>, b: Shape<'t>, motion: punctual_motion)
+        -> punctual_motion_query<'t>;
+    punctual_ray_query_new(punctual_ray_query_init: tree: Shape<'t>, ray: punctual_ray) -> punctual_ray_query<'t>;
+    punctual_ray_batch_new(punctual_ray_batch_init: tree: Shape<'t>, rays: *const punctual_ray, count: usize)
+        -> punctual_ray_batch<'t>;
+    punctual_body_new(punctual_body_init: tree: Shape<'t>, pose: punctual_pose) -> punctual_body<'t>;
+    punctual_scene_ray_new(punctual_scene_ray_init: ray: punctual_ray) -> punctual_scene_ray;
 }
 
 /// A handle.
@@ -45,7 +104,7 @@ pub fn knot() -> Box<punctual_mesh> {
 }
 
 pub fn tree_of(mesh: &punctual_mesh) -> Box<punctual_tree> {
-    owned(|tree| punctual_tree_new(Some(mesh), None, tree))
+    owned(|tree| unsafe { punctual_tree_new(Some(mesh), asked(None), tree) })
 }
 
 /// A query without memory, by the clock of the system.
@@ -56,7 +115,7 @@ pub fn run(
     outcome: Option<&mut MaybeUninit<punctual_outcome>>,
 ) -> Status {
     // SAFETY: no clock of the caller's.
-    unsafe { punctual_query_run(Some(query), workspace, None, budget, None, outcome) }
+    unsafe { punctual_query_run(asked(Some(query)), workspace, None, budget, None, slot(outcome)) }
 }
 
 /// A frame by the clock of the system.
@@ -66,7 +125,7 @@ pub fn detect(
     report: Option<&mut MaybeUninit<punctual_report>>,
 ) -> Status {
     // SAFETY: no clock of the caller's.
-    unsafe { punctual_scene_detect(scene, budget, None, report) }
+    unsafe { punctual_scene_detect(scene, budget, None, slot(report)) }
 }
 
 pub fn tilted() -> Pose {

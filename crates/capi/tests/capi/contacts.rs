@@ -17,8 +17,13 @@ const NO_CONTACT: punctual_contact = punctual_contact {
     segment: [NO_POINT; 2],
 };
 
-const NO_CERTIFICATE: punctual_certificate =
-    punctual_certificate { open_pairs: usize::MAX, upper_bound: u64::MAX, largest_extent: -1.0 };
+const NO_CERTIFICATE: punctual_certificate = punctual_certificate {
+    size: size_of::<punctual_certificate>() as u32,
+    open_pairs: usize::MAX,
+    upper_bound: u64::MAX,
+    largest_extent: -1.0,
+    work: 0,
+};
 
 fn same(ours: &punctual_contacts, theirs: &Contacts) {
     assert_eq!((ours.low, ours.found), (theirs.low, theirs.found));
@@ -42,7 +47,7 @@ fn run(
     out: Option<&mut MaybeUninit<punctual_contacts>>,
 ) -> Status {
     // SAFETY: no clock of the caller's.
-    unsafe { punctual_contact_query_run(Some(query), workspace, budget, None, out) }
+    unsafe { punctual_contact_query_run(asked(Some(query)), workspace, budget, None, slot(out)) }
 }
 
 fn resume(
@@ -52,7 +57,7 @@ fn resume(
     out: Option<&mut MaybeUninit<punctual_contacts>>,
 ) -> Status {
     // SAFETY: no clock of the caller's.
-    unsafe { punctual_contact_query_resume(Some(query), workspace, budget, None, out) }
+    unsafe { punctual_contact_query_resume(asked(Some(query)), workspace, budget, None, slot(out)) }
 }
 
 /// Budgets that stop, lists that are full, patches of what was found, and boxes of what was not.
@@ -75,22 +80,26 @@ fn contacts_and_patches_are_those_of_rust() {
         loop {
             same(&said, &native_said);
             // SAFETY: there is room for 64.
-            let count =
-                made(|out| unsafe { punctual_workspace_contacts(Some(&workspace), room.as_mut_ptr(), 64, out) });
+            let count = made(|out| unsafe {
+                punctual_workspace_contacts(Some(&workspace), room.as_mut_ptr(), size_of::<punctual_contact>(), 64, out)
+            });
             assert_eq!(count, other.contacts().len());
             for (ours, theirs) in room.iter().zip(other.contacts()) {
                 same_contact(ours, theirs);
-                let faces = made(|out| punctual_contact_face_normals(Some(&query), ours.triangles, out));
+                let faces =
+                    made(|out| unsafe { punctual_contact_face_normals(asked(Some(&query)), ours.triangles, out) });
                 let normals = [faces.a, faces.b].map(|n| Some([n.x, n.y, n.z].into()));
                 assert_eq!(normals, native.face_normals(theirs.triangles));
                 touching += usize::from(ours.has_segment);
             }
-            let open = made(|out| punctual_contact_query_certificate(Some(&query), Some(&workspace), out));
+            let open = made(|out| unsafe {
+                punctual_contact_query_certificate(asked(Some(&query)), Some(&workspace), slot(out))
+            });
             let certificate = native.certificate(&other).unwrap();
             assert_eq!((open.open_pairs, open.upper_bound), (certificate.open_pairs(), certificate.upper_bound()));
             // SAFETY: no room is claimed.
             let boxes = made(|out| unsafe {
-                punctual_contact_query_open_boxes(Some(&query), Some(&workspace), null_mut(), 0, out)
+                punctual_contact_query_open_boxes(asked(Some(&query)), Some(&workspace), null_mut(), 0, out)
             });
             assert_eq!(boxes, certificate.boxes().count());
             let narrowed = native.narrowed_certificate(&other, &mut other_aside, 700).unwrap();
@@ -99,7 +108,16 @@ fn contacts_and_patches_are_those_of_rust() {
             let boxes = made(|out| unsafe {
                 let (query, workspace, aside) = (Some(&query), Some(&*workspace), Some(&mut *aside));
                 let open = Some(&mut open);
-                punctual_contact_query_narrowed_certificate(query, workspace, aside, 700, open, null_mut(), 0, out)
+                punctual_contact_query_narrowed_certificate(
+                    asked(query),
+                    workspace,
+                    aside,
+                    700,
+                    slot(open),
+                    null_mut(),
+                    0,
+                    out,
+                )
             });
             // SAFETY: written.
             let open = unsafe { open.assume_init() };
@@ -111,7 +129,16 @@ fn contacts_and_patches_are_those_of_rust() {
             let status = unsafe {
                 let (query, workspace, aside) = (Some(&query), Some(&*workspace), Some(&mut *aside));
                 let (open, count) = (Some(&mut unwritten), Some(&mut none));
-                punctual_contact_query_narrowed_certificate(query, workspace, aside, 700, open, null_mut(), 1, count)
+                punctual_contact_query_narrowed_certificate(
+                    asked(query),
+                    workspace,
+                    aside,
+                    700,
+                    slot(open),
+                    null_mut(),
+                    1,
+                    count,
+                )
             };
             // SAFETY: set above.
             let (unwritten, none) = unsafe { (unwritten.assume_init(), none.assume_init()) };
@@ -132,7 +159,7 @@ fn contacts_and_patches_are_those_of_rust() {
         expected.update(&theirs, &theirs, other.contacts());
         assert!(count == expected.as_slice().len() && count > 0);
         for (index, theirs) in expected.as_slice().iter().enumerate() {
-            let patch = made(|out| punctual_patches_describe(Some(&patches), index, out));
+            let patch = made(|out| unsafe { punctual_patches_describe(Some(&patches), index, slot(out)) });
             assert_eq!((patch.id, patch.distance, patch.length), (theirs.id, theirs.distance, theirs.length));
             let normal = [patch.normal.x, patch.normal.y, patch.normal.z];
             assert_eq!((normal, patch.centroid.x), (theirs.normal.to_array(), theirs.centroid.x));
@@ -141,9 +168,27 @@ fn contacts_and_patches_are_those_of_rust() {
             assert_eq!([patch.contact_count, patch.point_count], counts);
             // SAFETY: there is room for 64.
             let [all, few] = unsafe {
-                let all = made(|out| punctual_patches_contacts(Some(&patches), index, room.as_mut_ptr(), 64, out));
+                let all = made(|out| {
+                    punctual_patches_contacts(
+                        Some(&patches),
+                        index,
+                        room.as_mut_ptr(),
+                        size_of::<punctual_contact>(),
+                        64,
+                        out,
+                    )
+                });
                 room.iter().zip(expected.contacts_of(theirs)).for_each(|(ours, theirs)| same_contact(ours, theirs));
-                let few = made(|out| punctual_patches_points(Some(&patches), index, room.as_mut_ptr(), 64, out));
+                let few = made(|out| {
+                    punctual_patches_points(
+                        Some(&patches),
+                        index,
+                        room.as_mut_ptr(),
+                        size_of::<punctual_contact>(),
+                        64,
+                        out,
+                    )
+                });
                 room.iter().zip(expected.points_of(theirs)).for_each(|(ours, theirs)| same_contact(ours, theirs));
                 [all, few]
             };
@@ -154,7 +199,7 @@ fn contacts_and_patches_are_those_of_rust() {
     assert_eq!(punctual_patches_forget(Some(&mut patches)), Status::Ok);
     let out = Some(&mut MaybeUninit::uninit());
     let text = "punctual_patches_describe: index is 1000000, but there are";
-    assert_eq!(punctual_patches_describe(Some(&patches), 1_000_000, out), Status::BadArgument);
+    assert_eq!(unsafe { punctual_patches_describe(Some(&patches), 1_000_000, slot(out)) }, Status::BadArgument);
     assert!(last_error().starts_with(text), "{}", last_error());
     punctual_patches_free(Some(patches));
 }
@@ -183,33 +228,44 @@ fn nulls_and_numbers_are_refused_by_contact_queries() {
     null_is_seen(run(&query, None, budget, None), "outcome");
     null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
     null_is_seen(resume(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(punctual_contact_query_certificate(None, None, None), "query");
-    null_is_seen(punctual_contact_query_certificate(Some(&query), None, None), "certificate");
+    null_is_seen(unsafe { punctual_contact_query_certificate(asked(None), None, slot(None)) }, "query");
+    null_is_seen(unsafe { punctual_contact_query_certificate(asked(Some(&query)), None, slot(None)) }, "certificate");
     let pair = punctual_triangle_pair { a: 0, b: u32::MAX };
     let mut normals = MaybeUninit::uninit();
-    null_is_seen(punctual_contact_face_normals(None, pair, Some(&mut normals)), "query");
-    null_is_seen(punctual_contact_face_normals(Some(&query), pair, None), "normals");
+    null_is_seen(unsafe { punctual_contact_face_normals(asked(None), pair, Some(&mut normals)) }, "query");
+    null_is_seen(unsafe { punctual_contact_face_normals(asked(Some(&query)), pair, None) }, "normals");
     let text = format!(
         "punctual_contact_face_normals: triangles.b is 4294967295, but there are {}",
-        made(|out| punctual_tree_describe(Some(&tree), out)).triangles
+        made(|out| unsafe { punctual_tree_describe(Some(&tree), slot(out)) }).triangles
     );
-    fails(punctual_contact_face_normals(Some(&query), pair, Some(&mut normals)), Status::BadArgument, &text);
+    fails(
+        unsafe { punctual_contact_face_normals(asked(Some(&query)), pair, Some(&mut normals)) },
+        Status::BadArgument,
+        &text,
+    );
     null_is_seen(punctual_workspace_drain_contacts(None), "workspace");
     null_is_seen(punctual_workspace_reserve_contacts(None, 1), "workspace");
     null_is_seen(punctual_patches_update(None, None, None, None, None), "a");
     null_is_seen(punctual_patches_update(None, Some(&tree), Some(&tree), Some(&workspace), None), "count");
     null_is_seen(punctual_patches_forget(None), "patches");
-    null_is_seen(punctual_patches_describe(None, 0, None), "patches");
+    null_is_seen(unsafe { punctual_patches_describe(None, 0, slot(None)) }, "patches");
     null_is_seen(punctual_patches_new(4, None), "the place for the new handle");
     // SAFETY: null.
     unsafe {
-        null_is_seen(punctual_contact_query_open_boxes(None, None, null_mut(), 0, None), "query");
-        let status = punctual_contact_query_narrowed_certificate(None, None, None, 0, None, null_mut(), 0, None);
+        null_is_seen(punctual_contact_query_open_boxes(asked(None), None, null_mut(), 0, None), "query");
+        let status =
+            punctual_contact_query_narrowed_certificate(asked(None), None, None, 0, slot(None), null_mut(), 0, None);
         null_is_seen(status, "query");
-        null_is_seen(punctual_workspace_contacts(None, null_mut(), 0, None), "workspace");
-        null_is_seen(punctual_workspace_contacts(Some(&workspace), null_mut(), 0, None), "count");
-        null_is_seen(punctual_patches_contacts(None, 0, null_mut(), 0, None), "patches");
-        null_is_seen(punctual_patches_points(None, 0, null_mut(), 0, None), "patches");
+        null_is_seen(
+            punctual_workspace_contacts(None, null_mut(), size_of::<punctual_contact>(), 0, None),
+            "workspace",
+        );
+        null_is_seen(
+            punctual_workspace_contacts(Some(&workspace), null_mut(), size_of::<punctual_contact>(), 0, None),
+            "count",
+        );
+        null_is_seen(punctual_patches_contacts(None, 0, null_mut(), size_of::<punctual_contact>(), 0, None), "patches");
+        null_is_seen(punctual_patches_points(None, 0, null_mut(), size_of::<punctual_contact>(), 0, None), "patches");
     }
     for margin in [-1.0, f64::NAN] {
         let status = run(&punctual_contact_query { margin, ..query }, Some(&mut workspace), budget, Some(&mut out));

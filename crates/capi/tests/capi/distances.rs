@@ -27,13 +27,14 @@ fn same(ours: &punctual_distance, theirs: &Distance) {
 }
 
 fn same_certificate(query: &punctual_distance_query, workspace: &punctual_workspace, theirs: &Certificate) {
-    let open = made(|open| punctual_distance_query_certificate(Some(query), Some(workspace), open));
+    let open =
+        made(|open| unsafe { punctual_distance_query_certificate(asked(Some(query)), Some(workspace), slot(open)) });
     assert_eq!((open.open_pairs, open.upper_bound), (theirs.open_pairs(), theirs.upper_bound()));
     assert_eq!(open.largest_extent, theirs.largest_extent());
     let mut boxes = vec![punctual_aabb { min: NO_POINT, max: NO_POINT }; 3];
     // SAFETY: there is room for three.
     let count = made(|count| unsafe {
-        punctual_distance_query_open_boxes(Some(query), Some(workspace), boxes.as_mut_ptr(), 3, count)
+        punctual_distance_query_open_boxes(asked(Some(query)), Some(workspace), boxes.as_mut_ptr(), 3, count)
     });
     assert!(count == theirs.boxes().count() && open.open_pairs > 0);
     for (ours, theirs) in boxes.iter().zip(theirs.boxes()) {
@@ -48,7 +49,16 @@ fn same_narrowed_certificate(query: &punctual_distance_query, workspace: &punctu
     let count = made(|count| unsafe {
         let (aside, open) = (Some(&mut *aside), Some(&mut open));
         let workspace = Some(workspace);
-        punctual_distance_query_narrowed_certificate(Some(query), workspace, aside, 700, open, &mut first, 1, count)
+        punctual_distance_query_narrowed_certificate(
+            asked(Some(query)),
+            workspace,
+            aside,
+            700,
+            slot(open),
+            &mut first,
+            1,
+            count,
+        )
     });
     // SAFETY: written.
     let open = unsafe { open.assume_init() };
@@ -57,7 +67,8 @@ fn same_narrowed_certificate(query: &punctual_distance_query, workspace: &punctu
 }
 
 fn same_estimate(query: &punctual_distance_query, workspace: &punctual_workspace, theirs: DistanceEstimate) {
-    let said = made(|out| punctual_distance_query_estimate(Some(query), Some(workspace), None, out));
+    let said =
+        made(|out| unsafe { punctual_distance_query_estimate(asked(Some(query)), Some(workspace), None, slot(out)) });
     assert_eq!([said.remaining, said.distance], [theirs.remaining, theirs.distance].map(Into::into));
 }
 
@@ -92,13 +103,14 @@ fn distances_are_those_of_rust() {
             let native = DistanceQuery::new(&theirs, &theirs, pose).relative_tolerance(share).margins(margins);
             let native = native.closer_than(limit).leave_contact_open(tolerance == 0.5);
             let native = if tolerance < 0.0 { native } else { native.absolute_tolerance(tolerance) };
-            let expected = made(|work| punctual_distance_query_predict(Some(&query), Some(&memory), work));
+            let expected =
+                made(|work| unsafe { punctual_distance_query_predict(asked(Some(&query)), Some(&memory), work) });
             assert_eq!(expected, native.predict(Some(&remembered)).into());
             let budget = punctual_budget_work(4_000);
             let mut distance = made(|out| {
                 let (workspace, memory) = (Some(&mut *workspace), Some(&mut *memory));
                 // SAFETY: no clock of the caller's.
-                unsafe { punctual_distance_query_run(Some(&query), workspace, memory, budget, None, out) }
+                unsafe { punctual_distance_query_run(asked(Some(&query)), workspace, memory, budget, None, slot(out)) }
             });
             let mut expected = native.run_with_memory(&mut other, &mut remembered, Budget::work(4_000));
             while expected.stop != StopReason::Finished {
@@ -111,14 +123,18 @@ fn distances_are_those_of_rust() {
                 distance = made(|out| {
                     let workspace = Some(&mut *workspace);
                     // SAFETY: no clock of the caller's.
-                    unsafe { punctual_distance_query_resume(Some(&query), workspace, None, budget, None, out) }
+                    unsafe {
+                        punctual_distance_query_resume(asked(Some(&query)), workspace, None, budget, None, slot(out))
+                    }
                 });
                 expected = native.resume(&mut other, Budget::work(4_000)).unwrap();
             }
             same(&distance, &expected);
             let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
             // SAFETY: no clock of the caller's.
-            let status = unsafe { punctual_distance_query_resume(Some(&query), workspace, None, budget, None, out) };
+            let status = unsafe {
+                punctual_distance_query_resume(asked(Some(&query)), workspace, None, budget, None, slot(out))
+            };
             assert_eq!(status, Status::NotResumable);
         }
     }
@@ -133,7 +149,7 @@ fn run(
     out: Option<&mut MaybeUninit<punctual_distance>>,
 ) -> Status {
     // SAFETY: no clock of the caller's.
-    unsafe { punctual_distance_query_run(Some(query), workspace, None, budget, None, out) }
+    unsafe { punctual_distance_query_run(asked(Some(query)), workspace, None, budget, None, slot(out)) }
 }
 
 #[test]
@@ -147,27 +163,31 @@ fn null_is_refused_by_distance_queries() {
     null_is_seen(run(&punctual_distance_query { b: None, ..query }, None, budget, None), "query->b");
     null_is_seen(run(&query, None, budget, None), "outcome");
     null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(punctual_distance_query_certificate(None, None, None), "query");
-    null_is_seen(punctual_distance_query_predict(None, None, None), "query");
-    null_is_seen(punctual_distance_query_predict(Some(&query), None, None), "work");
-    null_is_seen(punctual_distance_query_estimate(None, None, None, None), "query");
-    null_is_seen(punctual_distance_query_estimate(Some(&query), None, None, None), "estimate");
-    null_is_seen(punctual_distance_query_certificate(Some(&query), None, None), "certificate");
+    null_is_seen(unsafe { punctual_distance_query_certificate(asked(None), None, slot(None)) }, "query");
+    null_is_seen(unsafe { punctual_distance_query_predict(asked(None), None, None) }, "query");
+    null_is_seen(unsafe { punctual_distance_query_predict(asked(Some(&query)), None, None) }, "work");
+    null_is_seen(unsafe { punctual_distance_query_estimate(asked(None), None, None, slot(None)) }, "query");
+    null_is_seen(unsafe { punctual_distance_query_estimate(asked(Some(&query)), None, None, slot(None)) }, "estimate");
+    null_is_seen(unsafe { punctual_distance_query_certificate(asked(Some(&query)), None, slot(None)) }, "certificate");
     null_is_seen(
-        punctual_distance_query_certificate(Some(&query), None, Some(&mut MaybeUninit::uninit())),
+        unsafe {
+            punctual_distance_query_certificate(asked(Some(&query)), None, slot(Some(&mut MaybeUninit::uninit())))
+        },
         "workspace",
     );
     let no_clock = punctual_clock { now: None, context: null_mut() };
     // SAFETY: nothing but null.
     unsafe {
-        null_is_seen(punctual_distance_query_open_boxes(None, None, null_mut(), 0, None), "query");
-        null_is_seen(punctual_distance_query_open_boxes(Some(&query), None, null_mut(), 0, None), "count");
-        let status = punctual_distance_query_narrowed_certificate(None, None, None, 0, None, null_mut(), 0, None);
+        null_is_seen(punctual_distance_query_open_boxes(asked(None), None, null_mut(), 0, None), "query");
+        null_is_seen(punctual_distance_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None), "count");
+        let status =
+            punctual_distance_query_narrowed_certificate(asked(None), None, None, 0, slot(None), null_mut(), 0, None);
         null_is_seen(status, "query");
-        null_is_seen(punctual_distance_query_run(None, None, None, budget, None, None), "query");
-        null_is_seen(punctual_distance_query_resume(None, None, None, budget, None, None), "query");
+        null_is_seen(punctual_distance_query_run(asked(None), None, None, budget, None, slot(None)), "query");
+        null_is_seen(punctual_distance_query_resume(asked(None), None, None, budget, None, slot(None)), "query");
         let (workspace, clock) = (Some(&mut *workspace), Some(&no_clock));
-        let status = punctual_distance_query_resume(Some(&query), workspace, None, budget, clock, Some(&mut out));
+        let status =
+            punctual_distance_query_resume(asked(Some(&query)), workspace, None, budget, clock, slot(Some(&mut out)));
         null_is_seen(status, "clock->now");
     }
 }

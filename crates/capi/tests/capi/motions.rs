@@ -1,6 +1,7 @@
 //! Motion queries: the times and counters of Rust, and everything that is refused.
 
 use std::mem::MaybeUninit;
+use std::ptr::null_mut;
 
 use super::call::*;
 use super::queries::same_stats;
@@ -53,38 +54,51 @@ fn motions_are_those_of_rust() {
             }
             let mut query = punctual_motion_query_new(Some(&ours), Some(&ours), raw_motion);
             (query.tolerance, query.time_tolerance, query.margins) = (tolerance, time_tolerance, margins);
-            (query.a_moves, query.of_a) = (both, motions()[1].0);
+            (query.a_moves, query.of_a) = (both.into(), motions()[1].0);
             let native = match both {
                 true => MotionQuery::of_both([&theirs; 2], [motions()[1].1, motion]),
                 false => MotionQuery::new(&theirs, &theirs, motion),
             };
             let native = native.time_tolerance(time_tolerance).margins(margins);
             let native = if tolerance < 0.0 { native } else { native.tolerance(tolerance) };
-            let told = made(|work| punctual_motion_query_predict(Some(&query), Some(&memory), work));
+            let told = made(|work| unsafe { punctual_motion_query_predict(asked(Some(&query)), Some(&memory), work) });
             assert_eq!(told, native.predict(Some(&remembered)).into());
             let budget = punctual_budget_work(8_000);
             let mut passage = made(|out| {
                 let (workspace, memory) = (Some(&mut *workspace), Some(&mut *memory));
                 // SAFETY: no clock of the caller's.
-                unsafe { punctual_motion_query_run(Some(&query), workspace, memory, budget, None, out) }
+                unsafe { punctual_motion_query_run(asked(Some(&query)), workspace, memory, budget, None, slot(out)) }
             });
             let mut expected = native.run_with_memory(&mut other, &mut remembered, Budget::work(8_000));
             while expected.stop != StopReason::Finished {
                 stops += 1;
                 same(&passage, &expected);
-                let told = made(|work| punctual_motion_query_estimate(Some(&query), Some(&workspace), None, work));
+                let told = made(|work| unsafe {
+                    punctual_motion_query_estimate(asked(Some(&query)), Some(&workspace), None, work)
+                });
                 assert_eq!(told, native.estimate(&other, None).unwrap().into());
+                let (question, held) = (asked(Some(&query)), Some(&*workspace));
+                // SAFETY: here and below, of the sizes that they say, and no room is claimed.
+                let open = made(|out| unsafe { punctual_motion_query_certificate(question, held, slot(out)) });
+                let certificate = native.certificate(&other).unwrap();
+                assert_eq!(open, certificate.into());
+                let boxes =
+                    made(|count| unsafe { punctual_motion_query_open_boxes(question, held, null_mut(), 0, count) });
+                assert_eq!(boxes, certificate.boxes().count());
                 passage = made(|out| {
                     let workspace = Some(&mut *workspace);
                     // SAFETY: no clock of the caller's.
-                    unsafe { punctual_motion_query_resume(Some(&query), workspace, None, budget, None, out) }
+                    unsafe {
+                        punctual_motion_query_resume(asked(Some(&query)), workspace, None, budget, None, slot(out))
+                    }
                 });
                 expected = native.resume(&mut other, Budget::work(8_000)).unwrap();
             }
             same(&passage, &expected);
             let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
             // SAFETY: no clock of the caller's.
-            let status = unsafe { punctual_motion_query_resume(Some(&query), workspace, None, budget, None, out) };
+            let status =
+                unsafe { punctual_motion_query_resume(asked(Some(&query)), workspace, None, budget, None, slot(out)) };
             assert_eq!(status, Status::NotResumable);
         }
     }
@@ -98,10 +112,16 @@ fn bad_motions_are_refused() {
     let query = punctual_motion_query_new(Some(&tree), Some(&tree), motion);
     let budget = punctual_budget_unlimited();
     let mut workspace = owned(|out| punctual_workspace_new(out));
+    // SAFETY: nothing but null.
+    unsafe {
+        null_is_seen(punctual_motion_query_certificate(asked(Some(&query)), None, slot(None)), "certificate");
+        null_is_seen(punctual_motion_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None), "count");
+    }
     let mut refused = |query: punctual_motion_query, what: &str| {
         let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
         // SAFETY: no clock of the caller's.
-        let status = unsafe { punctual_motion_query_run(Some(&query), workspace, None, budget, None, out) };
+        let status =
+            unsafe { punctual_motion_query_run(asked(Some(&query)), workspace, None, budget, None, slot(out)) };
         assert!(status != Status::Ok && last_error().contains(what), "{what}: {status:?} {}", last_error());
         status
     };
@@ -119,10 +139,10 @@ fn bad_motions_are_refused() {
     let mut bad = query;
     bad.of_b.start.m[0] = 2.0;
     assert_eq!(refused(bad, "rotation"), Status::BadPose);
-    null_is_seen(punctual_motion_query_predict(None, None, None), "query");
-    null_is_seen(punctual_motion_query_predict(Some(&query), None, None), "work");
-    null_is_seen(punctual_motion_query_estimate(None, None, None, None), "query");
-    null_is_seen(punctual_motion_query_estimate(Some(&query), None, None, None), "work");
+    null_is_seen(unsafe { punctual_motion_query_predict(asked(None), None, None) }, "query");
+    null_is_seen(unsafe { punctual_motion_query_predict(asked(Some(&query)), None, None) }, "work");
+    null_is_seen(unsafe { punctual_motion_query_estimate(asked(None), None, None, None) }, "query");
+    null_is_seen(unsafe { punctual_motion_query_estimate(asked(Some(&query)), None, None, None) }, "work");
     null_is_seen(punctual_motion_screw(motion.start, motion.start, None), "motion");
     null_is_seen(punctual_motion_pose(None, 0.0, None), "motion");
     null_is_seen(punctual_motion_pose(Some(&motion), 0.0, None), "pose");

@@ -81,8 +81,10 @@ impl<'t> Both<'t> {
 
         let (memory, remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
         let [bv_test, triangle_test, box_update, setup] = [0.5, 8.0, 30.0, 200.0];
-        let costs = punctual_cost_model { bv_test, triangle_test, box_update, setup };
-        assert_eq!(punctual_workspace_set_cost_model(Some(workspace), costs), Status::Ok);
+        let costs = punctual_cost_model { bv_test, triangle_test, box_update, setup, ..Default::default() };
+        assert_eq!(unsafe { punctual_workspace_set_cost_model(Some(workspace), asked(&costs)) }, Status::Ok);
+        // SAFETY: of the size that it says.
+        assert_eq!(made(|out| unsafe { punctual_workspace_cost_model(Some(workspace), slot(out)) }), costs);
         other.set_cost_model(CostModel::new([bv_test, triangle_test, box_update, setup]));
         Self { query, workspace, memory, native, other, remembered }
     }
@@ -97,7 +99,9 @@ impl<'t> Both<'t> {
         let mut outcome = made(|outcome| {
             let (workspace, memory) = (Some(&mut *self.workspace), Some(&mut *self.memory));
             // SAFETY: the time is there as long as the clock.
-            unsafe { punctual_query_run(Some(&self.query), workspace, memory, budget, Some(&clock), outcome) }
+            unsafe {
+                punctual_query_run(asked(Some(&self.query)), workspace, memory, budget, Some(&clock), slot(outcome))
+            }
         });
         let remembered = Some(&mut self.remembered);
         let mut expected = self.native.run_with(self.other, remembered, native_budget, &native_clock());
@@ -114,7 +118,16 @@ impl<'t> Both<'t> {
             outcome = made(|outcome| {
                 let (workspace, memory) = (Some(&mut *self.workspace), Some(&mut *self.memory));
                 // SAFETY: as above.
-                unsafe { punctual_query_resume(Some(&self.query), workspace, memory, budget, Some(&clock), outcome) }
+                unsafe {
+                    punctual_query_resume(
+                        asked(Some(&self.query)),
+                        workspace,
+                        memory,
+                        budget,
+                        Some(&clock),
+                        slot(outcome),
+                    )
+                }
             });
             let remembered = Some(&mut self.remembered);
             expected = self.native.resume_with(self.other, remembered, native_budget, &native_clock()).unwrap();
@@ -131,14 +144,18 @@ impl<'t> Both<'t> {
     }
 
     fn same_certificate(&self) {
-        let open = made(|open| punctual_query_certificate(Some(&self.query), Some(self.workspace), open));
+        let open = made(|open| unsafe {
+            punctual_query_certificate(asked(Some(&self.query)), Some(self.workspace), slot(open))
+        });
         let certificate = self.native.certificate(self.other).unwrap();
         assert_eq!((open.open_pairs, open.upper_bound), (certificate.open_pairs(), certificate.upper_bound()));
         assert_eq!(open.largest_extent, certificate.largest_extent());
         let mut boxes = vec![punctual_aabb { min: NO_POINT, max: NO_POINT }; 3];
         let count = made(|count| {
             // SAFETY: there is room for three.
-            unsafe { punctual_query_open_boxes(Some(&self.query), Some(self.workspace), boxes.as_mut_ptr(), 3, count) }
+            unsafe {
+                punctual_query_open_boxes(asked(Some(&self.query)), Some(self.workspace), boxes.as_mut_ptr(), 3, count)
+            }
         });
         assert_eq!(count, certificate.boxes().count());
         assert!(count <= open.open_pairs);
@@ -158,11 +175,11 @@ impl<'t> Both<'t> {
             // SAFETY: there is room for one.
             unsafe {
                 punctual_query_narrowed_certificate(
-                    query,
+                    asked(query),
                     workspace,
                     Some(&mut *aside),
                     700,
-                    found,
+                    slot(found),
                     &mut first,
                     1,
                     count,
@@ -178,8 +195,9 @@ impl<'t> Both<'t> {
 
     fn same_forecasts(&self) {
         let (query, memory) = (Some(&self.query), Some(&*self.memory));
-        let prediction = made(|out| punctual_query_predict(query, memory, out));
-        let estimate = made(|out| punctual_query_estimate(query, Some(self.workspace), memory, out));
+        let prediction = made(|out| unsafe { punctual_query_predict(asked(query), memory, out) });
+        let estimate =
+            made(|out| unsafe { punctual_query_estimate(asked(query), Some(self.workspace), memory, slot(out)) });
         let expectation = self.native.predict(Some(&self.remembered));
         let left = self.native.estimate(self.other, Some(&self.remembered)).unwrap();
         assert_eq!([estimate.probability, estimate.recall], [left.probability, left.recall]);
@@ -189,10 +207,11 @@ impl<'t> Both<'t> {
             assert_eq!([ours.bv_tests.p10, ours.triangle_tests.p50], [theirs.bv_tests.p10, theirs.triangle_tests.p50]);
             assert_eq!([ours.work.p90, ours.time.p50], [theirs.work.p90, theirs.time(costs).p50]);
         }
-        let facts = made(|facts| punctual_memory_describe(Some(&self.memory), facts));
+        let facts = made(|facts| unsafe { punctual_memory_describe(Some(&self.memory), slot(facts)) });
         assert_eq!(facts.last_verdict, self.remembered.last_verdict().map_or(-1, i32::from));
         assert_eq!(facts.last_bv_tests, self.remembered.last_bv_tests().map_or(-1, |tests| tests as i64));
         assert_eq!(facts.frames_undecided, self.remembered.frames_undecided());
+        assert_eq!(facts.change_rate, self.remembered.change_rate());
     }
 }
 
@@ -213,7 +232,8 @@ fn queries_answer_as_in_rust() {
             both.run(budget, native_budget);
             let (workspace, out) = (Some(&mut *both.workspace), Some(&mut MaybeUninit::uninit()));
             // SAFETY: no clock of the caller's.
-            let status = unsafe { punctual_query_resume(Some(&both.query), workspace, None, budget, None, out) };
+            let status =
+                unsafe { punctual_query_resume(asked(Some(&both.query)), workspace, None, budget, None, slot(out)) };
             let text =
                 "punctual_query_resume: the workspace does not hold a run of this query (same trees, pose and options)";
             fails(status, Status::NotResumable, text);

@@ -60,8 +60,8 @@ fn cast(
     // SAFETY: no clock of the caller's.
     unsafe {
         match resumes {
-            true => punctual_ray_query_resume(Some(query), workspace, budget, None, out),
-            false => punctual_ray_query_run(Some(query), workspace, budget, None, out),
+            true => punctual_ray_query_resume(asked(Some(query)), workspace, budget, None, slot(out)),
+            false => punctual_ray_query_run(asked(Some(query)), workspace, budget, None, slot(out)),
         }
     }
 }
@@ -78,8 +78,8 @@ fn batch(
     // SAFETY: null or as many rays and hits as said; no clock of the caller's.
     unsafe {
         match resumes {
-            true => punctual_ray_batch_resume(Some(batch), workspace, budget, None, hits, out),
-            false => punctual_ray_batch_run(Some(batch), workspace, budget, None, hits, out),
+            true => punctual_ray_batch_resume(asked(Some(batch)), workspace, budget, None, hits, slot(out)),
+            false => punctual_ray_batch_run(asked(Some(batch)), workspace, budget, None, hits, slot(out)),
         }
     }
 }
@@ -140,8 +140,7 @@ fn batches_are_those_of_rust_and_do_not_allocate_again() {
     let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
     let (raw, rays): (Vec<_>, Vec<_>) = rays().into_iter().unzip();
     for any in [false, true] {
-        // SAFETY: as long as said.
-        let mut asked = unsafe { punctual_ray_batch_new(Some(&ours), raw.as_ptr(), raw.len()) };
+        let mut asked = punctual_ray_batch_new(Some(&ours), raw.as_ptr(), raw.len());
         asked.mode = u32::from(any);
         let native = RayBatch::new(&theirs, &rays);
         let native = if any { native.any() } else { native };
@@ -201,8 +200,7 @@ fn what_is_no_ray_is_refused_by_name() {
         fails(status, Status::BadArgument, &format!("punctual_ray_query_run: {text}"));
     }
     let (mut many, mut hits, mut out) = ([ray; 3], [NO_HIT; 3], MaybeUninit::uninit());
-    // SAFETY: as long as said.
-    let asked = unsafe { punctual_ray_batch_new(Some(&tree), many.as_ptr(), 3) };
+    let asked = punctual_ray_batch_new(Some(&tree), many.as_ptr(), 3);
     let room = hits.as_mut_ptr();
     null_is_seen(batch(&punctual_ray_batch { tree: None, ..asked }, false, None, 1, room, None), "batch->tree");
     null_is_seen(batch(&punctual_ray_batch { rays: null(), ..asked }, false, None, 1, room, None), "batch->rays");
@@ -234,7 +232,7 @@ fn push(
     out: Option<&mut MaybeUninit<punctual_push_out>>,
 ) -> Status {
     // SAFETY: no clock of the caller's.
-    unsafe { punctual_push_out_query_run(Some(query), workspace, punctual_budget_work(work), None, out) }
+    unsafe { punctual_push_out_query_run(asked(Some(query)), workspace, punctual_budget_work(work), None, slot(out)) }
 }
 
 #[test]
@@ -295,7 +293,9 @@ fn the_clearance_is_that_of_rust() {
     made(|out| {
         let (space, known) = (Some(&mut *workspace), Some(&mut *memory));
         // SAFETY: no clock of the caller's.
-        unsafe { punctual_distance_query_run(Some(&query), space, known, punctual_budget_unlimited(), None, out) }
+        unsafe {
+            punctual_distance_query_run(asked(Some(&query)), space, known, punctual_budget_unlimited(), None, slot(out))
+        }
     });
     let pair = DistanceQuery::new(&theirs, &theirs, at(9.0));
     let distance = pair.run_with_memory(&mut other, &mut remembered, Budget::unlimited());

@@ -23,8 +23,8 @@ fn null_is_refused_by_meshes_poses_and_triangles() {
         null_is_seen(punctual_mesh_new_f64(vertices.as_ptr(), 1, null(), 1, None), "triangles");
         null_is_seen(punctual_mesh_new_f64(vertices.as_ptr(), 1, corners.as_ptr(), 1, None), HANDLE);
     }
-    null_is_seen(punctual_mesh_describe(None, None), "mesh");
-    null_is_seen(punctual_mesh_describe(Some(&mesh), None), "facts");
+    null_is_seen(unsafe { punctual_mesh_describe(None, slot(None)) }, "mesh");
+    null_is_seen(unsafe { punctual_mesh_describe(Some(&mesh), slot(None)) }, "facts");
     null_is_seen(punctual_mesh_indices(None, None), "mesh");
     null_is_seen(punctual_mesh_indices(Some(&mesh), None), "indices");
     null_is_seen(punctual_mesh_vertex(None, 0, None), "mesh");
@@ -60,17 +60,20 @@ fn null_is_refused_by_trees() {
         null_is_seen(punctual_mesh_read_bytes(null(), 0, 0, None), HANDLE);
         null_is_seen(punctual_tree_from_bytes(null(), 1, None), "bytes");
         null_is_seen(punctual_tree_from_bytes(null(), 0, None), HANDLE);
-        null_is_seen(punctual_tree_levels(None, null_mut(), 0, None), "tree");
-        null_is_seen(punctual_tree_levels(Some(&tree), null_mut(), 0, None), "count");
+        null_is_seen(punctual_tree_levels(None, null_mut(), size_of::<punctual_tree_level>(), 0, None), "tree");
+        null_is_seen(punctual_tree_levels(Some(&tree), null_mut(), size_of::<punctual_tree_level>(), 0, None), "count");
         let mut count = MaybeUninit::uninit();
-        null_is_seen(punctual_tree_levels(Some(&tree), null_mut(), 1, Some(&mut count)), "levels");
+        null_is_seen(
+            punctual_tree_levels(Some(&tree), null_mut(), size_of::<punctual_tree_level>(), 1, Some(&mut count)),
+            "levels",
+        );
     }
-    null_is_seen(punctual_tree_new(None, None, None), "mesh");
-    null_is_seen(punctual_tree_new(Some(&mesh), None, None), HANDLE);
+    null_is_seen(unsafe { punctual_tree_new(None, asked(None), None) }, "mesh");
+    null_is_seen(unsafe { punctual_tree_new(Some(&mesh), asked(None), None) }, HANDLE);
     null_is_seen(punctual_tree_mesh(None, None), "tree");
     null_is_seen(punctual_tree_mesh(Some(&tree), None), HANDLE);
-    null_is_seen(punctual_tree_describe(None, None), "tree");
-    null_is_seen(punctual_tree_describe(Some(&tree), None), "facts");
+    null_is_seen(unsafe { punctual_tree_describe(None, slot(None)) }, "tree");
+    null_is_seen(unsafe { punctual_tree_describe(Some(&tree), slot(None)) }, "facts");
     null_is_seen(punctual_tree_validate(None), "tree");
 }
 
@@ -86,13 +89,14 @@ fn null_is_refused_by_workspaces_and_memories() {
     null_is_seen(punctual_workspace_pairs(Some(&workspace), Some(&mut MaybeUninit::uninit()), None), "count");
     null_is_seen(punctual_workspace_drain_pairs(None), "workspace");
     null_is_seen(punctual_memory_new(None), HANDLE);
-    null_is_seen(punctual_memory_describe(None, None), "memory");
-    null_is_seen(punctual_memory_describe(Some(&memory), None), "facts");
-    let costs = punctual_cost_model { bv_test: 1.0, triangle_test: 1.0, box_update: 1.0, setup: 1.0 };
-    null_is_seen(punctual_workspace_set_cost_model(None, costs), "workspace");
+    null_is_seen(unsafe { punctual_memory_describe(None, slot(None)) }, "memory");
+    null_is_seen(unsafe { punctual_memory_describe(Some(&memory), slot(None)) }, "facts");
+    let costs = punctual_cost_model { bv_test: 1.0, ..Default::default() };
+    null_is_seen(unsafe { punctual_workspace_set_cost_model(None, asked(&costs)) }, "workspace");
     let costs = punctual_cost_model { setup: f64::NAN, ..costs };
+    null_is_seen(unsafe { punctual_workspace_cost_model(Some(&workspace), slot(None)) }, "costs");
     let text = "punctual_workspace_set_cost_model: a cost is NaN, which is not finite or too large";
-    fails(punctual_workspace_set_cost_model(None, costs), Status::BadArgument, text);
+    fails(unsafe { punctual_workspace_set_cost_model(None, asked(&costs)) }, Status::BadArgument, text);
 }
 
 #[test]
@@ -121,28 +125,38 @@ fn null_is_refused_by_queries() {
     null_is_seen(run(&no_b, None, budget, None), "query->b");
     null_is_seen(run(&query, None, budget, None), "outcome");
     null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(punctual_query_certificate(None, None, None), "query");
-    null_is_seen(punctual_query_certificate(Some(&query), None, None), "certificate");
-    null_is_seen(punctual_query_certificate(Some(&query), None, Some(&mut MaybeUninit::uninit())), "workspace");
+    null_is_seen(unsafe { punctual_query_certificate(asked(None), None, slot(None)) }, "query");
+    null_is_seen(unsafe { punctual_query_certificate(asked(Some(&query)), None, slot(None)) }, "certificate");
+    null_is_seen(
+        unsafe { punctual_query_certificate(asked(Some(&query)), None, slot(Some(&mut MaybeUninit::uninit()))) },
+        "workspace",
+    );
     // SAFETY: nothing but null.
     unsafe {
-        null_is_seen(punctual_query_run(None, None, None, budget, None, None), "query");
+        null_is_seen(punctual_query_run(asked(None), None, None, budget, None, slot(None)), "query");
         let (workspace_there, clock) = (Some(&mut *workspace), Some(&no_clock));
-        let status = punctual_query_run(Some(&query), workspace_there, None, budget, clock, Some(&mut out));
+        let status =
+            punctual_query_run(asked(Some(&query)), workspace_there, None, budget, clock, slot(Some(&mut out)));
         null_is_seen(status, "clock->now");
-        null_is_seen(punctual_query_resume(None, None, None, budget, None, None), "query");
-        null_is_seen(punctual_query_open_boxes(None, None, null_mut(), 0, None), "query");
-        null_is_seen(punctual_query_open_boxes(Some(&query), None, null_mut(), 0, None), "count");
+        null_is_seen(punctual_query_resume(asked(None), None, None, budget, None, slot(None)), "query");
+        null_is_seen(punctual_query_open_boxes(asked(None), None, null_mut(), 0, None), "query");
+        null_is_seen(punctual_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None), "count");
         let count = &mut MaybeUninit::uninit();
-        null_is_seen(punctual_query_open_boxes(Some(&query), None, null_mut(), 0, Some(count)), "workspace");
+        null_is_seen(punctual_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, Some(count)), "workspace");
         made(|outcome| run(&query, Some(&mut workspace), punctual_budget_work(0), outcome));
-        null_is_seen(punctual_query_open_boxes(Some(&query), Some(&workspace), null_mut(), 1, Some(count)), "boxes");
+        null_is_seen(
+            punctual_query_open_boxes(asked(Some(&query)), Some(&workspace), null_mut(), 1, Some(count)),
+            "boxes",
+        );
     }
-    null_is_seen(punctual_query_predict(None, None, None), "query");
-    null_is_seen(punctual_query_predict(Some(&query), None, None), "prediction");
-    null_is_seen(punctual_query_estimate(None, None, None, None), "query");
-    null_is_seen(punctual_query_estimate(Some(&query), None, None, None), "estimate");
-    null_is_seen(punctual_query_estimate(Some(&query), None, None, Some(&mut MaybeUninit::uninit())), "workspace");
+    null_is_seen(unsafe { punctual_query_predict(asked(None), None, None) }, "query");
+    null_is_seen(unsafe { punctual_query_predict(asked(Some(&query)), None, None) }, "prediction");
+    null_is_seen(unsafe { punctual_query_estimate(asked(None), None, None, slot(None)) }, "query");
+    null_is_seen(unsafe { punctual_query_estimate(asked(Some(&query)), None, None, slot(None)) }, "estimate");
+    null_is_seen(
+        unsafe { punctual_query_estimate(asked(Some(&query)), None, None, slot(Some(&mut MaybeUninit::uninit()))) },
+        "workspace",
+    );
 }
 
 #[test]
@@ -155,32 +169,52 @@ fn null_is_refused_by_scenes() {
     null_is_seen(punctual_scene_new(0, 0, None), HANDLE);
     null_is_seen(punctual_scene_use_threads(None, 1), "scene");
     null_is_seen(punctual_scene_reserve(None, 1, 1), "scene");
-    null_is_seen(punctual_scene_insert(None, None, None), "body");
-    null_is_seen(punctual_scene_insert(None, Some(&body), None), "id");
-    null_is_seen(punctual_scene_insert(None, Some(&body), Some(&mut MaybeUninit::uninit())), "scene");
+    null_is_seen(unsafe { punctual_scene_insert(None, asked(None), None) }, "body");
+    null_is_seen(unsafe { punctual_scene_insert(None, asked(Some(&body)), None) }, "id");
+    null_is_seen(unsafe { punctual_scene_insert(None, asked(Some(&body)), Some(&mut MaybeUninit::uninit())) }, "scene");
     let without = punctual_body { tree: None, ..body };
-    null_is_seen(punctual_scene_insert(Some(&mut scene), Some(&without), None), "body->tree");
+    null_is_seen(unsafe { punctual_scene_insert(Some(&mut scene), asked(Some(&without)), None) }, "body->tree");
     null_is_seen(punctual_scene_remove(None, NOBODY), "scene");
-    null_is_seen(punctual_scene_body(None, NOBODY, None), "body");
-    null_is_seen(punctual_scene_body(None, NOBODY, Some(&mut MaybeUninit::uninit())), "scene");
+    null_is_seen(unsafe { punctual_scene_body(None, NOBODY, slot(None)) }, "body");
+    null_is_seen(unsafe { punctual_scene_body(None, NOBODY, slot(Some(&mut MaybeUninit::uninit()))) }, "scene");
     null_is_seen(punctual_scene_tree(None, NOBODY, None), "scene");
     null_is_seen(punctual_scene_set_pose(None, NOBODY, pose), "scene");
     null_is_seen(punctual_scene_set_tree(None, NOBODY, None), "tree");
     null_is_seen(punctual_scene_set_filter(None, NOBODY, 1, 1), "scene");
     null_is_seen(punctual_scene_set_importance(None, NOBODY, 1.0), "scene");
     null_is_seen(detect(None, budget, None), "scene");
-    null_is_seen(punctual_scene_report(None, None), "scene");
-    null_is_seen(punctual_scene_report(Some(&scene), None), "report");
-    null_is_seen(punctual_scene_pair(None, NOBODY, NOBODY, None, None), "scene");
-    null_is_seen(punctual_scene_pair(Some(&scene), NOBODY, NOBODY, None, None), "pair");
+    null_is_seen(unsafe { punctual_scene_report(None, slot(None)) }, "scene");
+    null_is_seen(unsafe { punctual_scene_report(Some(&scene), slot(None)) }, "report");
+    null_is_seen(
+        unsafe { punctual_scene_pair(None, NOBODY, NOBODY, row(None), size_of::<punctual_pair_report>(), None) },
+        "scene",
+    );
+    null_is_seen(
+        unsafe {
+            punctual_scene_pair(Some(&scene), NOBODY, NOBODY, row(None), size_of::<punctual_pair_report>(), None)
+        },
+        "pair",
+    );
     let mut pair = MaybeUninit::uninit();
-    null_is_seen(punctual_scene_pair(Some(&scene), NOBODY, NOBODY, Some(&mut pair), None), "listed");
-    null_is_seen(punctual_scene_certificate(None, NOBODY, NOBODY, None), "scene");
-    null_is_seen(punctual_scene_certificate(Some(&scene), NOBODY, NOBODY, None), "certificate");
+    null_is_seen(
+        unsafe {
+            punctual_scene_pair(
+                Some(&scene),
+                NOBODY,
+                NOBODY,
+                row(Some(&mut pair)),
+                size_of::<punctual_pair_report>(),
+                None,
+            )
+        },
+        "listed",
+    );
+    null_is_seen(unsafe { punctual_scene_certificate(None, NOBODY, NOBODY, slot(None)) }, "scene");
+    null_is_seen(unsafe { punctual_scene_certificate(Some(&scene), NOBODY, NOBODY, slot(None)) }, "certificate");
     let no_clock = punctual_clock { now: None, context: null_mut() };
     // SAFETY: nothing but null.
     unsafe {
-        null_is_seen(punctual_scene_detect(Some(&mut scene), budget, Some(&no_clock), None), "clock->now");
+        null_is_seen(punctual_scene_detect(Some(&mut scene), budget, Some(&no_clock), slot(None)), "clock->now");
         null_is_seen(punctual_scene_refit_f32(None, NOBODY, null(), 0), "scene");
         null_is_seen(punctual_scene_refit_f32(None, NOBODY, null(), 1), "vertices");
         null_is_seen(punctual_scene_refit_f64(None, NOBODY, null(), 0), "scene");
@@ -198,7 +232,7 @@ fn bodies_that_are_not_there_are_refused() {
     let mut pair = MaybeUninit::uninit();
     let calls: [(&str, Status); 10] = [
         ("remove", punctual_scene_remove(Some(&mut scene), NOBODY)),
-        ("body", punctual_scene_body(Some(&scene), NOBODY, Some(&mut MaybeUninit::uninit()))),
+        ("body", unsafe { punctual_scene_body(Some(&scene), NOBODY, slot(Some(&mut MaybeUninit::uninit()))) }),
         ("tree", punctual_scene_tree(Some(&scene), NOBODY, Some(&mut MaybeUninit::uninit()))),
         ("set_pose", punctual_scene_set_pose(Some(&mut scene), NOBODY, pose)),
         ("set_tree", punctual_scene_set_tree(Some(&mut scene), NOBODY, Some(&tree))),
@@ -206,8 +240,19 @@ fn bodies_that_are_not_there_are_refused() {
         ("set_importance", punctual_scene_set_importance(Some(&mut scene), NOBODY, 1.0)),
         // SAFETY: no vertices.
         ("refit", unsafe { punctual_scene_refit_f32(Some(&mut scene), NOBODY, null(), 0) }),
-        ("pair", punctual_scene_pair(Some(&scene), NOBODY, NOBODY, Some(&mut pair), Some(&mut MaybeUninit::uninit()))),
-        ("certificate", punctual_scene_certificate(Some(&scene), NOBODY, NOBODY, Some(&mut MaybeUninit::uninit()))),
+        ("pair", unsafe {
+            punctual_scene_pair(
+                Some(&scene),
+                NOBODY,
+                NOBODY,
+                row(Some(&mut pair)),
+                size_of::<punctual_pair_report>(),
+                Some(&mut MaybeUninit::uninit()),
+            )
+        }),
+        ("certificate", unsafe {
+            punctual_scene_certificate(Some(&scene), NOBODY, NOBODY, slot(Some(&mut MaybeUninit::uninit())))
+        }),
     ];
     for (name, status) in calls {
         assert_eq!(status, Status::NoSuchBody, "{name}");
@@ -231,7 +276,7 @@ fn numbers_out_of_range_are_named_by_meshes_and_trees() {
         fails(status, Status::BadMesh, "punctual_mesh_new_f32: vertex 0 is not finite along axis 0");
     }
     let options = punctual_build_options { effort: 3, ..punctual_build_options_default() };
-    let status = punctual_tree_new(Some(&knot()), Some(&options), Some(&mut MaybeUninit::uninit()));
+    let status = unsafe { punctual_tree_new(Some(&knot()), asked(Some(&options)), Some(&mut MaybeUninit::uninit())) };
     fails(status, Status::BadArgument, "punctual_tree_new: options->effort has no value 3");
 }
 
@@ -292,7 +337,8 @@ fn numbers_out_of_range_are_named_by_scenes() {
     let status = punctual_scene_use_threads(Some(&mut scene), 2000);
     fails(status, Status::BadArgument, "punctual_scene_use_threads: threads is 2000, possible are 1024");
     let body = punctual_body_new(Some(&tree), punctual_pose_identity());
-    let mut insert = |body| punctual_scene_insert(Some(&mut scene), Some(&body), Some(&mut MaybeUninit::uninit()));
+    let mut insert =
+        |body| unsafe { punctual_scene_insert(Some(&mut scene), asked(Some(&body)), Some(&mut MaybeUninit::uninit())) };
     let name = "punctual_scene_insert";
     let status = insert(punctual_body { kind: 2, ..body });
     fails(status, Status::BadArgument, &format!("{name}: body->kind has no value 2"));

@@ -43,8 +43,8 @@ impl Both {
         let mut ids = Vec::new();
         for x in [0.0, 4.0, 9.0] {
             let body = punctual_body { margin: 0.01, ..punctual_body_new(Some(&tree), raw(&at(x))) };
-            let id = made(|id| punctual_scene_insert(Some(&mut scene), Some(&body), id));
-            assert_eq!(made(|body| punctual_scene_body(Some(&scene), id, body)).margin, 0.01);
+            let id = made(|id| unsafe { punctual_scene_insert(Some(&mut scene), asked(Some(&body)), id) });
+            assert_eq!(made(|body| unsafe { punctual_scene_body(Some(&scene), id, slot(body)) }).margin, 0.01);
             ids.push((id, native.insert(Body::moving(Arc::clone(&ball), at(x)).margin(0.01)).unwrap()));
         }
         assert_eq!(punctual_scene_track_contacts(Some(&mut scene)), Status::Ok);
@@ -64,14 +64,18 @@ impl Both {
         let scene = Some(&**scene);
         let expected = native.detect(Budget::work(work));
         // SAFETY: here and below, there is room for as many as said.
-        let contacts = all(|array, room, count| unsafe { punctual_scene_contacts(scene, array, room, count) });
+        let contacts = all(|array, room, count| unsafe {
+            punctual_scene_contacts(scene, array, size_of::<punctual_body_contact>(), room, count)
+        });
         assert_eq!(contacts.len(), expected.contacts.len());
         for (ours, theirs) in contacts.iter().zip(&expected.contacts) {
             same_pair([ours.a, ours.b], [theirs.a, theirs.b]);
             assert_eq!((format!("{:?}", ours.phase), ours.age), (format!("{:?}", theirs.phase), theirs.age));
         }
         // SAFETY: as above.
-        let distances = all(|array, room, count| unsafe { punctual_scene_distances(scene, array, room, count) });
+        let distances = all(|array, room, count| unsafe {
+            punctual_scene_distances(scene, array, size_of::<punctual_pair_distance>(), room, count)
+        });
         assert_eq!(distances.len(), expected.distances.len());
         for (ours, theirs) in distances.iter().zip(&expected.distances) {
             same_pair([ours.a, ours.b], [theirs.a, theirs.b]);
@@ -79,7 +83,9 @@ impl Both {
             assert_eq!(ours.has_triangles.then_some([ours.triangles.a, ours.triangles.b]), theirs.triangles);
         }
         // SAFETY: as above.
-        let passages = all(|array, room, count| unsafe { punctual_scene_passages(scene, array, room, count) });
+        let passages = all(|array, room, count| unsafe {
+            punctual_scene_passages(scene, array, size_of::<punctual_pair_passage>(), room, count)
+        });
         assert_eq!(passages.len(), expected.passages.len());
         for (ours, theirs) in passages.iter().zip(&expected.passages) {
             same_pair([ours.a, ours.b], [theirs.a, theirs.b]);
@@ -103,7 +109,9 @@ impl Both {
         let theirs = theirs.filter(punctual::Filter::new(u32::MAX, mask));
         let budget = punctual_budget_work(work);
         // SAFETY: no clock of the caller's.
-        let cast = made(|cast| unsafe { punctual_scene_cast(Some(&mut self.scene), Some(&ray), budget, None, cast) });
+        let cast = made(|cast| unsafe {
+            punctual_scene_cast(Some(&mut self.scene), asked(Some(&ray)), budget, None, slot(cast))
+        });
         let expected = self.native.cast_with(&theirs, Budget::work(work), &ManualClock::new()).unwrap();
         assert_eq!((cast.found, cast.free_until), (expected.found, expected.free_until));
         assert_eq!((cast.work, cast.elapsed), (expected.work, -1));
@@ -173,19 +181,28 @@ fn answers_refuse_what_is_not_there() {
     let mut cast = MaybeUninit::uninit();
     // SAFETY: nothing but null.
     unsafe {
-        null_is_seen(punctual_scene_contacts(None, null_mut(), 0, None), "scene");
-        null_is_seen(punctual_scene_distances(None, null_mut(), 0, None), "scene");
-        null_is_seen(punctual_scene_passages(None, null_mut(), 0, None), "scene");
+        null_is_seen(punctual_scene_contacts(None, null_mut(), size_of::<punctual_body_contact>(), 0, None), "scene");
+        null_is_seen(punctual_scene_distances(None, null_mut(), size_of::<punctual_pair_distance>(), 0, None), "scene");
+        null_is_seen(punctual_scene_passages(None, null_mut(), size_of::<punctual_pair_passage>(), 0, None), "scene");
         null_is_seen(punctual_scene_ray_hits(None, null_mut(), 0, None), "scene");
-        null_is_seen(punctual_scene_contacts(Some(&scene), null_mut(), 0, None), "count");
-        null_is_seen(punctual_scene_distances(Some(&scene), null_mut(), 0, None), "count");
-        null_is_seen(punctual_scene_passages(Some(&scene), null_mut(), 0, None), "count");
+        null_is_seen(
+            punctual_scene_contacts(Some(&scene), null_mut(), size_of::<punctual_body_contact>(), 0, None),
+            "count",
+        );
+        null_is_seen(
+            punctual_scene_distances(Some(&scene), null_mut(), size_of::<punctual_pair_distance>(), 0, None),
+            "count",
+        );
+        null_is_seen(
+            punctual_scene_passages(Some(&scene), null_mut(), size_of::<punctual_pair_passage>(), 0, None),
+            "count",
+        );
         null_is_seen(punctual_scene_ray_hits(Some(&scene), null_mut(), 0, None), "count");
-        null_is_seen(punctual_scene_cast(None, Some(&ray), unlimited, None, Some(&mut cast)), "scene");
-        null_is_seen(punctual_scene_cast(Some(&mut scene), None, unlimited, None, Some(&mut cast)), "ray");
-        null_is_seen(punctual_scene_cast(Some(&mut scene), Some(&ray), unlimited, None, None), "cast");
+        null_is_seen(punctual_scene_cast(None, asked(Some(&ray)), unlimited, None, slot(Some(&mut cast))), "scene");
+        null_is_seen(punctual_scene_cast(Some(&mut scene), asked(None), unlimited, None, slot(Some(&mut cast))), "ray");
+        null_is_seen(punctual_scene_cast(Some(&mut scene), asked(Some(&ray)), unlimited, None, slot(None)), "cast");
         let odd = punctual_scene_ray { mode: 3, ..ray };
-        let status = punctual_scene_cast(Some(&mut scene), Some(&odd), unlimited, None, Some(&mut cast));
+        let status = punctual_scene_cast(Some(&mut scene), asked(Some(&odd)), unlimited, None, slot(Some(&mut cast)));
         fails(status, Status::BadArgument, "punctual_scene_cast: ray->mode has no value 3");
     }
     let scene = &mut *scene;

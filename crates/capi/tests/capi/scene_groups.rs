@@ -43,7 +43,9 @@ fn compounds_and_groups_are_those_of_rust() {
         both.detect(work);
         let scene = Some(&*both.scene);
         // SAFETY: there is room for as many as said.
-        let found = all(|array, room, count| unsafe { punctual_scene_group_distances(scene, array, room, count) });
+        let found = all(|array, room, count| unsafe {
+            punctual_scene_group_distances(scene, array, size_of::<punctual_group_distance>(), room, count)
+        });
         assert!(found.iter().copied().eq(both.native.report().group_distances.iter().map(Into::into)));
         assert!(work < u64::MAX || found[0].open == 0 && found[0].bodies[0] == x[1]);
     }
@@ -74,7 +76,15 @@ fn contact_points_are_those_of_rust() {
         let mut points = Vec::with_capacity(16);
         // SAFETY: there is room for as many as said.
         let found = made(|found| unsafe {
-            punctual_scene_contact_points(Some(&both.scene), a, b, points.as_mut_ptr(), 16, found)
+            punctual_scene_contact_points(
+                Some(&both.scene),
+                a,
+                b,
+                points.as_mut_ptr(),
+                size_of::<punctual_contact_point>(),
+                16,
+                slot(found),
+            )
         });
         // SAFETY: as many were written.
         unsafe { points.set_len(found.count) };
@@ -107,8 +117,22 @@ fn groups_refuse_what_is_not_there() {
         null_is_seen(punctual_scene_insert_compound(Some(&mut scene), pose, null(), 0, None), "compound");
         null_is_seen(punctual_scene_parts(Some(&scene), 0, null_mut(), 0, None), "count");
         null_is_seen(punctual_scene_measure_groups(Some(&mut scene), null(), 0, null(), 0, 0.0, None), "id");
-        null_is_seen(punctual_scene_group_distances(None, null_mut(), 0, None), "scene");
-        null_is_seen(punctual_scene_contact_points(Some(&scene), id, id, null_mut(), 0, None), "found");
+        null_is_seen(
+            punctual_scene_group_distances(None, null_mut(), size_of::<punctual_group_distance>(), 0, None),
+            "scene",
+        );
+        null_is_seen(
+            punctual_scene_contact_points(
+                Some(&scene),
+                id,
+                id,
+                null_mut(),
+                size_of::<punctual_contact_point>(),
+                0,
+                slot(None),
+            ),
+            "found",
+        );
         let mut out = MaybeUninit::uninit();
         null_is_seen(punctual_scene_insert_compound(Some(&mut scene), pose, null(), 1, Some(&mut out)), "parts");
         null_is_seen(punctual_scene_measure_groups(Some(&mut scene), null(), 1, &id, 1, 0.0, Some(&mut out)), "x");

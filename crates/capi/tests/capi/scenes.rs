@@ -5,9 +5,12 @@ use std::sync::Arc;
 
 use super::call::*;
 use super::queries::told;
+use super::scene_answers::all;
 use super::surfaces::vertex_of;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, BodyId, Budget, Filter, ManualClock, Mode, PairReport, Pose, Reach, Scene, Tree, shapes};
+use punctual::{
+    Body, BodyId, Budget, Calibration, Filter, ManualClock, Mode, PairReport, Pose, Reach, Scene, Tree, shapes,
+};
 use punctual_capi::{punctual_status as Status, *};
 
 /// A scene in C and the same in Rust, of twelve knots; two are fixed.
@@ -39,7 +42,7 @@ impl Both {
         for i in 0..12 {
             let mut body = punctual_body_new(Some(&ours), raw(&place(i, 0)));
             (body.kind, body.importance) = (u32::from(i < 2), i as f32);
-            let id = made(|id| punctual_scene_insert(Some(&mut scene), Some(&body), id));
+            let id = made(|id| unsafe { punctual_scene_insert(Some(&mut scene), asked(Some(&body)), id) });
             let body = if i < 2 { Body::fixed } else { Body::moving };
             ids.push((id, native.insert(body(Arc::clone(&theirs), place(i, 0)).importance(i as f32)).unwrap()));
             assert_eq!(id.index as usize, ids[ids.len() - 1].1.index());
@@ -89,7 +92,7 @@ impl Both {
         self.native.set_filter(native_fourth, Filter::new(2, 6)).unwrap();
         assert_eq!(punctual_scene_set_importance(Some(&mut self.scene), fourth, 9.0), Status::Ok);
         self.native.set_importance(native_fourth, 9.0).unwrap();
-        let body = made(|body| punctual_scene_body(Some(&self.scene), fourth, body));
+        let body = made(|body| unsafe { punctual_scene_body(Some(&self.scene), fourth, slot(body)) });
         assert_eq!((body.groups, body.mask, body.importance, body.kind), (2, 6, 9.0, 0));
         assert!(body.tree.is_none() && body.pose == raw(&place(4, frame)));
     }
@@ -113,13 +116,22 @@ impl Both {
         let missed = (report.unplaced, report.unpaired, report.unlisted, report.is_full);
         assert_eq!(missed, (expected.unplaced, expected.unpaired, expected.unlisted, expected.is_full));
         let undecided = expected.undecided();
-        // SAFETY: the scene is not used meanwhile but to be read.
-        let pairs = unsafe { std::slice::from_raw_parts(report.pairs, report.pair_count) };
-        assert_eq!(pairs.len(), expected.pairs.len());
+        assert_eq!(report.broad_phase_work, expected.broad_phase_work);
+        let scene = Some(&*self.scene);
+        let size = size_of::<punctual_pair_report>();
+        // SAFETY: there is room for as many as said.
+        let pairs = all(|array, room, count| unsafe { punctual_scene_pairs(scene, array, size, room, count) });
+        assert_eq!((pairs.len(), report.pair_count), (expected.pairs.len(), pairs.len()));
         for (pair, expected) in pairs.iter().zip(&self.native.report().pairs) {
             self.same(pair, expected);
         }
-        assert_eq!(made(|report| punctual_scene_report(Some(&self.scene), report)).pairs, report.pairs);
+        // SAFETY: of the size that it says.
+        let again = made(|report| unsafe { punctual_scene_report(scene, slot(report)) });
+        assert_eq!((again.frame, again.work), (report.frame, report.work));
+        for &(id, native_id) in &self.ids {
+            let known = made(|known| punctual_scene_partners_known(scene, id, known));
+            assert_eq!(known, self.native.partners_known(native_id).unwrap());
+        }
         undecided
     }
 
@@ -134,10 +146,19 @@ impl Both {
         );
         assert_eq!((pair.verdict, [pair.witness.a, pair.witness.b]), told(expected.verdict));
         let mut listed = MaybeUninit::uninit();
-        let again = made(|again| punctual_scene_pair(Some(&self.scene), pair.b, pair.a, again, Some(&mut listed)));
+        let again = made(|again| unsafe {
+            punctual_scene_pair(
+                Some(&self.scene),
+                pair.b,
+                pair.a,
+                row(again),
+                size_of::<punctual_pair_report>(),
+                Some(&mut listed),
+            )
+        });
         // SAFETY: written by the call.
         assert!(again == *pair && unsafe { listed.assume_init() });
-        let open = made(|open| punctual_scene_certificate(Some(&self.scene), pair.a, pair.b, open));
+        let open = made(|open| unsafe { punctual_scene_certificate(Some(&self.scene), pair.a, pair.b, slot(open)) });
         let certificate = self.native.certificate(expected.a, expected.b).unwrap();
         assert_eq!((open.upper_bound, open.largest_extent), (certificate.upper_bound, certificate.largest_extent));
     }
@@ -169,8 +190,63 @@ fn scenes_answer_as_in_rust() {
     assert_eq!(count, 11);
     assert!(listed.iter().eq(ids.iter().map(|(id, _)| id)));
     let (mut pair, mut is_listed) = (MaybeUninit::uninit(), MaybeUninit::uninit());
-    let status = punctual_scene_pair(Some(&scene), ids[0].0, ids[1].0, Some(&mut pair), Some(&mut is_listed));
+    let status = unsafe {
+        punctual_scene_pair(
+            Some(&scene),
+            ids[0].0,
+            ids[1].0,
+            row(Some(&mut pair)),
+            size_of::<punctual_pair_report>(),
+            Some(&mut is_listed),
+        )
+    };
     // SAFETY: written by the call.
     assert!(status == Status::Ok && !unsafe { is_listed.assume_init() }, "two fixed bodies are no pair");
     punctual_scene_free(Some(scene));
+}
+
+/// What a scene is asked changes from one frame to the next; what it has learned goes on in another.
+#[test]
+fn settings_and_calibrations_are_those_of_rust() {
+    let mut both = Both::new();
+    assert!(both.detect(punctual_budget_work(30_000), Budget::work(30_000)) > 0);
+    assert_eq!(punctual_scene_set_mode(Some(&mut both.scene), punctual_mode::Any as u32), Status::Ok);
+    assert_eq!(punctual_scene_set_reach(Some(&mut both.scene), punctual_reach::Here as u32), Status::Ok);
+    assert_eq!(punctual_scene_set_max_pairs(Some(&mut both.scene), 5), Status::Ok);
+    both.native.set_mode(Mode::Any);
+    both.native.set_reach(Reach::Here);
+    both.native.set_max_pairs(5);
+    let mut learned = Calibration::default();
+    let mut calibration = punctual_calibration_default();
+    assert_eq!(calibration, learned.into());
+    for moment in 0..40 {
+        let told = 0.1 + 0.02 * f64::from(moment);
+        learned.learn(told, moment % 3 == 0);
+        // SAFETY: here and below, of the size that it says.
+        let status = unsafe { punctual_calibration_learn(&raw mut calibration, told, u32::from(moment % 3 == 0)) };
+        assert_eq!(status, Status::Ok);
+    }
+    assert_eq!(calibration, learned.into());
+    let corrected = made(|out| unsafe { punctual_calibration_apply(&raw const calibration, 0.4, out) });
+    assert_eq!(corrected, learned.apply(0.4));
+    let status = unsafe { punctual_scene_set_calibration(Some(&mut both.scene), &raw const calibration) };
+    assert_eq!(status, Status::Ok);
+    both.native.set_calibration(learned);
+    for frame in 0..12 {
+        both.move_on(frame);
+        both.detect(punctual_budget_work(30_000), Budget::work(30_000));
+        let kept = made(|out| unsafe { punctual_scene_calibration(Some(&both.scene), slot(out)) });
+        assert_eq!(kept, both.native.calibration().into());
+    }
+    let wrong = punctual_calibration { slope: 9.0, ..calibration };
+    let text = "punctual_scene_set_calibration: calibration has numbers that cannot be learned";
+    let status = unsafe { punctual_scene_set_calibration(Some(&mut both.scene), &raw const wrong) };
+    fails(status, Status::BadArgument, text);
+    null_is_seen(punctual_scene_set_mode(None, 0), "scene");
+    null_is_seen(punctual_scene_set_reach(None, 0), "scene");
+    null_is_seen(punctual_scene_set_max_pairs(None, 0), "scene");
+    null_is_seen(punctual_scene_partners_known(Some(&both.scene), NOBODY, None), "known");
+    null_is_seen(unsafe { punctual_scene_calibration(Some(&both.scene), slot(None)) }, "calibration");
+    null_is_seen(unsafe { punctual_calibration_learn(slot(None), 0.5, 1) }, "calibration");
+    null_is_seen(unsafe { punctual_calibration_apply(asked(None), 0.5, None) }, "corrected");
 }

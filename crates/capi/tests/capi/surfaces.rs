@@ -29,18 +29,22 @@ fn all_trees() -> [(Box<punctual_tree>, Tree); 6] {
         neighbors: 1,
         extremes: 1,
         threads: 2,
+        ..Default::default()
     };
     let mut fast = BuildOptions::fast_build().neighbors(true).extremes(true);
     fast.orientations = false;
     all_shapes().map(|(mesh, native)| {
-        (owned(|tree| punctual_tree_new(Some(&mesh), Some(&options), tree)), Tree::with_options(native, &fast))
+        (
+            owned(|tree| unsafe { punctual_tree_new(Some(&mesh), asked(Some(&options)), tree) }),
+            Tree::with_options(native, &fast),
+        )
     })
 }
 
 #[test]
 fn meshes_are_those_of_rust() {
     for (mesh, native) in all_shapes() {
-        let facts = made(|facts| punctual_mesh_describe(Some(&mesh), facts));
+        let facts = made(|facts| unsafe { punctual_mesh_describe(Some(&mesh), slot(facts)) });
         assert_eq!(
             (facts.triangles, facts.vertices, facts.bytes),
             (native.len(), native.vertex_count(), native.bytes())
@@ -69,7 +73,7 @@ fn files_are_read_as_in_rust() {
     };
     let same = owned(|mesh| read(&bytes, punctual_format::Obj as u32, mesh));
     for mesh in [mesh, same] {
-        let facts = made(|facts| punctual_mesh_describe(Some(&mesh), facts));
+        let facts = made(|facts| unsafe { punctual_mesh_describe(Some(&mesh), slot(facts)) });
         assert_eq!((facts.triangles, facts.vertices), (native.len(), native.vertex_count()));
         let last = made(|vertex| punctual_mesh_vertex(Some(&mesh), native.vertex_count() - 1, vertex));
         assert_eq!(DVec3::new(last.x, last.y, last.z), native.vertex(native.vertex_count() - 1));
@@ -97,16 +101,20 @@ fn files_are_read_as_in_rust() {
 #[test]
 fn trees_are_those_of_rust() {
     for (tree, native) in all_trees() {
-        let (facts, stats) = (made(|facts| punctual_tree_describe(Some(&tree), facts)), native.stats());
+        let (facts, stats) =
+            (made(|facts| unsafe { punctual_tree_describe(Some(&tree), slot(facts)) }), native.stats());
         assert_eq!([facts.triangles, facts.nodes, facts.clusters], [stats.triangles, stats.nodes, stats.clusters]);
         assert_eq!((facts.depth, facts.bytes, facts.degradation), (stats.depth, stats.bytes(), 1.0));
+        assert_eq!(facts.unit_length, native.unit_length());
         assert_eq!(punctual_tree_validate(Some(&tree)), Status::Ok);
         let mut levels = vec![punctual_tree_level { nodes: 0, alpha: [0.0; 3] }; stats.depth];
         // SAFETY: there is room for as many as said.
-        let count = made(|count| unsafe { punctual_tree_levels(Some(&tree), levels.as_mut_ptr(), stats.depth, count) });
+        let count = made(|count| unsafe {
+            punctual_tree_levels(Some(&tree), levels.as_mut_ptr(), size_of::<punctual_tree_level>(), stats.depth, count)
+        });
         assert_eq!(count, stats.depth);
         for (level, (&nodes, alpha)) in levels.iter().zip(stats.nodes_per_level.iter().zip(&stats.alpha_per_level)) {
-            assert_eq!((level.nodes, level.alpha), (nodes, alpha.to_array()));
+            assert_eq!((level.nodes as usize, level.alpha), (nodes, alpha.to_array()));
         }
     }
 }
@@ -129,7 +137,7 @@ fn refitted_trees_are_those_of_rust() {
         native.refit_f64(&wide).unwrap();
         assert_eq!(facts_of(&tree).is_f32, native.mesh().is_f32());
         assert_eq!(vertex_of(&tree, 0), native.mesh().vertex(0));
-        let facts = made(|facts| punctual_tree_describe(Some(&tree), facts));
+        let facts = made(|facts| unsafe { punctual_tree_describe(Some(&tree), slot(facts)) });
         assert_eq!(facts.degradation, native.degradation());
     }
 }
@@ -145,7 +153,7 @@ fn poses_are_those_of_rust() {
 
 fn facts_of(tree: &punctual_tree) -> punctual_mesh_facts {
     let mesh = owned(|mesh| punctual_tree_mesh(Some(tree), mesh));
-    made(|facts| punctual_mesh_describe(Some(&mesh), facts))
+    made(|facts| unsafe { punctual_mesh_describe(Some(&mesh), slot(facts)) })
 }
 
 pub fn vertex_of(tree: &punctual_tree, index: usize) -> DVec3 {
@@ -213,5 +221,14 @@ fn triangles_meet_as_in_rust() {
     for (z, expected) in [(0.0, true), (5e-324, false)] {
         let b = punctual_triangle { corners: a.corners.map(|[x, y, _]| [x + 1.0, y, z]) };
         assert_eq!(made(|intersect| punctual_triangles_intersect(a, b, intersect)), expected);
+        let mut segment = MaybeUninit::new(punctual_segment { from: NO_POINT, to: NO_POINT });
+        assert_eq!(made(|meet| punctual_triangle_segment(a, b, Some(&mut segment), meet)), expected);
+        let native = punctual::triangle_segment(
+            &a.corners.map(punctual::glam::DVec3::from_array),
+            &b.corners.map(punctual::glam::DVec3::from_array),
+        );
+        let [from, to] = native.unwrap_or_default().map(punctual_point::from);
+        // SAFETY: it was initialised.
+        assert_eq!(unsafe { segment.assume_init() }, punctual_segment { from, to });
     }
 }

@@ -245,7 +245,7 @@ impl Revisit {
         deadline: &mut Deadline,
     ) -> bool {
         let (known, mut place) = (pairs.len(), pairs.place(self.next));
-        let enough = if frame.budget.time.is_some() { TESTS * frame.threads() } else { usize::MAX };
+        let enough = if frame.is_timed() { TESTS * frame.threads() } else { usize::MAX };
         let mut goes_on = true;
         while *left > 0 && self.waiting.len() < enough {
             if place == known {

@@ -1,0 +1,122 @@
+//! Probabilities that are corrected by what came true.
+
+use crate::scene::punctual_scene;
+use crate::sized::{begin, grows, place, read};
+use crate::status::{Fault, door, given, punctual_status};
+use core::mem::MaybeUninit;
+use punctual::Calibration;
+
+/// A correction of the probabilities that estimates tell, learned on the caller's own work: one for each pair of parts whose
+/// queries are stopped, or for a scene, which learns by itself. Plain data: to go on with it another day, store its numbers.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_calibration {
+    /// Its size in bytes, as made.
+    pub size: u32,
+    /// What is added to the logit of a probability, -8 to 8; 0 at first.
+    pub offset: f64,
+    /// What the logit is multiplied with before, 1/8 to 8; 1 at first.
+    pub slope: f64,
+    /// What both go by: sums over the moments learned.
+    pub evidence: [f64; 3],
+}
+
+grows!(punctual_calibration: size, evidence..evidence);
+
+impl From<Calibration> for punctual_calibration {
+    fn from(calibration: Calibration) -> Self {
+        let [offset, slope, evidence @ ..] = calibration.to_array();
+        Self { size: Self::SIZE, offset, slope, evidence }
+    }
+}
+
+impl Default for punctual_calibration {
+    fn default() -> Self {
+        Calibration::default().into()
+    }
+}
+
+impl punctual_calibration {
+    fn check(self) -> Result<Calibration, Fault> {
+        let [one, both, square] = self.evidence;
+        Calibration::from_array([self.offset, self.slope, one, both, square]).ok_or(Fault::Calibration)
+    }
+}
+
+/// One that knows nothing and changes nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_calibration_init(calibration: *mut punctual_calibration, size: usize) {
+    // SAFETY: the contract of the header for structs.
+    unsafe { begin(calibration, size, punctual_calibration::default()) }
+}
+
+/// The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1; what is beyond counts as these, and
+/// NaN as .5.
+///
+/// Fails with BAD_ARGUMENT if the numbers of the calibration are none that can be learned.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_calibration_apply(
+    calibration: *const punctual_calibration,
+    probability: f64,
+    corrected: Option<&mut MaybeUninit<f64>>,
+) -> punctual_status {
+    door("punctual_calibration_apply", || {
+        let corrected = given(corrected, "corrected")?;
+        // SAFETY: the contract of the header for structs.
+        corrected.write(unsafe { read(calibration, "calibration") }?.check()?.apply(probability));
+        Ok(())
+    })
+}
+
+/// Learns from a moment: the probability that `punctual_query_estimate` told then, before `punctual_calibration_apply`, and whether
+/// the surfaces met at that pose: 0 or not 0. What was told as certain, or NaN, teaches nothing. Takes about a microsecond.
+///
+/// Fails as `punctual_calibration_apply`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_calibration_learn(
+    calibration: *mut punctual_calibration,
+    told: f64,
+    met: u32,
+) -> punctual_status {
+    door("punctual_calibration_learn", || {
+        // SAFETY: the contract of the header for structs.
+        let (before, after) =
+            unsafe { (read(calibration.cast_const(), "calibration")?, place(calibration, "calibration")?) };
+        let mut learned = before.check()?;
+        learned.learn(told, met != 0);
+        after.write(learned.into());
+        Ok(())
+    })
+}
+
+/// What a scene has learned: the probability of a pair whose query was stopped includes it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_calibration(
+    scene: Option<&punctual_scene>,
+    calibration: *mut punctual_calibration,
+) -> punctual_status {
+    door("punctual_scene_calibration", || {
+        let scene = punctual_scene::get(scene)?;
+        // SAFETY: the contract of the header for structs.
+        unsafe { place(calibration, "calibration") }?.write(scene.calibration().into());
+        Ok(())
+    })
+}
+
+/// Goes on with what was learned before, by another scene with parts of the same kind, say.
+///
+/// Fails as `punctual_calibration_apply`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_set_calibration(
+    scene: Option<&mut punctual_scene>,
+    calibration: *const punctual_calibration,
+) -> punctual_status {
+    door("punctual_scene_set_calibration", || {
+        // SAFETY: the contract of the header for structs.
+        let calibration = unsafe { read(calibration, "calibration") }?.check()?;
+        punctual_scene::change(scene, |scene| {
+            scene.set_calibration(calibration);
+            Ok(())
+        })
+    })
+}
