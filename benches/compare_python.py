@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Many poses of a mesh against itself: the Python packages punctual, python-fcl and coal, in one run.
+"""Many poses of a mesh against itself: the Python packages punctual3d, python-fcl and coal, in one run.
 
     benches/compare_python.py MESH.obj [POSES]
 
 Poses are drawn at random in two ways: turned anyhow and moved apart by 0.2 to 1.1 of the diagonal of the mesh; and moved
 in from afar until the surfaces touch, and on by -0.002 to 0.05 of the extent. Each package is asked whether the surfaces
 meet, with one thread, and a batch with two as well; the answers are compared. Needs `pip install trimesh python-fcl coal`
-beside punctual.
+beside punctual3d.
 """
 
 import sys
@@ -15,7 +15,7 @@ import time
 import coal
 import fcl
 import numpy as np
-import punctual
+import punctual3d
 import trimesh
 
 
@@ -32,7 +32,7 @@ def anyhow(mesh, count):
 
 
 def at_contact(mesh, count):
-    random, tree = np.random.default_rng(2), punctual.Tree.from_trimesh(mesh)
+    random, tree = np.random.default_rng(2), punctual3d.Tree.from_trimesh(mesh)
     middle, extent = mesh.bounds.mean(axis=0), mesh.extents.max()
     poses = []
     while len(poses) < count:
@@ -40,7 +40,7 @@ def at_contact(mesh, count):
         way *= 2.4 * extent / np.linalg.norm(way)
         pose[:3, :3] = trimesh.transformations.random_rotation_matrix(random.random(3))[:3, :3]
         pose[:3, 3] = middle + random.normal(0, 0.15 * extent, 3) - pose[:3, :3] @ middle - way
-        touching_at = punctual.motion(tree, tree, pose, velocity=way).touching_at
+        touching_at = punctual3d.motion(tree, tree, pose, velocity=way).touching_at
         if touching_at is not None:
             pose[:3, 3] += way * (touching_at + random.choice([-0.002, 0.001, 0.005, 0.02, 0.05]) / 2.4)
             poses.append(pose)
@@ -111,15 +111,15 @@ def main():
 
 def compare(mesh, poses):
     def batch(threads):
-        return lambda tree, poses: punctual.collide_batch(tree, tree, poses, threads=threads).verdict == 1
+        return lambda tree, poses: punctual3d.collide_batch(tree, tree, poses, threads=threads).verdict == 1
 
     def one_by_one(tree, poses):
-        return [bool(punctual.collide(tree, tree, pose)) for pose in poses]
+        return [bool(punctual3d.collide(tree, tree, pose)) for pose in poses]
 
-    ours, least = timed("batch", punctual.Tree.from_trimesh, batch(1), mesh, poses)
+    ours, least = timed("batch", punctual3d.Tree.from_trimesh, batch(1), mesh, poses)
     others = {
-        "two threads": (punctual.Tree.from_trimesh, batch(2)),
-        "one by one": (punctual.Tree.from_trimesh, one_by_one),
+        "two threads": (punctual3d.Tree.from_trimesh, batch(2)),
+        "one by one": (punctual3d.Tree.from_trimesh, one_by_one),
         "python-fcl": (build_fcl, ask_fcl),
         "coal": (build_coal, ask_coal),
     }

@@ -12,7 +12,7 @@ probability an estimate.
 import argparse
 
 import numpy as np
-import punctual
+import punctual3d
 from distributed import Client, LocalCluster
 
 
@@ -31,7 +31,7 @@ def random_poses(seed, count, reach):
 
 def label(a, b, seed, count, reach, work):
     """The labels of a chunk: 1 collides, 0 does not, -1 not known; and the probability of a collision."""
-    batch = punctual.collide_batch(a, b, random_poses(seed, count, reach), work=work)
+    batch = punctual3d.collide_batch(a, b, random_poses(seed, count, reach), work=work)
     return batch.verdict, batch.probability
 
 
@@ -56,8 +56,8 @@ def main():
     parser.add_argument("--out", help="file for the labels, .npz")
     args = parser.parse_args()
 
-    a = punctual.Tree.load(args.a) if args.a else punctual.shapes.torus_knot(2, 3, 0.2, 128)
-    b = punctual.Tree.load(args.b) if args.b else punctual.shapes.icosphere(4)
+    a = punctual3d.Tree.load(args.a) if args.a else punctual3d.shapes.torus_knot(2, 3, 0.2, 128)
+    b = punctual3d.Tree.load(args.b) if args.b else punctual3d.shapes.icosphere(4)
     cluster = LocalCluster(n_workers=args.workers, threads_per_worker=1, dashboard_address=None)
     with cluster, Client(cluster) as client:
         labels, probabilities = label_all(client, a, b, args.poses, args.chunk, args.reach, args.work)

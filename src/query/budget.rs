@@ -55,6 +55,12 @@ impl Budget {
 pub trait Clock {
     /// Time since some fixed moment; never less than the call before.
     fn now(&self) -> Duration;
+
+    /// True if calls by this clock have to end now, as at a deadline, whatever their budget: a user has cancelled them. Asked
+    /// about once a millisecond.
+    fn is_cancelled(&self) -> bool {
+        false
+    }
 }
 
 /// The monotonic clock of the operating system, about 25 ns a look. All of a program tell the time since the first look.

@@ -4,6 +4,8 @@
 //! cannot pass the deadline, and the clock is asked again only when that is done. A unit is assumed to take no more than
 //! [`SLOWEST_UNIT`], or [`SLOWEST_TO_MEAN`] times the mean so far if that is more, as on a slow or a busy machine; the first
 //! ones [`FIRST_TO_SLOWEST`] times that, since what they need may have to be fetched from far.
+//!
+//! Whatever the budget, the clock is asked after [`BETWEEN_LOOKS`] whether the caller cancels the call.
 
 use super::budget::{Budget, Clock};
 use super::outcome::StopReason;
@@ -13,6 +15,9 @@ use crate::model::cost::{
     SLOWEST_UNIT,
 };
 use core::time::Duration;
+
+/// The most work between two looks at the clock: a millisecond or so.
+const BETWEEN_LOOKS: u64 = 1 << 20;
 
 /// Watches the end of a call, or of all queries of a frame. The stop rule is [`Deadline::stop`].
 ///
@@ -26,7 +31,7 @@ pub(crate) struct Deadline<'c> {
     left: u64,
     reserve: u64,
     after: u64,
-    /// Work that cannot pass the end, at the slowest pace that is assumed.
+    /// Work that cannot pass the end, at the slowest pace that is assumed, and that may be done before the next look.
     safe: u64,
     /// That pace: nanoseconds for a unit, or this many times the mean so far.
     slowest: [f64; 2],
@@ -51,7 +56,7 @@ impl<'c> Deadline<'c> {
         let left = budget.work.unwrap_or(u64::MAX);
         let poll_interval = budget.poll_interval.max(1);
         let first = budget.time.map_or(u64::MAX, |limit| (nanoseconds(limit) / SLOWEST_UNIT) as u64 / FIRST_TO_SLOWEST);
-        let (safe, first_look) = if first < poll_interval { (0, None) } else { (first, started) };
+        let (safe, first_look) = if first < poll_interval { (0, None) } else { (first.min(BETWEEN_LOOKS), started) };
         Self { started, first_look, safe, poll_interval, reserve: 0, ..Self::at(end, left, clock) }
     }
 
@@ -64,7 +69,7 @@ impl<'c> Deadline<'c> {
             left: work,
             reserve: MAX_STEP_WORK - 1,
             after: 0,
-            safe: if end.is_some() { 0 } else { u64::MAX },
+            safe: if end.is_some() { 0 } else { BETWEEN_LOOKS },
             slowest: [SLOWEST_UNIT, SLOWEST_TO_MEAN],
             stretch: 1,
             first_look: None,
@@ -109,11 +114,9 @@ impl<'c> Deadline<'c> {
         if self.left <= self.reserve {
             return Some(StopReason::WorkLimit);
         }
-        if self.is_timed() {
-            let safe = self.safe_work().and_then(|safe| safe.checked_sub(self.after));
-            let Some(safe) = safe else { return Some(StopReason::Deadline) };
-            self.safe = self.until_next_look(safe).max(self.poll_interval);
-        }
+        let safe = self.safe_work().and_then(|safe| safe.checked_sub(self.after));
+        let Some(safe) = safe else { return Some(StopReason::Deadline) };
+        self.safe = self.until_next_look(safe).min(BETWEEN_LOOKS).max(self.poll_interval);
         self.begin(work);
         None
     }
@@ -133,9 +136,9 @@ impl<'c> Deadline<'c> {
 
     /// Whether there is room for `work` more, at the slowest pace that is assumed.
     pub fn has_room(&mut self, work: u64) -> bool {
-        if self.safe < work && self.is_timed() {
+        if self.safe < work {
             let safe = self.safe_work().unwrap_or(0);
-            self.safe = safe.min(work.max(self.until_next_look(safe)));
+            self.safe = safe.min(work.max(self.until_next_look(safe).min(BETWEEN_LOOKS)));
         }
         self.left >= work && self.safe >= work
     }
@@ -147,8 +150,9 @@ impl<'c> Deadline<'c> {
 
     /// Work that there is room for, at the slowest pace that is assumed.
     pub fn room(&mut self) -> u64 {
-        self.safe = if self.is_timed() { self.safe_work().unwrap_or(0) } else { self.safe };
-        self.left.min(self.safe)
+        let safe = self.safe_work().unwrap_or(0);
+        self.safe = safe.min(BETWEEN_LOOKS);
+        self.left.min(safe)
     }
 
     /// Allows for a step that may take some dozen times as long as its work tells: near the end, the clock is asked after it.
@@ -178,9 +182,13 @@ impl<'c> Deadline<'c> {
         safe / if self.done == 0 { FIRST_TO_SLOWEST } else { self.stretch }
     }
 
-    /// Looks at the clock: work that takes no longer than the time that is left; `None` if it is up.
+    /// Looks at the clock: work that takes no longer than the time that is left; `None` if it is up, or the call cancelled.
     fn safe_work(&mut self) -> Option<u64> {
-        let (end, now) = (self.end?, self.clock.now());
+        if self.clock.is_cancelled() {
+            return None;
+        }
+        let Some(end) = self.end else { return Some(u64::MAX) };
+        let now = self.clock.now();
         let first = *self.first_look.get_or_insert(now);
         let mean = nanoseconds(now.saturating_sub(first)) / self.done.max(1) as f64;
         let left = end.checked_sub(now).filter(|left| !left.is_zero())?;

@@ -66,7 +66,7 @@ pub enum StopReason {
     Finished,
     /// The first intersection was found, which is all that [`crate::Mode::Any`] asks for.
     FirstHit,
-    /// The time was up.
+    /// The time was up, or the clock said that the call is cancelled ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
     Deadline,
     /// The work was spent.
     WorkLimit,

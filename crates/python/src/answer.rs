@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 /// What every answer has, whatever was asked.
-#[pyclass(module = "punctual", frozen, subclass)]
+#[pyclass(module = "punctual3d", frozen, subclass)]
 pub struct Answer {
     pub stop: StopReason,
     pub work: u64,

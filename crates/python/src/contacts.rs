@@ -17,7 +17,7 @@ use std::path::PathBuf;
 ///
 /// All of them if `stop` is "finished"; of a stopped query the part found so far, and every other contact is at least
 /// `low` apart.
-#[pyclass(module = "punctual", frozen, extends = Answer)]
+#[pyclass(module = "punctual3d", frozen, extends = Answer)]
 pub struct Contacts {
     answer: punctual::Contacts,
     found: Vec<Contact>,
@@ -104,7 +104,7 @@ impl Contacts {
     }
 
     fn __repr__(&self) -> String {
-        format!("<punctual.Contacts: {}, {}>", self.found.len(), self.answer.stop)
+        format!("<punctual3d.Contacts: {}, {}>", self.found.len(), self.answer.stop)
     }
 }
 

@@ -78,7 +78,7 @@ pub fn spend(
 ///
 /// Its truth value is the answer to `closer_than`; it raises UndecidedError while that is not known, and TypeError if
 /// it was not asked.
-#[pyclass(module = "punctual", frozen, extends = Answer)]
+#[pyclass(module = "punctual3d", frozen, extends = Answer)]
 pub struct Distance {
     answer: punctual::Distance,
     asked: Asked,
@@ -151,7 +151,7 @@ impl Distance {
 
     fn __repr__(&self) -> String {
         let punctual::Distance { low, high, stop, .. } = self.answer;
-        format!("<punctual.Distance: {low} to {high}, {stop}>")
+        format!("<punctual3d.Distance: {low} to {high}, {stop}>")
     }
 }
 
@@ -221,7 +221,7 @@ pub fn closer_than<'py>(
 
 /// The same question as that of `distance`, or of `closer_than`, with buffers of its own (930 kB), so that it can be
 /// predicted, resumed and asked for its certificate.
-#[pyclass(module = "punctual")]
+#[pyclass(module = "punctual3d")]
 pub struct DistanceQuery {
     trees: [Arc<punctual::Tree>; 2],
     asked: Asked,

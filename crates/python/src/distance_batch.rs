@@ -11,7 +11,7 @@ use punctual::{Distance, Nearest};
 use pyo3::prelude::*;
 
 /// What a batch says: a row for each pose, low <= distance <= high.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 pub struct DistanceBatch {
     /// (N,) float64, proven.
     low: Py<PyArray1<f64>>,

@@ -5,13 +5,13 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::{PyErr, PyResult};
 
 pyo3::create_exception!(
-    punctual,
+    punctual3d,
     UndecidedError,
     PyRuntimeError,
     "A truth value was asked for that is not known: the budget ended first."
 );
 pyo3::create_exception!(
-    punctual,
+    punctual3d,
     ResumeError,
     PyRuntimeError,
     "There is no stopped run to go on with, or none at all."

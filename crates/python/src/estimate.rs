@@ -5,7 +5,7 @@ use numpy::PyArray3;
 use pyo3::prelude::*;
 
 /// An uncertain number: its median, and its 10 % and 90 % quantiles.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 #[derive(Clone, Copy)]
 pub struct Quantiles {
     /// Below this with probability 10 %.
@@ -30,7 +30,7 @@ impl Quantiles {
 }
 
 /// What a query, or the rest of one, is expected to take.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 #[derive(Clone, Copy)]
 pub struct Prediction {
     /// BV tests.
@@ -55,7 +55,7 @@ impl Prediction {
 }
 
 /// What can be said of a stopped query. Not proven: only the verdict and the certificate are.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 #[derive(Clone, Copy)]
 pub struct Estimate {
     /// Probability that the surfaces meet.
@@ -74,7 +74,7 @@ impl Estimate {
 }
 
 /// What can be said of a stopped distance query. Not proven: only its bounds and the certificate are.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 pub struct DistanceEstimate {
     /// The distance, in the length unit of the meshes.
     distance: Quantiles,
@@ -89,7 +89,7 @@ impl From<punctual::DistanceEstimate> for DistanceEstimate {
 }
 
 /// What is proven about that which a stopped query has not looked at.
-#[pyclass(module = "punctual", frozen)]
+#[pyclass(module = "punctual3d", frozen)]
 pub struct Certificate {
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed.
     #[pyo3(get)]

@@ -1,6 +1,6 @@
-//! The Python package `punctual`: trees, queries, batches and scenes, with NumPy arrays in and out.
+//! The Python package `punctual3d`: trees, queries, batches and scenes, with NumPy arrays in and out.
 //!
-//! A thin face. Here are the arrays, the interpreter's lock and the exceptions; `python/punctual` has the rest of the
+//! A thin face. Here are the arrays, the interpreter's lock and the exceptions; `python/punctual3d` has the rest of the
 //! package: its names, its types, and a drop-in for trimesh's `CollisionManager`.
 //!
 //! **The interpreter's lock.** Builds, batches, and queries without a budget of time run without it. A query with such
@@ -34,7 +34,7 @@ mod view;
 
 /// The compiled part of the package.
 #[pyo3::pymodule]
-mod _punctual {
+mod _punctual3d {
     use pyo3::prelude::*;
 
     #[pymodule_export]

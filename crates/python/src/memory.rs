@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 /// spared.
 ///
 /// It never changes an answer that is proven. Used with another pair of trees, it forgets.
-#[pyclass(module = "punctual")]
+#[pyclass(module = "punctual3d")]
 #[derive(Default)]
 pub struct Memory(pub PairMemory);
 

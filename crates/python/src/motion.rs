@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// What a motion query says; times from 0 to 1.
-#[pyclass(module = "punctual", frozen, extends = Answer)]
+#[pyclass(module = "punctual3d", frozen, extends = Answer)]
 pub struct Passage {
     answer: punctual::Passage,
     asked: Asked,
@@ -93,7 +93,7 @@ impl Passage {
     fn __repr__(&self) -> String {
         let punctual::Passage { free_until, touching_at, stop, .. } = self.answer;
         let touching = touching_at.map_or("no contact found".to_owned(), |time| format!("touching at {time}"));
-        format!("<punctual.Passage: free until {free_until}, {touching}, {stop}>")
+        format!("<punctual3d.Passage: free until {free_until}, {touching}, {stop}>")
     }
 }
 
@@ -171,7 +171,7 @@ pub fn motion<'py>(
 
 /// The same question as that of `motion`, with buffers of its own (930 kB), so that it can be predicted, resumed and
 /// asked for its certificate.
-#[pyclass(module = "punctual")]
+#[pyclass(module = "punctual3d")]
 pub struct MotionQuery {
     trees: [Arc<punctual::Tree>; 2],
     asked: Asked,

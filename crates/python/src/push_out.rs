@@ -10,7 +10,7 @@ use punctual::PushOutQuery;
 use pyo3::prelude::*;
 
 /// The shortest translation of B found that parts the surfaces. There may be a shorter one.
-#[pyclass(module = "punctual", frozen, extends = Answer)]
+#[pyclass(module = "punctual3d", frozen, extends = Answer)]
 pub struct PushOut(punctual::PushOut);
 
 #[pymethods]
@@ -50,7 +50,7 @@ impl PushOut {
             let [x, y, z] = push.direction.to_array();
             format!("{} along ({x}, {y}, {z})", push.distance)
         });
-        format!("<punctual.PushOut: {found}, {}>", self.0.stop)
+        format!("<punctual3d.PushOut: {found}, {}>", self.0.stop)
     }
 }
 

@@ -92,7 +92,7 @@ pub fn is_stopped(outcome: &Outcome) -> bool {
 
 /// What a query says. Its truth value tells whether the surfaces meet, and raises UndecidedError while that is not
 /// known.
-#[pyclass(module = "punctual", frozen, extends = Answer)]
+#[pyclass(module = "punctual3d", frozen, extends = Answer)]
 pub struct Collision {
     outcome: Outcome,
     pairs: Vec<[u32; 2]>,
@@ -232,7 +232,7 @@ impl Collision {
 
     fn __repr__(&self) -> String {
         let Outcome { verdict, stop, found, .. } = self.outcome;
-        format!("<punctual.Collision: {verdict}, {found} found, {stop}, probability {:.3}>", self.probability())
+        format!("<punctual3d.Collision: {verdict}, {found} found, {stop}, probability {:.3}>", self.probability())
     }
 }
 
@@ -279,7 +279,7 @@ pub fn collide<'py>(
 
 /// The same question as that of `collide`, with buffers of its own (930 kB), so that it can be predicted, resumed and
 /// asked for its certificate.
-#[pyclass(module = "punctual")]
+#[pyclass(module = "punctual3d")]
 pub struct Query {
     trees: [Arc<punctual::Tree>; 2],
     asked: Asked,

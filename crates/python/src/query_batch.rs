@@ -12,7 +12,7 @@ use punctual::Verdict;
 use pyo3::prelude::*;
 
 /// What a batch says: a row for each pose.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 pub struct CollisionBatch {
     /// (N,) int8: 1 the surfaces meet, 0 they do not, both proven; -1 the budget ended first.
     verdict: Py<PyArray1<i8>>,

@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 ///
 /// The first `done` rays are answered. If the budget ended first, rows follow that say nothing: there `t` is NaN; of mode
 /// "all" there are no rows of rays that are not answered.
-#[pyclass(module = "punctual", frozen, extends = Answer)]
+#[pyclass(module = "punctual3d", frozen, extends = Answer)]
 pub struct RayHits {
     hits: Vec<Option<RayHit>>,
     /// The ray of each hit; None: as many rows as rays.
@@ -63,7 +63,7 @@ impl RayHits {
 
     fn __repr__(slf: PyRef<'_, Self>) -> String {
         let count = slf.hits.iter().flatten().count();
-        format!("<punctual.RayHits: {count} hits, {} rays done, {}>", slf.done, slf.as_super().stop)
+        format!("<punctual3d.RayHits: {count} hits, {} rays done, {}>", slf.done, slf.as_super().stop)
     }
 }
 

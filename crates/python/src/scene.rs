@@ -26,7 +26,7 @@ use std::sync::Arc;
 /// under a budget of work, or none, are the same on any number of them. Bodies are named by integers.
 ///
 /// Raises ValueError for no threads, and OSError if the system has no more.
-#[pyclass(module = "punctual")]
+#[pyclass(module = "punctual3d")]
 pub struct Scene {
     scene: punctual::Scene,
     /// Whether nothing was changed since the last frame.
@@ -43,7 +43,7 @@ impl Scene {
 
 /// What a frame found: a row for each pair of bodies whose boxes overlap, or whose distance is asked for. If whole,
 /// bodies that are not in it together, and may meet, do not.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 pub struct Report {
     /// Frames so far, this one included.
     frame: u64,

@@ -8,7 +8,7 @@ use punctual::{BodyHit, SceneCast};
 use pyo3::prelude::*;
 
 /// What a ray hits in a scene: a row for each hit, the nearest first; at most one of the modes "nearest" and "any".
-#[pyclass(module = "punctual", frozen, extends = Answer)]
+#[pyclass(module = "punctual3d", frozen, extends = Answer)]
 pub struct BodyHits {
     cast: SceneCast,
     hits: Vec<BodyHit>,
@@ -71,6 +71,6 @@ impl BodyHits {
 
     fn __repr__(&self) -> String {
         let SceneCast { free_until, stop, .. } = self.cast;
-        format!("<punctual.BodyHits: {} hits, free until {free_until}, {stop}>", self.hits.len())
+        format!("<punctual3d.BodyHits: {} hits, free until {free_until}, {stop}>", self.hits.len())
     }
 }

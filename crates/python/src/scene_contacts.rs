@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 /// Where two bodies touch: a row for each of the few points that stand for their contacts, the nearest first. Coordinates
 /// are those of the scene.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 pub struct ContactPoints {
     /// (N,) uint64: the patch of contacts that each stands for; the same from frame to frame while it lasts.
     patches: Py<PyArray1<u64>>,

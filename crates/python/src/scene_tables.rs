@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 ///
 /// They begin and end in frames that prove it. Contacts of a body that was removed end in the next frame, under its
 /// name.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 pub struct BodyContacts {
     /// (N, 2) uint64: the two bodies.
     bodies: Py<PyArray2<u64>>,
@@ -23,7 +23,7 @@ pub struct BodyContacts {
 
 /// What is known of the distances that are measured: a row for each pair of bodies. Their margins are taken
 /// off.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 pub struct PairDistances {
     /// (N, 2) uint64: the two bodies.
     bodies: Py<PyArray2<u64>>,
@@ -39,7 +39,7 @@ pub struct PairDistances {
 
 /// What is known of the least distances between groups of bodies: a row for each two groups. It holds where the bodies are
 /// in this frame, whatever the budget reached.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 pub struct GroupDistances {
     /// (N,) uint64: the names that `Scene.measure_groups` gave.
     ids: Py<PyArray1<u64>>,
@@ -57,7 +57,7 @@ pub struct GroupDistances {
 
 /// Until when bodies in motion are free: a row for each pair of bodies that may meet on their way. Times from 0, this
 /// frame, to 1, the end of the motions.
-#[pyclass(module = "punctual", frozen, get_all)]
+#[pyclass(module = "punctual3d", frozen, get_all)]
 pub struct PairPassages {
     /// (N, 2) uint64: the two bodies.
     bodies: Py<PyArray2<u64>>,

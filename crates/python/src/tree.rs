@@ -19,7 +19,7 @@ use std::sync::Arc;
 ///
 /// A mesh is a surface: no inside, degenerate triangles are what they are. Takes O(F log F), about 1 us a triangle.
 /// Raises ValueError for an index out of range and for coordinates that are not finite, with the place.
-#[pyclass(module = "punctual")]
+#[pyclass(module = "punctual3d")]
 pub struct Tree {
     pub arc: Arc<punctual::Tree>,
     /// How often its vertices were moved: what is known of it holds for one number of these.
@@ -162,6 +162,6 @@ impl Tree {
     }
 
     fn __repr__(&self) -> String {
-        format!("<punctual.Tree of {} triangles>", self.arc.mesh().len())
+        format!("<punctual3d.Tree of {} triangles>", self.arc.mesh().len())
     }
 }

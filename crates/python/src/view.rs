@@ -9,7 +9,7 @@ use std::{fs, io};
 /// or the bodies of a scene. One HTML text that needs no network.
 ///
 /// A notebook shows it where it is the value of a cell.
-#[pyclass(module = "punctual", frozen)]
+#[pyclass(module = "punctual3d", frozen)]
 pub struct View(String);
 
 impl View {
@@ -47,6 +47,6 @@ impl View {
     }
 
     fn __repr__(&self) -> String {
-        format!("<punctual.View of {} kB>", self.0.len() / 1000)
+        format!("<punctual3d.View of {} kB>", self.0.len() / 1000)
     }
 }

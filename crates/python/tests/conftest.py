@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import numpy as np
-import punctual
+import punctual3d
 import pytest
 
 FIXTURES = Path(__file__).resolve().parents[3] / "tests" / "fixtures" / "meshes"
@@ -26,12 +26,12 @@ def random_poses(count, reach, seed=1):
 
 @pytest.fixture(scope="session")
 def ball():
-    return punctual.shapes.icosphere(3)
+    return punctual3d.shapes.icosphere(3)
 
 
 @pytest.fixture(scope="session")
 def ring():
-    return punctual.shapes.torus(2.0, 0.5, 48)
+    return punctual3d.shapes.torus(2.0, 0.5, 48)
 
 
 @pytest.fixture(scope="session")

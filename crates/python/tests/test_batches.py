@@ -5,7 +5,7 @@ import threading
 import time
 
 import numpy as np
-import punctual
+import punctual3d
 import pytest
 from conftest import random_poses
 
@@ -13,11 +13,11 @@ from conftest import random_poses
 @pytest.mark.parametrize("options", [{}, {"mode": "all"}, {"mode": "all", "work": 3000}, {"work": 200, "prior": 0.2}])
 @pytest.mark.parametrize("threads", [1, 3])
 def test_a_batch_says_what_single_calls_say(ball, ring, poses, options, threads):
-    batch = punctual.collide_batch(ball, ring, poses, threads=threads, **options)
+    batch = punctual3d.collide_batch(ball, ring, poses, threads=threads, **options)
     assert len(batch) == len(poses) and batch.offsets[-1] == len(batch.pairs)
     codes = {"intersecting": 1, "separated": 0, "undecided": -1}
     for row, pose in enumerate(poses):
-        one = punctual.collide(ball, ring, pose, **options)
+        one = punctual3d.collide(ball, ring, pose, **options)
         assert codes[one.verdict] == batch.verdict[row] and one.found == batch.found[row]
         assert one.pairs.tolist() == batch.pairs[batch.offsets[row] : batch.offsets[row + 1]].tolist()
         assert (one.probability, one.recall, one.work) == (batch.probability[row], batch.recall[row], batch.work[row])
@@ -31,14 +31,14 @@ def test_a_batch_says_what_single_calls_say(ball, ring, poses, options, threads)
 @pytest.mark.parametrize("options", [{}, {"work": 800}, {"closer_than": 0.3}, {"margins": [0.1, 0.0]}])
 @pytest.mark.parametrize("threads", [1, 3])
 def test_distances_of_a_batch(ball, ring, poses, options, threads):
-    batch = punctual.distance_batch(ball, ring, poses, threads=threads, **options)
+    batch = punctual3d.distance_batch(ball, ring, poses, threads=threads, **options)
     for row, pose in enumerate(poses):
         rest = dict(options)
         limit = rest.pop("closer_than", None)
         one = (
-            punctual.distance(ball, ring, pose, **rest)
+            punctual3d.distance(ball, ring, pose, **rest)
             if limit is None
-            else punctual.closer_than(ball, ring, limit, pose)
+            else punctual3d.closer_than(ball, ring, limit, pose)
         )
         assert (one.low, one.high, one.work) == (batch.low[row], batch.high[row], batch.work[row])
         assert batch.closer[row] == (-1 if one.closer is None else int(one.closer))
@@ -51,13 +51,13 @@ def test_distances_of_a_batch(ball, ring, poses, options, threads):
 def test_memory_along_a_batch(ball, ring):
     path = np.tile(np.eye(4), (200, 1, 1))
     path[:, 0, 3] = np.linspace(0.8, 1.2, 200)
-    plain = punctual.collide_batch(ball, ring, path)
-    memory = punctual.Memory()
-    kept = punctual.collide_batch(ball, ring, path, memory=memory)
+    plain = punctual3d.collide_batch(ball, ring, path)
+    memory = punctual3d.Memory()
+    kept = punctual3d.collide_batch(ball, ring, path, memory=memory)
     assert (kept.verdict == plain.verdict).all() and memory.last_verdict is True
     assert kept.work.sum() < plain.work.sum() / 2
     with pytest.raises(ValueError, match="threads=1"):
-        punctual.collide_batch(ball, ring, path, memory=memory, threads=2)
+        punctual3d.collide_batch(ball, ring, path, memory=memory, threads=2)
 
 
 def test_faults_name_the_row(ball, ring, poses):
@@ -68,27 +68,27 @@ def test_faults_name_the_row(ball, ring, poses):
     ]:
         wrong = poses.copy()
         wrong[change[:3]] = change[3]
-        for batch in (punctual.collide_batch, punctual.distance_batch):
+        for batch in (punctual3d.collide_batch, punctual3d.distance_batch):
             with pytest.raises(ValueError, match=text):
                 batch(ball, ring, wrong)
     with pytest.raises(ValueError, match=r"poses: shape \[4, 4\], expected \(N, 4, 4\)"):
-        punctual.collide_batch(ball, ring, np.eye(4))
+        punctual3d.collide_batch(ball, ring, np.eye(4))
     with pytest.raises(ValueError, match="threads is 0"):
-        punctual.collide_batch(ball, ring, poses, threads=0)
-    assert len(punctual.collide_batch(ball, ring, np.zeros((0, 4, 4)), threads=4)) == 0
+        punctual3d.collide_batch(ball, ring, poses, threads=0)
+    assert len(punctual3d.collide_batch(ball, ring, np.zeros((0, 4, 4)), threads=4)) == 0
 
 
 def test_any_layout_of_poses(ball, ring, poses):
-    said = punctual.collide_batch(ball, ring, poses).verdict.tolist()
-    assert punctual.collide_batch(ball, ring, np.asfortranarray(poses)).verdict.tolist() == said
-    assert punctual.collide_batch(ball, ring, poses.tolist()).verdict.tolist() == said
-    assert punctual.collide_batch(ball, ring, poses[::-1]).verdict.tolist() == said[::-1]
+    said = punctual3d.collide_batch(ball, ring, poses).verdict.tolist()
+    assert punctual3d.collide_batch(ball, ring, np.asfortranarray(poses)).verdict.tolist() == said
+    assert punctual3d.collide_batch(ball, ring, poses.tolist()).verdict.tolist() == said
+    assert punctual3d.collide_batch(ball, ring, poses[::-1]).verdict.tolist() == said[::-1]
 
 
 def test_a_batch_leaves_the_lock_to_others(ball, ring):
     many = random_poses(20_000, 3.0)
     done = threading.Event()
-    batch = threading.Thread(target=lambda: (punctual.distance_batch(ball, ring, many), done.set()))
+    batch = threading.Thread(target=lambda: (punctual3d.distance_batch(ball, ring, many), done.set()))
     batch.start()
     turns = 0
     while not done.is_set():
@@ -106,13 +106,13 @@ def test_the_user_can_end_a_batch(ball, ring, threads):
     threading.Timer(0.2, lambda: signal.raise_signal(signal.SIGINT)).start()
     start = time.perf_counter()
     with pytest.raises(KeyboardInterrupt):
-        punctual.distance_batch(ball, ring, many, absolute_tolerance=0.0, threads=threads)
+        punctual3d.distance_batch(ball, ring, many, absolute_tolerance=0.0, threads=threads)
     assert time.perf_counter() - start < 10
 
 
 def test_threads_share_trees(ball, ring, poses):
     said = []
-    work = lambda: said.append([bool(punctual.collide(ball, ring, pose)) for pose in poses])
+    work = lambda: said.append([bool(punctual3d.collide(ball, ring, pose)) for pose in poses])
     threads = [threading.Thread(target=work) for _ in range(4)]
     [thread.start() for thread in threads]
     [thread.join() for thread in threads]
@@ -120,8 +120,8 @@ def test_threads_share_trees(ball, ring, poses):
 
 
 def test_one_thread_at_a_time_uses_a_query():
-    large = punctual.shapes.icosphere(5)
-    query = punctual.Query(large, large, mode="all")
+    large = punctual3d.shapes.icosphere(5)
+    query = punctual3d.Query(large, large, mode="all")
     busy = threading.Thread(target=query.run)
     errors = []
     busy.start()

@@ -4,7 +4,7 @@ import doctest
 import re
 from pathlib import Path
 
-import punctual
+import punctual3d
 import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -18,7 +18,7 @@ def test_readme():
 
 
 def test_package():
-    ran = doctest.testmod(punctual)
+    ran = doctest.testmod(punctual3d)
     assert ran.failed == 0 and ran.attempted == 4
 
 

@@ -1,7 +1,7 @@
 """Arguments that cannot be used."""
 
 import numpy as np
-import punctual
+import punctual3d
 import pytest
 
 
@@ -11,7 +11,7 @@ def changed(row, column, entry):
     return matrix
 
 
-@pytest.mark.parametrize("ask", [punctual.collide, punctual.distance, punctual.Query, punctual.DistanceQuery])
+@pytest.mark.parametrize("ask", [punctual3d.collide, punctual3d.distance, punctual3d.Query, punctual3d.DistanceQuery])
 @pytest.mark.parametrize(
     "given, error, text",
     [
@@ -40,8 +40,8 @@ def test_transforms_of_any_type(ball, ring, touching):
         touching.astype(">f8"),
         np.asfortranarray(touching),
     ):
-        assert punctual.collide(ball, ring, T).pairs.tolist() == punctual.collide(ball, ring, touching).pairs.tolist()
-    assert punctual.collide(ball, ring, None).verdict == "separated"
+        assert punctual3d.collide(ball, ring, T).pairs.tolist() == punctual3d.collide(ball, ring, touching).pairs.tolist()
+    assert punctual3d.collide(ball, ring, None).verdict == "separated"
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_transforms_of_any_type(ball, ring, touching):
 )
 def test_options_of_queries(ball, options, error, text):
     with pytest.raises(error, match=text):
-        punctual.collide(ball, ball, **options)
+        punctual3d.collide(ball, ball, **options)
 
 
 @pytest.mark.parametrize(
@@ -76,13 +76,13 @@ def test_options_of_queries(ball, options, error, text):
 )
 def test_options_of_distances(ball, options, text):
     with pytest.raises(ValueError, match=text):
-        punctual.distance(ball, ball, **options)
+        punctual3d.distance(ball, ball, **options)
     with pytest.raises(ValueError, match="closer_than is -1"):
-        punctual.closer_than(ball, ball, -1.0)
+        punctual3d.closer_than(ball, ball, -1.0)
 
 
 def test_trees_are_trees(ball):
     with pytest.raises(TypeError, match="Tree"):
-        punctual.collide(ball, ball.vertices)
+        punctual3d.collide(ball, ball.vertices)
     with pytest.raises(AttributeError, match="vertices"):
-        punctual.Tree.from_trimesh(3)
+        punctual3d.Tree.from_trimesh(3)

@@ -4,7 +4,7 @@ import importlib.util
 from pathlib import Path
 
 import numpy as np
-import punctual
+import punctual3d
 import pytest
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples/python/label_poses.py"
@@ -15,7 +15,7 @@ def test_two_workers_and_one_process():
     spec = importlib.util.spec_from_file_location("label_poses", EXAMPLE)
     example = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(example)
-    a, b = punctual.shapes.torus_knot(2, 3, 0.2, 128), punctual.shapes.icosphere(4)
+    a, b = punctual3d.shapes.torus_knot(2, 3, 0.2, 128), punctual3d.shapes.icosphere(4)
     chunks, options = [500, 500, 200], (3.0, 3000)
     alone = [example.label(a, b, seed, count, *options) for seed, count in enumerate(chunks)]
     labels, probabilities = (np.concatenate(part) for part in zip(*alone))

@@ -5,7 +5,7 @@ import io
 import subprocess
 
 import numpy as np
-import punctual
+import punctual3d
 import pytest
 from conftest import FIXTURES, random_poses
 
@@ -27,12 +27,12 @@ def read_csv(text):
 
 
 def load(case):
-    return [punctual.Tree.load(FIXTURES / case / f"{mesh}.obj") for mesh in "ab"]
+    return [punctual3d.Tree.load(FIXTURES / case / f"{mesh}.obj") for mesh in "ab"]
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_truth(case):
-    batch = punctual.collide_batch(*load(case), read_poses(case), mode="all")
+    batch = punctual3d.collide_batch(*load(case), read_poses(case), mode="all")
     truth = read_csv((FIXTURES / case / "truth.csv").read_text())
     assert batch.verdict.tolist() == [int(row["hit"]) for row in truth]
     assert batch.found.tolist() == [int(row["pairs"]) for row in truth]
@@ -40,7 +40,7 @@ def test_the_truth(case):
 
 @pytest.mark.parametrize("case", [case for case in CASES if (FIXTURES / case / "truth_distance.csv").exists()])
 def test_the_true_distance(case):
-    batch = punctual.distance_batch(*load(case), read_poses(case))
+    batch = punctual3d.distance_batch(*load(case), read_poses(case))
     truth = [float(row["distance"]) for row in read_csv((FIXTURES / case / "truth_distance.csv").read_text())]
     assert (batch.low <= np.nextafter(truth, np.inf)).all() and np.allclose(batch.high, truth, rtol=0, atol=1e-5)
 
@@ -55,7 +55,7 @@ def write_obj(path, tree):
 def pair(tmp_path_factory):
     """Files of two meshes and of poses near contact, and the same as arrays."""
     folder = tmp_path_factory.mktemp("pair")
-    a, b = punctual.shapes.torus_knot(2, 3, 0.2, 48), punctual.shapes.icosphere(3)
+    a, b = punctual3d.shapes.torus_knot(2, 3, 0.2, 48), punctual3d.shapes.icosphere(3)
     poses = random_poses(60, 4.0)
     write_obj(folder / "a.obj", a)
     write_obj(folder / "b.obj", b)
@@ -75,8 +75,8 @@ def test_the_same_collisions_as_the_program(program, pair, budget):
     rows = run(program, "pair", files, "--mode", "all", *options)
     a, b, poses = arguments
     # The program builds such trees where a budget may end queries for all pairs.
-    a, b = [punctual.Tree(tree.vertices, tree.faces, neighbors=True) for tree in (a, b)]
-    batch = punctual.collide_batch(a, b, poses, mode="all", work=budget)
+    a, b = [punctual3d.Tree(tree.vertices, tree.faces, neighbors=True) for tree in (a, b)]
+    batch = punctual3d.collide_batch(a, b, poses, mode="all", work=budget)
     names = {1: "intersecting", 0: "separated", -1: "undecided"}
     assert [row["verdict"] for row in rows] == [names[verdict] for verdict in batch.verdict.tolist()]
     assert [int(row["pairs"]) for row in rows] == batch.found.tolist()
@@ -87,7 +87,7 @@ def test_the_same_distances_as_the_program(program, pair, budget):
     files, arguments = pair
     options = [] if budget is None else ["--budget-work", str(budget)]
     rows = run(program, "distance", files, *options)
-    batch = punctual.distance_batch(*arguments, work=budget)
+    batch = punctual3d.distance_batch(*arguments, work=budget)
     assert [float(row["low"]) for row in rows] == batch.low.tolist()
     assert [float(row["high"]) for row in rows] == batch.high.tolist()
     assert [int(row["work"]) for row in rows] == batch.work.tolist()

@@ -1,12 +1,12 @@
 """Answers of single queries: proven, stopped, resumed, remembered."""
 
 import numpy as np
-import punctual
+import punctual3d
 import pytest
 
 
 def test_verdicts_and_their_truth(ball, ring, touching):
-    apart, meet = punctual.collide(ball, ring), punctual.collide(ball, ring, touching)
+    apart, meet = punctual3d.collide(ball, ring), punctual3d.collide(ball, ring, touching)
     assert (apart.verdict, bool(apart), apart.witness, apart.probability) == ("separated", False, None, 0.0)
     assert (meet.verdict, bool(meet), meet.stop, meet.found) == ("intersecting", True, "first-hit", 1)
     assert meet.pairs.tolist() == [list(meet.witness)]
@@ -14,27 +14,27 @@ def test_verdicts_and_their_truth(ball, ring, touching):
 
 
 def test_undecided_has_no_truth_value(ball, ring, touching):
-    stopped = punctual.collide(ball, ring, touching, work=0)
+    stopped = punctual3d.collide(ball, ring, touching, work=0)
     assert stopped.verdict == "undecided" and stopped.stop == "work-limit"
     assert 0 < stopped.probability < 1 and stopped.remaining.work.p50 > 0
-    with pytest.raises(punctual.UndecidedError, match="not known whether the surfaces meet: .*work-limit"):
+    with pytest.raises(punctual3d.UndecidedError, match="not known whether the surfaces meet: .*work-limit"):
         bool(stopped)
 
 
 def test_budget_of_time(ball, ring, touching):
-    stopped = punctual.collide(ball, ring, touching, mode="all", budget=0.0)
+    stopped = punctual3d.collide(ball, ring, touching, mode="all", budget=0.0)
     assert stopped.stop == "deadline" and stopped.elapsed is not None and stopped.recall < 1
-    whole = punctual.collide(ball, ring, touching, mode="all", budget=60.0)
+    whole = punctual3d.collide(ball, ring, touching, mode="all", budget=60.0)
     assert whole.stop == "finished" and whole.recall == 1.0
-    endless = punctual.collide(ball, ring, touching, mode="all", budget=float("inf"))
+    endless = punctual3d.collide(ball, ring, touching, mode="all", budget=float("inf"))
     assert endless.elapsed is None and endless.found == whole.found
 
 
 def test_pairs_are_those_of_all_triangles(touching):
-    a, b = punctual.shapes.icosphere(1), punctual.shapes.torus(1.0, 0.4, 12)
-    found = punctual.collide(a, b, touching, mode="all")
-    single = [punctual.Tree(b.vertices[face] + [1.0, 0.0, 0.0], [[0, 1, 2]]) for face in b.faces]
-    each = {(i, j) for j, tree in enumerate(single) for i, _ in punctual.collide(a, tree, mode="all").pairs.tolist()}
+    a, b = punctual3d.shapes.icosphere(1), punctual3d.shapes.torus(1.0, 0.4, 12)
+    found = punctual3d.collide(a, b, touching, mode="all")
+    single = [punctual3d.Tree(b.vertices[face] + [1.0, 0.0, 0.0], [[0, 1, 2]]) for face in b.faces]
+    each = {(i, j) for j, tree in enumerate(single) for i, _ in punctual3d.collide(a, tree, mode="all").pairs.tolist()}
     assert {tuple(pair) for pair in found.pairs.tolist()} == each and len(each) > 20
 
 
@@ -43,20 +43,20 @@ def test_more_pairs_than_a_workspace_holds():
     turn = np.linspace(0, 2 * np.pi, 300, endpoint=False)
     rim = np.stack([np.cos(turn), np.sin(turn), np.cos(3 * turn)], axis=1)
     vertices = np.concatenate([[[0.0, 0.0, 0.0]], rim])
-    fan = punctual.Tree(vertices, [[0, i + 1, (i + 1) % 300 + 1] for i in range(300)])
-    found = punctual.collide(fan, fan, mode="all")
+    fan = punctual3d.Tree(vertices, [[0, i + 1, (i + 1) % 300 + 1] for i in range(300)])
+    found = punctual3d.collide(fan, fan, mode="all")
     assert found.stop == "finished" and found.found == 90_000
     assert len(np.unique(found.pairs, axis=0)) == 90_000
-    stopped = punctual.collide(fan, fan, mode="all", work=found.work - 1000)
+    stopped = punctual3d.collide(fan, fan, mode="all", work=found.work - 1000)
     assert stopped.stop == "work-limit" and 65_536 < len(stopped.pairs) < 90_000
-    timed = punctual.collide(fan, fan, mode="all", budget=60.0)
+    timed = punctual3d.collide(fan, fan, mode="all", budget=60.0)
     assert timed.found == 90_000
 
 
 def test_a_resumed_query_ends_as_one_that_was_not_stopped(ball, ring, touching):
-    query = punctual.Query(ball, ring, touching, mode="all")
+    query = punctual3d.Query(ball, ring, touching, mode="all")
     for error in (query.certificate, query.estimate, query.resume):
-        with pytest.raises(punctual.ResumeError):
+        with pytest.raises(punctual3d.ResumeError):
             error()
     predicted = query.predict().work
     assert 0 < predicted.p10 <= predicted.p50 <= predicted.p90
@@ -68,15 +68,15 @@ def test_a_resumed_query_ends_as_one_that_was_not_stopped(ball, ring, touching):
     assert query.estimate().probability == result.probability
     while result.stop == "work-limit":
         result = query.resume(work=300)
-    whole = punctual.collide(ball, ring, touching, mode="all", work=10**9)
+    whole = punctual3d.collide(ball, ring, touching, mode="all", work=10**9)
     assert result.pairs.tolist() == whole.pairs.tolist() and result.work == whole.work
     assert query.certificate().upper_bound == whole.found and query.certificate().open_pairs == 0
-    with pytest.raises(punctual.ResumeError, match="no run to go on with"):
+    with pytest.raises(punctual3d.ResumeError, match="no run to go on with"):
         query.resume()
 
 
 def test_unseen_intersections_lie_in_the_boxes(ball, ring, touching):
-    query = punctual.Query(ball, ring, touching, mode="all")
+    query = punctual3d.Query(ball, ring, touching, mode="all")
     query.run(work=2000)
     found = {tuple(pair) for pair in query.run(work=2000).pairs.tolist()}
     plain, narrowed = query.certificate(), query.certificate(work=500)
@@ -84,7 +84,7 @@ def test_unseen_intersections_lie_in_the_boxes(ball, ring, touching):
     boxes = narrowed.boxes
     corners = ball.vertices[ball.faces]
     missed = [
-        pair for pair in punctual.collide(ball, ring, touching, mode="all").pairs.tolist() if tuple(pair) not in found
+        pair for pair in punctual3d.collide(ball, ring, touching, mode="all").pairs.tolist() if tuple(pair) not in found
     ]
     assert missed and len(missed) + len(found) <= narrowed.upper_bound
     for triangle, _ in missed:
@@ -93,48 +93,48 @@ def test_unseen_intersections_lie_in_the_boxes(ball, ring, touching):
 
 
 def test_distance_and_its_bounds(ball, ring, touching):
-    apart = punctual.distance(ball, ring)
+    apart = punctual3d.distance(ball, ring)
     assert apart.low <= apart.high and apart.stop == "finished" and apart.high - apart.low < 1e-5
     a, b = apart.points
     assert np.linalg.norm(a - b) == pytest.approx(apart.high, rel=1e-12)
     assert len(apart.triangles) == 2 and apart.closer is None
-    early = punctual.distance(ball, ring, work=600)
+    early = punctual3d.distance(ball, ring, work=600)
     assert early.stop == "work-limit" and early.low <= apart.high and apart.low <= early.high
-    meet = punctual.distance(ball, ring, touching)
+    meet = punctual3d.distance(ball, ring, touching)
     assert meet.low == meet.high == 0.0
-    thick = punctual.distance(ball, ring, margins=[0.1, 0.2])
+    thick = punctual3d.distance(ball, ring, margins=[0.1, 0.2])
     assert thick.high == pytest.approx(apart.high - 0.3, abs=1e-5)
-    rough = punctual.distance(ball, ring, relative_tolerance=0.5)
+    rough = punctual3d.distance(ball, ring, relative_tolerance=0.5)
     assert rough.work < apart.work and rough.low <= apart.high <= rough.high
     with pytest.raises(TypeError, match="compare its bounds"):
         bool(apart)
 
 
 def test_closer_than(ball, ring):
-    length = punctual.distance(ball, ring).high
-    assert punctual.closer_than(ball, ring, 1.1 * length)
-    assert not punctual.closer_than(ball, ring, 0.9 * length)
-    undecided = punctual.closer_than(ball, ring, 0.9 * length, work=0)
+    length = punctual3d.distance(ball, ring).high
+    assert punctual3d.closer_than(ball, ring, 1.1 * length)
+    assert not punctual3d.closer_than(ball, ring, 0.9 * length)
+    undecided = punctual3d.closer_than(ball, ring, 0.9 * length, work=0)
     assert undecided.closer is None
-    with pytest.raises(punctual.UndecidedError, match="closer than 0.44"):
+    with pytest.raises(punctual3d.UndecidedError, match="closer than 0.44"):
         bool(undecided)
 
 
 def test_closer_points_lie_in_the_boxes(ball, ring):
-    query = punctual.DistanceQuery(ball, ring, absolute_tolerance=0.0)
+    query = punctual3d.DistanceQuery(ball, ring, absolute_tolerance=0.0)
     result = query.run(work=3000)
     assert result.stop == "work-limit" and np.isfinite(result.high)
     plain, narrowed = query.certificate(), query.certificate(work=2000)
     room = [np.prod(told.boxes[:, 1] - told.boxes[:, 0], axis=1).sum() for told in (plain, narrowed)]
     assert room[1] < room[0] and narrowed.upper_bound < plain.upper_bound
-    near = punctual.contacts(ball, ring, margin=result.high * (1 - 1e-12))
+    near = punctual3d.contacts(ball, ring, margin=result.high * (1 - 1e-12))
     assert 0 < len(near) <= narrowed.upper_bound
     for middle in near.points.mean(axis=1):
         assert ((narrowed.boxes[:, 0] <= middle) & (middle <= narrowed.boxes[:, 1])).all(axis=1).any()
 
 
 def test_a_distance_query_is_resumed(ball, ring):
-    query = punctual.DistanceQuery(ball, ring, absolute_tolerance=0.0)
+    query = punctual3d.DistanceQuery(ball, ring, absolute_tolerance=0.0)
     assert query.predict().p50 > 0
     result = query.run(work=600)
     low, high = result.low, result.high
@@ -145,43 +145,43 @@ def test_a_distance_query_is_resumed(ball, ring):
         result = query.resume(work=600)
         assert low <= result.low and result.high <= high
         low, high = result.low, result.high
-    whole = punctual.distance(ball, ring, absolute_tolerance=0.0)
+    whole = punctual3d.distance(ball, ring, absolute_tolerance=0.0)
     assert (low, high) == (whole.low, whole.high)
-    with pytest.raises(punctual.ResumeError):
+    with pytest.raises(punctual3d.ResumeError):
         query.resume()
 
 
 def test_contact_can_be_left_open(ball, ring, touching):
-    apart = punctual.distance(ball, ring, absolute_tolerance=100.0, leave_contact_open=True)
-    assert apart.low == 0 and apart.high <= 100 and apart.work < punctual.distance(ball, ring).work
-    query = punctual.DistanceQuery(ball, ring, touching, absolute_tolerance=1e-9, leave_contact_open=True)
+    apart = punctual3d.distance(ball, ring, absolute_tolerance=100.0, leave_contact_open=True)
+    assert apart.low == 0 and apart.high <= 100 and apart.work < punctual3d.distance(ball, ring).work
+    query = punctual3d.DistanceQuery(ball, ring, touching, absolute_tolerance=1e-9, leave_contact_open=True)
     assert query.run().high <= 1e-9
     poses = np.stack([touching, np.eye(4)])
-    batch = punctual.distance_batch(ball, ring, poses, absolute_tolerance=100.0, leave_contact_open=True)
+    batch = punctual3d.distance_batch(ball, ring, poses, absolute_tolerance=100.0, leave_contact_open=True)
     assert (batch.low == 0).all() and (batch.high <= 100).all()
 
 
 def test_memory(ball, ring, touching):
-    memory = punctual.Memory()
+    memory = punctual3d.Memory()
     assert memory.last_verdict is None
-    first = punctual.collide(ball, ring, touching, memory=memory)
-    again = punctual.collide(ball, ring, touching, memory=memory)
+    first = punctual3d.collide(ball, ring, touching, memory=memory)
+    again = punctual3d.collide(ball, ring, touching, memory=memory)
     assert memory.last_verdict is True and memory.frames_undecided == 0 and 0 <= memory.change_rate <= 1
     assert again.work < first.work and again
-    lone = punctual.distance(ball, ring)
-    punctual.distance(ball, ring, memory=memory)
-    assert punctual.distance(ball, ring, memory=memory).high == lone.high
+    lone = punctual3d.distance(ball, ring)
+    punctual3d.distance(ball, ring, memory=memory)
+    assert punctual3d.distance(ball, ring, memory=memory).high == lone.high
 
 
 def test_early_answers_and_priors(touching):
     a, b = (
-        punctual.Tree(t.vertices, t.faces, neighbors=True)
-        for t in (punctual.shapes.icosphere(5), punctual.shapes.torus(2, 0.5, 128))
+        punctual3d.Tree(t.vertices, t.faces, neighbors=True)
+        for t in (punctual3d.shapes.icosphere(5), punctual3d.shapes.torus(2, 0.5, 128))
     )
     # By default, curves are followed for a part of the work that is spent, which a fifth of the whole is past.
-    fifth = punctual.collide(a, b, touching, mode="all").work // 5
-    plain = punctual.collide(a, b, touching, mode="all", work=fifth)
-    early = punctual.collide(a, b, touching, mode="all", work=fifth, early=True)
+    fifth = punctual3d.collide(a, b, touching, mode="all").work // 5
+    plain = punctual3d.collide(a, b, touching, mode="all", work=fifth)
+    early = punctual3d.collide(a, b, touching, mode="all", work=fifth, early=True)
     assert early.found > plain.found
-    likely, unlikely = (punctual.collide(a, b, touching, work=0, prior=prior).probability for prior in (0.9, 0.01))
+    likely, unlikely = (punctual3d.collide(a, b, touching, work=0, prior=prior).probability for prior in (0.9, 0.01))
     assert unlikely < likely

@@ -4,7 +4,7 @@ import threading
 import time
 
 import numpy as np
-import punctual
+import punctual3d
 import pytest
 
 
@@ -26,47 +26,47 @@ def slabs(origins, directions):
 
 @pytest.fixture(scope="module")
 def cube():
-    return punctual.shapes.cuboid([1.0, 1.0, 1.0], 6)
+    return punctual3d.shapes.cuboid([1.0, 1.0, 1.0], 6)
 
 
 def test_rays_hit_a_cube_where_they_enter_it(cube):
     origins, directions = beams()
-    hits, expected = punctual.rays(cube, origins, directions), slabs(origins, directions)
+    hits, expected = punctual3d.rays(cube, origins, directions), slabs(origins, directions)
     hit = np.isfinite(expected)
     assert 50 < hit.sum() < 350 and (hits.done, hits.stop, len(hits)) == (400, "finished", 400)
     assert np.array_equal(hits.triangles >= 0, hit) and (hits.triangles[~hit] == -1).all()
     assert np.allclose(hits.t[hit], expected[hit], atol=1e-11) and np.isposinf(hits.t[~hit]).all()
     assert (hits.sides[hit] == 1).all() and (hits.sides[~hit] == 0).all()
     assert (hits.triangles.dtype, hits.t.dtype, hits.sides.dtype) == (np.int64, np.float64, np.int8)
-    some = punctual.rays(cube, origins, directions, mode="any")
+    some = punctual3d.rays(cube, origins, directions, mode="any")
     assert np.array_equal(some.triangles >= 0, hit) and (some.t >= hits.t).all()
 
 
 def test_segments_and_limits(cube):
     origins, directions = beams()
-    hits = punctual.rays(cube, origins, directions)
-    short = punctual.rays(cube, origins, ends=origins + 0.5 * directions)
+    hits = punctual3d.rays(cube, origins, directions)
+    short = punctual3d.rays(cube, origins, ends=origins + 0.5 * directions)
     clear = ~np.isfinite(hits.t) | (abs(hits.t - 0.5) > 1e-9)
     assert np.array_equal((short.triangles >= 0)[clear], (hits.t <= 0.5)[clear]) and (short.triangles >= 0).any()
-    limited = punctual.rays(cube, origins, directions, t_max=0.5)
+    limited = punctual3d.rays(cube, origins, directions, t_max=0.5)
     assert np.array_equal(limited.triangles, np.where(hits.t <= 0.5, hits.triangles, -1))
-    inside = punctual.rays(cube, np.zeros((2, 3)), [[2, 0, 0], [0, 0, 0.5]], t_min=0.1)
+    inside = punctual3d.rays(cube, np.zeros((2, 3)), [[2, 0, 0], [0, 0, 0.5]], t_min=0.1)
     assert inside.t.tolist() == [0.5, 2.0] and inside.sides.tolist() == [-1, -1]
 
 
 def test_stopped_rays_say_which_are_done(cube):
     origins, directions = beams()
-    whole, part = punctual.rays(cube, origins, directions), punctual.rays(cube, origins, directions, work=30_000)
+    whole, part = punctual3d.rays(cube, origins, directions), punctual3d.rays(cube, origins, directions, work=30_000)
     assert part.stop == "work-limit" and 0 < part.done < 400 and np.isnan(part.t[part.done :]).all()
     assert np.array_equal(part.t[: part.done], whole.t[: part.done]) and (part.triangles[part.done :] == -1).all()
-    late = punctual.rays(cube, origins, directions, budget=0.0)
+    late = punctual3d.rays(cube, origins, directions, budget=0.0)
     assert late.stop == "deadline" and late.elapsed >= 0 and whole.elapsed is None
-    assert len(punctual.rays(cube, np.empty((0, 3)), [])) == 0 and "0 hits" in repr(punctual.rays(cube, [], []))
+    assert len(punctual3d.rays(cube, np.empty((0, 3)), [])) == 0 and "0 hits" in repr(punctual3d.rays(cube, [], []))
 
 
 def test_all_hits_of_rays(cube):
     origins, directions = beams()
-    nearest, every = (punctual.rays(cube, origins, directions, mode=mode) for mode in ("nearest", "all"))
+    nearest, every = (punctual3d.rays(cube, origins, directions, mode=mode) for mode in ("nearest", "all"))
     assert nearest.rays.tolist() == list(range(400)) and (every.done, every.stop) == (400, "finished")
     # A ray that enters a cube leaves it: in front of it and behind, through one triangle or along an edge.
     rays, first = np.unique(every.rays, return_index=True)
@@ -78,24 +78,24 @@ def test_all_hits_of_rays(cube):
         (1,) * len(rays),
         (-1,) * len(rays),
     }
-    part = punctual.rays(cube, origins, directions, mode="all", work=30_000)
+    part = punctual3d.rays(cube, origins, directions, mode="all", work=30_000)
     assert part.stop == "work-limit" and 0 < part.done < 400 and part.work >= 30_000
     assert np.array_equal(part.t, every.t[every.rays < part.done]) and (part.rays < part.done).all()
-    late = punctual.rays(cube, origins, directions, mode="all", budget=0.0)
+    late = punctual3d.rays(cube, origins, directions, mode="all", budget=0.0)
     assert (late.stop, late.done, len(late)) == ("deadline", 0, 0) and late.elapsed >= 0 and every.elapsed is None
     # More hits of one ray than a workspace has room for at first.
     sheets = np.arange(5000.0)
     corners = np.stack([np.tile([x, y, 0.0], (5000, 1)) for x, y in [(0, 0), (1, 0), (0, 1)]], axis=1)
     corners[:, :, 2] = sheets[:, None]
-    book = punctual.Tree(corners.reshape(-1, 3), np.arange(15_000).reshape(-1, 3))
-    through = punctual.rays(book, [[0.2, 0.3, -1]], [[0, 0, 1]], mode="all")
+    book = punctual3d.Tree(corners.reshape(-1, 3), np.arange(15_000).reshape(-1, 3))
+    through = punctual3d.rays(book, [[0.2, 0.3, -1]], [[0, 0, 1]], mode="all")
     assert np.array_equal(through.triangles, np.arange(5000)) and np.array_equal(through.t, sheets + 1)
 
 
 def test_rays_leave_the_lock_to_others(cube):
     origins, directions = (np.tile(array, (1000, 1)) for array in beams())
     done = threading.Event()
-    batch = threading.Thread(target=lambda: (punctual.rays(cube, origins, directions), done.set()))
+    batch = threading.Thread(target=lambda: (punctual3d.rays(cube, origins, directions), done.set()))
     batch.start()
     turns = 0
     while not done.is_set():
@@ -122,34 +122,34 @@ def test_rays_leave_the_lock_to_others(cube):
 )
 def test_errors_of_rays(cube, arguments, options, text):
     with pytest.raises(ValueError, match=text):
-        punctual.rays(cube, *arguments, **options)
+        punctual3d.rays(cube, *arguments, **options)
 
 
 def test_a_push_parts_the_surfaces(ball, ring, touching):
-    push = punctual.push_out(ball, ring, touching)
+    push = punctual3d.push_out(ball, ring, touching)
     assert push.stop == "finished" and push.distance > 0 and push.queries > 1
-    assert punctual.collide(ball, ring, push.T).verdict == "separated"
+    assert punctual3d.collide(ball, ring, push.T).verdict == "separated"
     assert np.linalg.norm(push.direction) == pytest.approx(1) and np.array_equal(push.T[:3, :3], touching[:3, :3])
     assert np.array_equal(push.T[:3, 3], touching[:3, 3] + push.direction * push.distance)
     assert push.T[3].tolist() == [0, 0, 0, 1]
-    fewer = punctual.push_out(ball, ring, touching, query_limit=10)
+    fewer = punctual3d.push_out(ball, ring, touching, query_limit=10)
     assert fewer.queries <= 10 and (fewer.distance is None or fewer.distance >= push.distance)
-    none = punctual.push_out(ball, ring, touching, work=10)
+    none = punctual3d.push_out(ball, ring, touching, work=10)
     assert (none.direction, none.distance, none.T, none.stop) == (None, None, None, "work-limit")
     assert "none found" in repr(none)
-    apart = punctual.push_out(ball, ring)
+    apart = punctual3d.push_out(ball, ring)
     assert apart.distance == 0 and apart.direction.tolist() == [1, 0, 0] and np.array_equal(apart.T, np.eye(4))
     with pytest.raises(ValueError, match="T: "):
-        punctual.push_out(ball, ring, np.zeros((4, 4)))
+        punctual3d.push_out(ball, ring, np.zeros((4, 4)))
 
 
 def test_what_a_memory_knows_of_the_distance(ball, ring):
-    memory, pose = punctual.Memory(), np.eye(4)
+    memory, pose = punctual3d.Memory(), np.eye(4)
     assert memory.clearance(ball, ring) == 0
-    apart = punctual.distance(ball, ring, memory=memory)
+    apart = punctual3d.distance(ball, ring, memory=memory)
     assert 0.9 * apart.low < memory.clearance(ball, ring) <= apart.high
     pose[0, 3] = 0.2
-    assert apart.low - 0.21 < memory.clearance(ball, ring, pose) <= punctual.distance(ball, ring, pose).high
+    assert apart.low - 0.21 < memory.clearance(ball, ring, pose) <= punctual3d.distance(ball, ring, pose).high
     pose[0, 3] = 2.0
     assert memory.clearance(ball, ring, pose) == 0
     with pytest.raises(ValueError, match="T: "):

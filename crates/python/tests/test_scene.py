@@ -1,7 +1,7 @@
 """Many bodies, one budget a frame."""
 
 import numpy as np
-import punctual
+import punctual3d
 import pytest
 from conftest import random_poses
 
@@ -13,12 +13,12 @@ def placed(x):
 
 
 def test_frames(ball, ring):
-    scene = punctual.Scene(mode="all")
+    scene = punctual3d.Scene(mode="all")
     ring_id, ball_id = scene.insert(ring, fixed=True), scene.insert(ball, placed(1.0))
     report = scene.step()
     assert report.frame == 1 and report.bodies.tolist() == [[ring_id, ball_id]]
     assert report.verdict.tolist() == [1] and report.age.tolist() == [0] and report.probability.tolist() == [1.0]
-    pair = punctual.collide(ring, ball, placed(1.0), mode="all")
+    pair = punctual3d.collide(ring, ball, placed(1.0), mode="all")
     assert report.found.tolist() == [pair.found] and tuple(report.witness[0]) in {tuple(p) for p in pair.pairs.tolist()}
     assert scene.certificate(ring_id, ball_id) == (pair.found, 0.0)
     scene.set_pose(ball_id, placed(0.0))
@@ -32,14 +32,14 @@ def test_frames(ball, ring):
 
 def test_a_scene_says_what_single_queries_say(ball):
     poses = random_poses(30, 5.0)
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     names = [scene.insert(ball) for _ in poses]
     scene.set_poses(names, poses)
     report = scene.step()
     said = {tuple(pair) for pair in report.bodies[report.verdict == 1].tolist()}
     inverse = np.linalg.inv(poses)
     meet = {
-        (names[i], names[j]) for i in range(30) for j in range(i) if punctual.collide(ball, ball, inverse[i] @ poses[j])
+        (names[i], names[j]) for i in range(30) for j in range(i) if punctual3d.collide(ball, ball, inverse[i] @ poses[j])
     }
     assert said == {tuple(sorted(pair)) for pair in meet} and len(meet) > 10
 
@@ -48,7 +48,7 @@ def test_any_number_of_threads_says_the_same(ball):
     poses = random_poses(40, 5.0)
     reports = []
     for threads in (1, 2, 3):
-        scene = punctual.Scene(mode="all", threads=threads)
+        scene = punctual3d.Scene(mode="all", threads=threads)
         scene.set_poses([scene.insert(ball) for _ in poses], poses)
         reports.append([scene.step(work=200_000) for _ in range(3)])
     for one, other in zip(reports[0] * 2, reports[1] + reports[2]):
@@ -56,11 +56,11 @@ def test_any_number_of_threads_says_the_same(ball):
         for column in ("bodies", "verdict", "witness", "found", "probability", "age"):
             assert np.array_equal(getattr(one, column), getattr(other, column))
     with pytest.raises(ValueError, match="threads is 0, expected at least 1"):
-        punctual.Scene(threads=0)
+        punctual3d.Scene(threads=0)
 
 
 def test_filters_and_importance(ball):
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     scene.insert(ball, groups=1, mask=2)
     scene.insert(ball, groups=1, mask=2)
     scene.insert(ball, groups=2, mask=1, importance=2.0)
@@ -70,7 +70,7 @@ def test_filters_and_importance(ball):
 
 
 def test_faults(ball, ring):
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     name = scene.insert(ball)
     with pytest.raises(ValueError, match="1 bodies, but 2 poses"):
         scene.set_poses([name], np.tile(np.eye(4), (2, 1, 1)))
@@ -86,7 +86,7 @@ def test_faults(ball, ring):
 
 
 def test_contacts_begin_and_end(ball):
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     still, other = scene.insert(ball, fixed=True), scene.insert(ball, placed(1.9))
     assert len(scene.step().contacts) == 0
     scene.track_contacts()
@@ -100,8 +100,8 @@ def test_contacts_begin_and_end(ball):
 
 
 def test_margins(ball):
-    pair = punctual.distance(ball, ball, placed(2.5), absolute_tolerance=1e-9)
-    scene = punctual.Scene()
+    pair = punctual3d.distance(ball, ball, placed(2.5), absolute_tolerance=1e-9)
+    scene = punctual3d.Scene()
     still, _ = scene.insert(ball, margin=0.25), scene.insert(ball, placed(2.5))
     assert (scene.step().verdict == 1).sum() == 0
     scene.set_margin(still, pair.low - 1e-6)
@@ -113,7 +113,7 @@ def test_margins(ball):
 def test_distances_are_those_of_single_queries(ball, ring):
     poses = random_poses(12, 6.0, seed=3)
     trees, margins = [ball, ring] * 6, [0.0, 0.1, 0.2] * 4
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     names = [scene.insert(tree, T, margin=margin) for tree, T, margin in zip(trees, poses, margins)]
     asked = [(i, j) for i in range(12) for j in range(i + 1, 12) if (i + j) % 3]
     for i, j in asked:
@@ -123,12 +123,12 @@ def test_distances_are_those_of_single_queries(ball, ring):
     apart = 0
     for row, (i, j) in enumerate(asked):
         T, of_both = np.linalg.inv(poses[i]) @ poses[j], (margins[i], margins[j])
-        single = punctual.distance(trees[i], trees[j], T, absolute_tolerance=1e-4, margins=of_both)
+        single = punctual3d.distance(trees[i], trees[j], T, absolute_tolerance=1e-4, margins=of_both)
         assert found.high[row] - found.low[row] < 1.001e-4 and found.ages[row] == 0
         assert found.low[row] <= single.high + 1e-9 and single.low <= found.high[row] + 1e-9
         if found.high[row] > 0:
             at = [trees[k].vertices[trees[k].faces[t]] for k, t in zip((i, j), found.triangles[row])]
-            at = punctual.distance(*(punctual.Tree(corners, [[0, 1, 2]]) for corners in at), T, margins=of_both)
+            at = punctual3d.distance(*(punctual3d.Tree(corners, [[0, 1, 2]]) for corners in at), T, margins=of_both)
             assert at.high == pytest.approx(found.high[row], rel=1e-5, abs=1e-5)
             apart += 1
     assert 10 < apart < len(asked)
@@ -150,7 +150,7 @@ def test_passages_are_those_of_single_queries(ball, ring):
     starts, ends = random_poses(20, 4.0, seed=5), random_poses(20, 4.0, seed=6)
     random = np.random.default_rng(7)
     here = random_poses(1, 2.0, seed=8)[0]
-    scene, there = punctual.Scene(), np.linalg.inv(here)
+    scene, there = punctual3d.Scene(), np.linalg.inv(here)
     still = scene.insert(ring, here, fixed=True)
     single = {}
     for i, (start, end) in enumerate(zip(starts, ends)):
@@ -166,7 +166,7 @@ def test_passages_are_those_of_single_queries(ball, ring):
         else:
             scene.set_motion(body, start, velocity=velocity, turn=turn, point=point)
             local = {"velocity": turned @ velocity, "turn": turned @ turn, "point": turned @ point + there[:3, 3]}
-        single[body] = punctual.motion(ring, ball, there @ start, **local)
+        single[body] = punctual3d.motion(ring, ball, there @ start, **local)
     passages = scene.step().passages
     assert (passages.bodies[:, 0] == still).all() and passages.triangles.dtype == np.int64
     rows = {body: row for row, (_, body) in enumerate(passages.bodies.tolist())}
@@ -186,7 +186,7 @@ def test_passages_are_those_of_single_queries(ball, ring):
     scene.set_pose(body, starts[-1])
     assert len(scene.step().passages) == len(passages) - (body in rows)
     # A frame without work says nothing.
-    cut = punctual.Scene()
+    cut = punctual3d.Scene()
     cut.insert(ring)
     cut.set_motion(cut.insert(ball), placed(1.0), velocity=[1.0, 0.0, 0.0])
     passages = cut.step(work=0).passages
@@ -197,7 +197,7 @@ def test_passages_are_those_of_single_queries(ball, ring):
 @pytest.fixture(scope="module")
 def crowd(ball, ring):
     """A scene of balls, of group 1, and rings, of group 2, and what is in it: names, trees and poses."""
-    scene, poses = punctual.Scene(), random_poses(24, 8.0, seed=9)
+    scene, poses = punctual3d.Scene(), random_poses(24, 8.0, seed=9)
     bodies = [(tree, T, groups) for T, (tree, groups) in zip(poses, [(ball, 1), (ring, 2)] * 12)]
     named = {scene.insert(tree, T, groups=groups): (tree, T) for tree, T, groups in bodies}
     scene.step()
@@ -210,7 +210,7 @@ def one_by_one(named, origin, direction, limits):
     for body, (tree, T) in named.items():
         there = np.linalg.inv(T)
         local = there[:3, :3] @ origin + there[:3, 3], there[:3, :3] @ direction
-        hits = punctual.rays(tree, *([vector] for vector in local), mode="all", **limits)
+        hits = punctual3d.rays(tree, *([vector] for vector in local), mode="all", **limits)
         found += zip(hits.t.tolist(), [body] * len(hits), hits.triangles.tolist(), hits.sides.tolist())
     return sorted(found)
 
@@ -273,13 +273,13 @@ def test_casts_ask_only_whom_they_may(crowd):
     ],
 )
 def test_what_a_scene_refuses(ball, call, text):
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     with pytest.raises(ValueError, match=text):
         call(scene, scene.insert(ball))
 
 
 def test_bodies_that_are_not_in_the_scene(ball):
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     name = scene.insert(ball)
     for call in (
         lambda: scene.set_margin(7, 0.0),
@@ -292,7 +292,7 @@ def test_bodies_that_are_not_in_the_scene(ball):
 
 
 def test_compounds_move_as_one(ball, ring):
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     post = scene.insert(ball, fixed=True)
     compound = scene.insert_compound([(ball, placed(0.0)), (ring, placed(0.5)), (ball, placed(1.0))], placed(20.0))
     parts = scene.parts(compound)
@@ -314,13 +314,13 @@ def test_compounds_move_as_one(ball, ring):
 
 def test_groups_are_as_far_apart_as_their_closest_bodies(ball):
     poses = random_poses(14, 8.0)
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     names = [scene.insert(ball) for _ in poses]
     x, y = names[:4], names[4:]
     measure = scene.measure_groups(x, y, 1e-3)
     inverse = np.linalg.inv(poses)
     pairs = [(i, j) for i in range(4) for j in range(4, 14)]
-    truth = min(punctual.distance(ball, ball, inverse[i] @ poses[j]).high for i, j in pairs)
+    truth = min(punctual3d.distance(ball, ball, inverse[i] @ poses[j]).high for i, j in pairs)
     scene.set_poses(names, poses)
     for work in (100, 2_000, 20_000, None):
         found = scene.step(work=work).group_distances
@@ -335,11 +335,11 @@ def test_groups_are_as_far_apart_as_their_closest_bodies(ball):
 
 
 def test_contact_points(ball):
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     a, b = scene.insert(ball, fixed=True, margin=0.01), scene.insert(ball, placed(1.0))
     scene.find_contacts(a, b)
     scene.set_question_importance("contacts", 1.0)
-    meets = punctual.distance(ball, ball, placed(1.0)).high == 0
+    meets = punctual3d.distance(ball, ball, placed(1.0)).high == 0
     scene.step()
     found = scene.contact_points(a, b)
     assert meets and len(found) > 0 and found.age == 0 and found.distances[0] == 0

@@ -5,11 +5,11 @@ import inspect
 import sys
 from pathlib import Path
 
-import punctual
+import punctual3d
 import pytest
-from punctual import _punctual
+from punctual3d import _punctual3d
 
-STUBS = ast.parse((Path(punctual.__file__).parent / "_punctual.pyi").read_text())
+STUBS = ast.parse((Path(punctual3d.__file__).parent / "_punctual3d.pyi").read_text())
 CLASSES = {node.name: node for node in STUBS.body if isinstance(node, ast.ClassDef) and not node.name.startswith("_")}
 FUNCTIONS = {node.name: node for node in STUBS.body if isinstance(node, ast.FunctionDef)}
 
@@ -36,20 +36,20 @@ def public(names):
 
 
 def test_the_same_names():
-    assert public(dir(_punctual)) == set(CLASSES) | set(FUNCTIONS)
-    shown = public(punctual.__all__) - {"shapes", "CollisionManager"}
-    assert shown | set(punctual.shapes.__all__) == public(dir(_punctual))
-    assert all(getattr(_punctual, name).__doc__ for name in public(dir(_punctual)))
+    assert public(dir(_punctual3d)) == set(CLASSES) | set(FUNCTIONS)
+    shown = public(punctual3d.__all__) - {"shapes", "CollisionManager"}
+    assert shown | set(punctual3d.shapes.__all__) == public(dir(_punctual3d))
+    assert all(getattr(_punctual3d, name).__doc__ for name in public(dir(_punctual3d)))
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_functions(name):
-    assert signature(getattr(_punctual, name)) == arguments(FUNCTIONS[name])
+    assert signature(getattr(_punctual3d, name)) == arguments(FUNCTIONS[name])
 
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_classes(name):
-    real, stub = getattr(_punctual, name), CLASSES[name]
+    real, stub = getattr(_punctual3d, name), CLASSES[name]
     if issubclass(real, Exception):
         return
     members = {node.name: node for node in stub.body if isinstance(node, ast.FunctionDef)}

@@ -4,7 +4,7 @@ import copy
 import pickle
 
 import numpy as np
-import punctual
+import punctual3d
 import pytest
 from conftest import FIXTURES
 
@@ -15,7 +15,7 @@ CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.1]]
 @pytest.mark.parametrize("faces", ["i8", "u8", "i4", "u4", "u1", ">i8"])
 def test_any_type_of_numbers(vertices, faces):
     given = np.array(CORNERS).astype(vertices)
-    tree = punctual.Tree(given, np.array([[0, 1, 2]], dtype=faces))
+    tree = punctual3d.Tree(given, np.array([[0, 1, 2]], dtype=faces))
     assert (tree.vertices == given).all() and tree.faces.tolist() == [[0, 1, 2]]
     assert len(tree) == 1 and tree.faces.dtype == np.uint32
 
@@ -30,16 +30,16 @@ def test_any_layout_of_arrays():
         (np.ascontiguousarray(vertices[::-1])[::-1], faces[:, ::-1][:, ::-1]),
         (vertices.T.copy().T, tuple(map(tuple, faces))),
     ]:
-        tree = punctual.Tree(v, f)
+        tree = punctual3d.Tree(v, f)
         assert tree.vertices.tolist() == CORNERS and tree.faces.tolist() == faces.tolist()
 
 
 @pytest.mark.parametrize("vertices, faces", [([], []), (CORNERS, []), (CORNERS, np.zeros((0, 3), int))])
 def test_no_triangles(vertices, faces):
-    tree = punctual.Tree(vertices, faces)
+    tree = punctual3d.Tree(vertices, faces)
     assert len(tree) == 0 and tree.bounds is None and tree.vertices.shape == (len(vertices), 3)
-    assert not punctual.collide(tree, tree)
-    nothing = punctual.distance(tree, tree)
+    assert not punctual3d.collide(tree, tree)
+    nothing = punctual3d.distance(tree, tree)
     assert nothing.low == np.inf and nothing.points is None and nothing.triangles is None
 
 
@@ -62,64 +62,64 @@ def test_no_triangles(vertices, faces):
 )
 def test_faults_name_the_place(vertices, faces, error, text):
     with pytest.raises(error, match=text):
-        punctual.Tree(vertices, faces)
+        punctual3d.Tree(vertices, faces)
 
 
 def test_effort_changes_the_tree_and_no_answer(ball, ring, touching):
     for effort in ("fast", "normal", "best"):
-        tree = punctual.Tree(ring.vertices, ring.faces, effort=effort)
-        assert punctual.collide(ball, tree, touching, mode="all").found == 166
+        tree = punctual3d.Tree(ring.vertices, ring.faces, effort=effort)
+        assert punctual3d.collide(ball, tree, touching, mode="all").found == 166
     with pytest.raises(ValueError, match='effort: "most" is none of fast, normal, best'):
-        punctual.Tree(CORNERS, [[0, 1, 2]], effort="most")
+        punctual3d.Tree(CORNERS, [[0, 1, 2]], effort="most")
 
 
 def test_extremes_are_kept_on_request(ball, ring, touching):
-    kept = [punctual.Tree(tree.vertices, tree.faces, extremes=True) for tree in (ball, ring)]
+    kept = [punctual3d.Tree(tree.vertices, tree.faces, extremes=True) for tree in (ball, ring)]
     assert all(more.nbytes > tree.nbytes + 9000 for more, tree in zip(kept, (ball, ring)))
-    assert punctual.Tree.from_bytes(kept[0].to_bytes()).nbytes == kept[0].nbytes
-    assert punctual.collide(*kept, touching, mode="all").found == 166
+    assert punctual3d.Tree.from_bytes(kept[0].to_bytes()).nbytes == kept[0].nbytes
+    assert punctual3d.collide(*kept, touching, mode="all").found == 166
 
 
 def test_files(tmp_path):
     case = FIXTURES / "single_vs_mesh"
-    tree = punctual.Tree.load(case / "b.obj")
-    assert len(tree) > 100 and len(punctual.Tree.load(str(case / "b.obj"))) == len(tree)
+    tree = punctual3d.Tree.load(case / "b.obj")
+    assert len(tree) > 100 and len(punctual3d.Tree.load(str(case / "b.obj"))) == len(tree)
     with pytest.raises(OSError, match="missing.obj: No such file"):
-        punctual.Tree.load(tmp_path / "missing.obj")
+        punctual3d.Tree.load(tmp_path / "missing.obj")
     broken = tmp_path / "broken.obj"
     broken.write_text("v 0 0 0\nv 1 0 x\n")
     with pytest.raises(OSError, match="broken.obj:2: "):
-        punctual.Tree.load(broken)
+        punctual3d.Tree.load(broken)
 
 
 def test_bytes_and_pickles(ball, ring, touching):
-    whole = punctual.collide(ball, ring, touching, mode="all")
-    for other in (punctual.Tree.from_bytes(ring.to_bytes()), pickle.loads(pickle.dumps(ring)), copy.deepcopy(ring)):
+    whole = punctual3d.collide(ball, ring, touching, mode="all")
+    for other in (punctual3d.Tree.from_bytes(ring.to_bytes()), pickle.loads(pickle.dumps(ring)), copy.deepcopy(ring)):
         assert other.to_bytes() == ring.to_bytes()
-        again = punctual.collide(ball, other, touching, mode="all")
+        again = punctual3d.collide(ball, other, touching, mode="all")
         assert again.pairs.tolist() == whole.pairs.tolist() and again.work == whole.work
     with pytest.raises(ValueError, match="do not begin with PUNCTREE"):
-        punctual.Tree.from_bytes(b"no tree")
+        punctual3d.Tree.from_bytes(b"no tree")
     damaged = bytearray(ring.to_bytes())
     damaged[1000] ^= 1
     with pytest.raises(ValueError, match="checksum"):
-        punctual.Tree.from_bytes(bytes(damaged))
+        punctual3d.Tree.from_bytes(bytes(damaged))
 
 
 def test_refit(ball, ring):
-    tree = punctual.Tree(ball.vertices, ball.faces)
-    scene = punctual.Scene()
+    tree = punctual3d.Tree(ball.vertices, ball.faces)
+    scene = punctual3d.Scene()
     scene.insert(tree)
     scene.insert(ring)
     assert scene.step().verdict.tolist() == [0]
     tree.refit(ball.vertices * 1.6)
-    assert punctual.collide(tree, ring) and not punctual.collide(ball, ring)
+    assert punctual3d.collide(tree, ring) and not punctual3d.collide(ball, ring)
     assert scene.step().verdict.tolist() == [0]
     with pytest.raises(ValueError, match="1 new vertices for a mesh with 642"):
         tree.refit([[0, 0, 0]])
 
 
 def test_facts(ball):
-    assert repr(ball) == "<punctual.Tree of 1280 triangles>"
+    assert repr(ball) == "<punctual3d.Tree of 1280 triangles>"
     assert ball.depth >= 3 and ball.nbytes > 1280 * 12
     assert np.allclose(ball.bounds, [[-1] * 3, [1] * 3], atol=0.05)

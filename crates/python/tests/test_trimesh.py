@@ -1,10 +1,10 @@
 """Beside trimesh and FCL: the drop-in for the CollisionManager, and plain answers where both are right."""
 
 import numpy as np
-import punctual
+import punctual3d
 import pytest
 from conftest import random_poses
-from punctual import CollisionManager
+from punctual3d import CollisionManager
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -30,7 +30,7 @@ def test_one_to_many(cube):
     assert all(contact.names == {"right", "__external"} for contact in data)
     assert all(0 <= contact.index("right") < 12 for contact in data)
     assert manager.in_collision_single(cube, at(-5), return_names=True, return_data=True) == (False, set(), [])
-    assert manager.in_collision_single(punctual.Tree.from_trimesh(cube), at(4.5), return_names=True) == (
+    assert manager.in_collision_single(punctual3d.Tree.from_trimesh(cube), at(4.5), return_names=True) == (
         True,
         {"right"},
     )
@@ -131,7 +131,7 @@ def test_many_spheres_of_a_scene(monkeypatch):
 def test_all_names_are_told():
     anvil = trimesh.creation.box(extents=[200, 200, 200])
     outline = [[0, 3.0], [3, 3], [3, 75], [127, 75], [127, 580], [0, 580]]
-    probe = punctual.Tree.from_trimesh(trimesh.creation.revolve(np.array(outline), sections=32))
+    probe = punctual3d.Tree.from_trimesh(trimesh.creation.revolve(np.array(outline), sections=32))
     manager, names = CollisionManager(), [f"probe_{i}" for i in range(700)]
     for i, name in enumerate(names):
         pose = np.eye(4)
@@ -176,6 +176,6 @@ def test_the_same_as_with_fcl():
 
 
 def test_trees_of_trimesh(cube):
-    tree = punctual.Tree.from_trimesh(cube)
+    tree = punctual3d.Tree.from_trimesh(cube)
     assert (tree.faces == cube.faces).all() and (tree.vertices == cube.vertices).all()
     assert np.allclose(tree.bounds, cube.bounds)

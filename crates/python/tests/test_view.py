@@ -9,7 +9,7 @@ import sys
 import zlib
 
 import numpy as np
-import punctual
+import punctual3d
 import pytest
 
 
@@ -38,8 +38,8 @@ def scaled(points):
 
 
 def test_a_stopped_collision_is_shown_as_it_was_answered(ball, ring, touching):
-    whole = punctual.collide(ball, ring, touching, mode="all")
-    part = punctual.collide(ball, ring, touching, mode="all", work=4000)
+    whole = punctual3d.collide(ball, ring, touching, mode="all")
+    part = punctual3d.collide(ball, ring, touching, mode="all", work=4000)
     assert part.stop == "work-limit" and 0 < part.found < whole.found
     view, numbers = read(part.view().html)
     meshes = view["stage"]["meshes"]
@@ -57,22 +57,22 @@ def test_a_stopped_collision_is_shown_as_it_was_answered(ball, ring, touching):
 
 
 def test_other_answers_are_shown(ball, ring, touching):
-    apart = punctual.distance(ball, ring, work=500)
+    apart = punctual3d.distance(ball, ring, work=500)
     facts = told(read(apart.view().html)[0])
     assert float(facts["Proven: at least"]) == pytest.approx(apart.low, abs=1e-4)
-    closer = punctual.closer_than(ball, ring, 0.6).view()
+    closer = punctual3d.closer_than(ball, ring, 0.6).view()
     assert told(read(closer.html)[0])["As close as asked for"] == "yes"
     for options in ({}, {"margin": 0.05}, {"limit": 5}):
-        near = punctual.contacts(ball, ring, touching, **options)
+        near = punctual3d.contacts(ball, ring, touching, **options)
         assert told(read(near.view().html)[0])["Contacts found"] == str(len(near))
-    way = punctual.motion(ball, ring, velocity=[2.0, 0.0, 0.0])
+    way = punctual3d.motion(ball, ring, velocity=[2.0, 0.0, 0.0])
     view, _ = read(way.view().html)
     assert told(view)["Proven free until"] == f"{way.free_until:.6f}" and len(view["times"]) == 129
-    query = punctual.Query(ball, ring, touching, mode="all")
+    query = punctual3d.Query(ball, ring, touching, mode="all")
     first, last = query.run(work=3000), query.resume()
     for answer in (first, last):
         assert told(read(answer.view().html)[0])["Pairs found"] == str(answer.found)
-    query = punctual.DistanceQuery(ball, ring)
+    query = punctual3d.DistanceQuery(ball, ring)
     for answer in (query.run(work=6000), query.resume()):
         assert float(told(read(answer.view().html)[0])["Proven: at most"]) == pytest.approx(answer.high, abs=1e-4)
 
@@ -81,7 +81,7 @@ def test_a_scene_is_shown_as_its_last_frame_left_it(ball, tmp_path):
     def at(x):
         return np.array([[1, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], dtype=float)
 
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     floor, gone, left, right, alone = (
         scene.insert(ball, at(x), fixed=fixed) for x, fixed in [(-9, True), (50, False), (0, False), (1.9, False), (9, False)]
     )
@@ -116,7 +116,7 @@ def test_a_scene_is_shown_as_its_last_frame_left_it(ball, tmp_path):
 
 
 def test_a_page_is_saved_and_shown_in_a_notebook(ball, ring, tmp_path):
-    answer = punctual.distance(ball, ring)
+    answer = punctual3d.distance(ball, ring)
     view = answer.view(tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text() == view.html == answer.view().html
     view.save(str(tmp_path / "again.html"))
@@ -129,22 +129,22 @@ def test_a_page_is_saved_and_shown_in_a_notebook(ball, ring, tmp_path):
 
 
 def test_answers_keep_their_trees_and_let_them_be_refitted(ball, touching):
-    answer = punctual.collide(punctual.Tree(ball.vertices, ball.faces), punctual.shapes.icosphere(2), touching)
+    answer = punctual3d.collide(punctual3d.Tree(ball.vertices, ball.faces), punctual3d.shapes.icosphere(2), touching)
     assert told(read(answer.view().html)[0])["Verdict"] == "intersecting"
-    moving = punctual.Tree(ball.vertices, ball.faces)
-    answer = punctual.collide(moving, ball, touching)
+    moving = punctual3d.Tree(ball.vertices, ball.faces)
+    answer = punctual3d.collide(moving, ball, touching)
     before = sys.getrefcount(moving)
     moving.refit(ball.vertices * 1.5)
     with pytest.raises(ValueError, match="a was refitted since it was asked about"):
         answer.view()
     del answer
     assert sys.getrefcount(moving) == before - 1
-    assert "html" in punctual.collide(ball, moving, touching).view().html
+    assert "html" in punctual3d.collide(ball, moving, touching).view().html
 
 
 def test_the_same_page_as_the_program(program, ball, ring, touching, tmp_path):
     # As the program builds them where a budget may end queries for all pairs.
-    ball, ring = [punctual.Tree(tree.vertices, tree.faces, neighbors=True) for tree in (ball, ring)]
+    ball, ring = [punctual3d.Tree(tree.vertices, tree.faces, neighbors=True) for tree in (ball, ring)]
     for name, tree in [("a", ball), ("b", ring)]:
         lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in tree.vertices.tolist()]
         lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in tree.faces.tolist()]
@@ -153,7 +153,7 @@ def test_the_same_page_as_the_program(program, ball, ring, touching, tmp_path):
     command = [program, "pair", "a.obj", "b.obj", "poses.txt", "--mode", "all", "--budget-work", "4000"]
     subprocess.run([*command, "--view", "page.html"], cwd=tmp_path, check=True, capture_output=True)
     theirs, their_words = read((tmp_path / "page.html").read_text())
-    ours, our_words = read(punctual.collide(ball, ring, touching, mode="all", work=4000).view().html)
+    ours, our_words = read(punctual3d.collide(ball, ring, touching, mode="all", work=4000).view().html)
     # But for the names of files.
     assert theirs.pop("key") != ours.pop("key")
     assert theirs == ours and np.array_equal(their_words, our_words)

@@ -1,11 +1,11 @@
-"""The interface of trimesh.collision.CollisionManager, answered by punctual.
+"""The interface of trimesh.collision.CollisionManager, answered by punctual3d.
 
 Differences: contacts have no point, normal or depth, only the triangles; and the distance of objects that meet is 0.
 """
 
 import numpy as np
 
-from ._punctual import Tree, collide, distance
+from ._punctual3d import Tree, collide, distance
 
 _EXTERNAL = "__external"
 _NOTHING = Tree([], [])
@@ -67,7 +67,7 @@ class _Placed:
 class CollisionManager:
     """Objects by name: which of them meet, or how far apart they are.
 
-    A mesh is a trimesh.Trimesh or a punctual.Tree; a tree spares the build where a mesh is asked about again and again.
+    A mesh is a trimesh.Trimesh or a punctual3d.Tree; a tree spares the build where a mesh is asked about again and again.
     """
 
     def __init__(self):

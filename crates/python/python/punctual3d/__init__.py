@@ -1,15 +1,15 @@
 """Mesh collision detection that answers by the deadline, and says how sure it is.
 
->>> import punctual
->>> ball, ring = punctual.shapes.icosphere(3), punctual.shapes.torus(2.0, 0.5, 48)
->>> bool(punctual.collide(ball, ring))
+>>> import punctual3d
+>>> ball, ring = punctual3d.shapes.icosphere(3), punctual3d.shapes.torus(2.0, 0.5, 48)
+>>> bool(punctual3d.collide(ball, ring))
 False
->>> round(punctual.distance(ball, ring).high, 2)
+>>> round(punctual3d.distance(ball, ring).high, 2)
 0.5
 """
 
 from . import shapes
-from ._punctual import (
+from ._punctual3d import (
     Answer,
     BodyContacts,
     BodyHits,
