@@ -318,9 +318,13 @@ enum punctual_format
    */
   PUNCTUAL_FORMAT_PLY = 2,
   /**
-   * glTF binary: the triangles of the default scene, moved by their nodes.
+   * glTF, binary or JSON text with its buffers in it: the triangles of the default scene, moved by their nodes.
    */
-  PUNCTUAL_FORMAT_GLB = 3,
+  PUNCTUAL_FORMAT_GLTF = 3,
+  /**
+   * OFF in text.
+   */
+  PUNCTUAL_FORMAT_OFF = 4,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -2041,10 +2045,12 @@ punctual_status punctual_mesh_new_f64(const double *vertices,
                                       struct punctual_mesh **mesh);
 
 /**
- * Reads the mesh of a file, OBJ, STL, PLY or glTF binary by its extension. `path` is UTF-8 and ends with a zero byte.
+ * Reads the mesh of a file, OBJ, STL, PLY, OFF or glTF by its extension, also before `.gz`. `path` is UTF-8 and ends with a
+ * zero byte.
  *
- * Polygons are triangulated; coordinates have the precision of the file. Takes time and memory in proportion to the file, and
- * a glTF file may use its meshes for up to 2^24 triangles.
+ * Polygons are triangulated; coordinates have the precision of the file. What is passed over is not told; `punctual info` tells
+ * it. Takes time and memory in proportion to the file; a glTF file may use its meshes for up to 2^24 triangles, and a packed
+ * file hold up to 2^30 bytes.
  *
  * Fails with BAD_FILE if the file cannot be read or holds no mesh, and with BAD_ARGUMENT if `path` is not UTF-8. The text of
  * `punctual_last_error` names the file and the line or byte in it.
