@@ -64,7 +64,12 @@ impl Notices {
         }
     }
 
-    pub fn into_list(self) -> Vec<Notice> {
+    /// By place; those without one are last.
+    pub fn into_list(mut self) -> Vec<Notice> {
+        self.0.sort_by_key(|notice| match notice.place {
+            Some(Place::Line(at) | Place::Byte(at)) => at,
+            None => usize::MAX,
+        });
         self.0
     }
 

@@ -44,8 +44,11 @@ fn number(bytes: &[u8], at: usize) -> Option<usize> {
     bytes.get(at..)?.first_chunk().map(|&n| u32::from_le_bytes(n) as usize)
 }
 
-/// The next chunk: its kind and content. Nothing if fewer bytes are left than its head takes.
-fn chunk<'b>(bytes: &'b [u8], at: &mut usize) -> Result<Option<(&'b [u8], &'b [u8])>, ReadError> {
+/// The kind and the content of a chunk.
+type Chunk<'b> = (&'b [u8], &'b [u8]);
+
+/// The next chunk. Nothing if fewer bytes are left than its head takes.
+fn chunk<'b>(bytes: &'b [u8], at: &mut usize) -> Result<Option<Chunk<'b>>, ReadError> {
     let Some(length) = number(bytes, *at) else { return Ok(None) };
     let Some(kind) = bytes.get(*at + 4..*at + 8) else { return Ok(None) };
     let content = bytes[*at + 8..].get(..length).ok_or_else(|| {

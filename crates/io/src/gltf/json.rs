@@ -43,10 +43,11 @@ pub struct Node {
     pub mesh: Option<usize>,
     pub skin: Option<usize>,
     pub weights: Option<Vec<f64>>,
-    pub matrix: Option<[f64; 16]>,
-    pub translation: Option<[f64; 3]>,
-    pub rotation: Option<[f64; 4]>,
-    pub scale: Option<[f64; 3]>,
+    // In boxes, since most nodes lack most of them.
+    pub matrix: Option<Box<[f64; 16]>>,
+    pub translation: Option<Box<[f64; 3]>>,
+    pub rotation: Option<Box<[f64; 4]>>,
+    pub scale: Option<Box<[f64; 3]>>,
     pub extensions: Extensions,
 }
 

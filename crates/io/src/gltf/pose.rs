@@ -63,12 +63,12 @@ fn top_nodes(root: &Root, notices: &mut Notices) -> Result<Vec<usize>, String> {
 const ROUNDING: f64 = 1e-5;
 
 fn local_transform(node: &Node) -> Result<DAffine3, &'static str> {
-    if let Some(matrix) = node.matrix {
-        return affine(&matrix).ok_or("its matrix is no affine map: the last row must be 0 0 0 1");
+    if let Some(matrix) = &node.matrix {
+        return affine(matrix).ok_or("its matrix is no affine map: the last row must be 0 0 0 1");
     }
-    let [translation, scale] = [(node.translation, DVec3::ZERO), (node.scale, DVec3::ONE)]
-        .map(|(given, default)| given.map_or(default, DVec3::from_array));
-    Ok(decomposed(translation, node.rotation, scale))
+    let vector = |given: &Option<Box<[f64; 3]>>, default| given.as_ref().map_or(default, |v| DVec3::from_array(**v));
+    let (translation, scale) = (vector(&node.translation, DVec3::ZERO), vector(&node.scale, DVec3::ONE));
+    Ok(decomposed(translation, node.rotation.as_deref().copied(), scale))
 }
 
 fn decomposed(translation: DVec3, rotation: Option<[f64; 4]>, scale: DVec3) -> DAffine3 {

@@ -58,7 +58,8 @@ impl<'a> Body<'a> {
     pub fn finish(&self, notices: &mut Notices) {
         let rest = &self.bytes[self.at..];
         let is_text = self.encoding == Encoding::Ascii;
-        if !rest.is_empty() && !(is_text && rest.trim_ascii().is_empty()) {
+        let is_blank = if is_text { rest.trim_ascii().is_empty() } else { rest.is_empty() };
+        if !is_blank {
             let what = format!("{} bytes after what the header announces passed over", rest.len());
             notices.add((!is_text).then_some(Place::Byte(self.at)), what);
         }
