@@ -17,7 +17,8 @@ impl Case {
     /// A folder with two meshes `a.obj` and `b.obj` and `poses.txt`, of B in A, 12 numbers a line.
     pub fn read(folder: &str) -> Self {
         let folder = Path::new(folder);
-        let tree = |file| Tree::new(punctual_io::load(&folder.join(file)).unwrap_or_else(|error| panic!("{error}")));
+        let load = |file| punctual_io::load(&folder.join(file)).unwrap_or_else(|error| panic!("{error}"));
+        let tree = |file| Tree::new(load(file).mesh);
         let list = folder.join("poses.txt");
         let text = read_to_string(&list).unwrap_or_else(|error| panic!("{}: {error}", list.display()));
         let lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));

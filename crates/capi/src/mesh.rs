@@ -88,14 +88,18 @@ pub enum punctual_format {
     Stl = 1,
     /// PLY, ASCII or binary of both byte orders.
     Ply = 2,
-    /// glTF binary: the triangles of the default scene, moved by their nodes.
-    Glb = 3,
+    /// glTF, binary or JSON text with its buffers in it: the triangles of the default scene, moved by their nodes.
+    Gltf = 3,
+    /// OFF in text.
+    Off = 4,
 }
 
-/// Reads the mesh of a file, OBJ, STL, PLY or glTF binary by its extension. `path` is UTF-8 and ends with a zero byte.
+/// Reads the mesh of a file, OBJ, STL, PLY, OFF or glTF by its extension, also before `.gz`. `path` is UTF-8 and ends with a
+/// zero byte.
 ///
-/// Polygons are triangulated; coordinates have the precision of the file. Takes time and memory in proportion to the file, and
-/// a glTF file may use its meshes for up to 2^24 triangles.
+/// Polygons are triangulated; coordinates have the precision of the file. What is passed over is not told; `punctual info` tells
+/// it. Takes time and memory in proportion to the file; a glTF file may use its meshes for up to 2^24 triangles, and a packed
+/// file hold up to 2^30 bytes.
 ///
 /// Fails with BAD_FILE if the file cannot be read or holds no mesh, and with BAD_ARGUMENT if `path` is not UTF-8. The text of
 /// `punctual_last_error` names the file and the line or byte in it.
@@ -107,7 +111,7 @@ pub unsafe extern "C" fn punctual_mesh_read(
     door("punctual_mesh_read", || {
         // SAFETY: the contract of the header for texts.
         let path = unsafe { self::path(path, "path") }?;
-        put(mesh, || Ok(punctual_io::load(path)?))
+        put(mesh, || Ok(punctual_io::load(path)?.mesh))
     })
 }
 
@@ -124,8 +128,8 @@ pub unsafe extern "C" fn punctual_mesh_read_bytes(
     door("punctual_mesh_read_bytes", || {
         // SAFETY: the contract of the header for arrays.
         let bytes = unsafe { array(bytes, count, "bytes") }?;
-        let format = value_of(format, "format", &[Format::Obj, Format::Stl, Format::Ply, Format::Glb])?;
-        put(mesh, || Ok(punctual_io::read(bytes, format)?))
+        let format = value_of(format, "format", &[Format::Obj, Format::Stl, Format::Ply, Format::Gltf, Format::Off])?;
+        put(mesh, || Ok(punctual_io::read(bytes, format)?.mesh))
     })
 }
 

@@ -11,7 +11,7 @@ use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, Loaded, Running, parse_size};
+use crate::input::{Input, LoadedInput, Running, parse_size};
 use crate::push;
 use crate::view::{self, ViewArgs};
 
@@ -56,7 +56,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let Loaded { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
+    let LoadedInput { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut sweeper = Sweeper::new(args, &a, &b);
     let mut answers = sweeper.sweep(&poses)?;

@@ -9,7 +9,7 @@ use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, Loaded, Row, Running, least_times, parse_size};
+use crate::input::{Input, LoadedInput, Row, Running, least_times, parse_size};
 use crate::view::{self, ViewArgs};
 
 /// How far apart two meshes are at each pose of a list.
@@ -70,7 +70,7 @@ enum ModeName {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let Loaded { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
+    let LoadedInput { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut workspace = args.running.workspace();
     let rows = least_times(args.running.reps, || args.sweep(&a, &b, &poses, &mut workspace));

@@ -18,7 +18,7 @@ use crate::Completion;
 #[derive(clap::Args)]
 #[command(group = ArgGroup::new("what").required(true))]
 pub struct Args {
-    /// Case folders: a.*, b.* (.obj, .stl, .ply or .glb) and poses.txt, or sweeps.txt with motions.
+    /// Case folders: a.*, b.* (mesh files) and poses.txt, or sweeps.txt with motions.
     cases: Vec<PathBuf>,
     /// A case folder whose poses are consecutive frames of a motion. May be repeated.
     #[arg(long, value_name = "CASE_DIR")]

@@ -1,25 +1,30 @@
 //! `punctual info`: what the tree of a mesh looks like.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use punctual::{BuildOptions, Mesh, MeshError, Tree, TreeStats};
-use punctual_io::load;
+use punctual_io::Loaded;
 
 use crate::Completion;
+use crate::input::MeshArgs;
 
 /// Print statistics of the trees of meshes.
 ///
 /// For each mesh a line with triangles, nodes, depth, bytes a triangle, build and refit time, then for each level the number
 /// of nodes and their mean diminishing factor alpha: how much boxes shrink from one binary level to the next, along x,
-/// y and z of the node, and the product of the three.
+/// y and z of the node, and the product of the three. What was passed over in the file is told in lines that begin with
+/// `notice`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Mesh files: .obj, .stl, .ply or .glb.
+    /// Mesh files: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard input, whose format its
+    /// content tells.
     #[arg(required = true)]
-    meshes: Vec<PathBuf>,
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    meshes: MeshArgs,
     /// What the build may cost.
     #[arg(long, value_enum, default_value = "normal")]
     effort: EffortName,
@@ -71,27 +76,27 @@ fn build(mesh: Mesh, args: &Args) -> Result<(Tree, [Duration; 2]), MeshError> {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Box<dyn std::error::Error>> {
-    for (i, file) in args.meshes.iter().enumerate() {
-        let mesh = load(file)?;
+    for (i, file) in args.files.iter().enumerate() {
+        let Loaded { mesh, notices, .. } = args.meshes.load_quietly(file)?;
         let precision = if mesh.is_f32() { "f32" } else { "f64" };
         let (tree, times) = build(mesh, args)?;
         if i > 0 {
             writeln!(out)?;
         }
-        print_tree(out, file, &tree.stats(), precision, times)?;
+        writeln!(out, "{}", file.display())?;
+        notices.iter().try_for_each(|notice| writeln!(out, "  notice        {notice}"))?;
+        print_tree(out, &tree.stats(), precision, times)?;
     }
     Ok(Completion::Full)
 }
 
 fn print_tree(
     out: &mut impl Write,
-    file: &Path,
     stats: &TreeStats,
     precision: &str,
     [build, refit]: [Duration; 2],
 ) -> io::Result<()> {
     let per_triangle = |bytes: usize| bytes as f64 / stats.triangles.max(1) as f64;
-    writeln!(out, "{}", file.display())?;
     writeln!(out, "  triangles     {:>12}", stats.triangles)?;
     writeln!(out, "  coordinates   {precision:>12}")?;
     writeln!(out, "  nodes         {:>12}", stats.nodes)?;

@@ -2,19 +2,69 @@
 //!
 //! The structs of arguments have no doc comments: these would replace those of the commands.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use punctual::{Budget, BuildOptions, Pose, Tree, Workspace};
-use punctual_io::{FileError, load};
+use clap::ValueEnum;
+use punctual::{Budget, BuildOptions, Mesh, Pose, Tree, Workspace};
+use punctual_io::{Axis, FileError, Loaded, ReadOptions, load_with, read_with};
 use punctual_lab::files::{self, Listed};
 use punctual_view::Bodies;
 
 use crate::{Completion, complain, view};
 
 #[derive(clap::Args)]
+pub struct MeshArgs {
+    /// Multiply the coordinates of mesh files by S, such as 0.001 for files in millimetres; not those of poses, motions or rays.
+    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = parse_scale, allow_negative_numbers = true)]
+    scale: f64,
+    /// The axis that points up in mesh files: turn the meshes such that z does. From y, (x, y, z) becomes (x, -z, y); from x,
+    /// (-z, y, x).
+    #[arg(long, value_enum, default_value = "z")]
+    up: UpName,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum UpName {
+    X,
+    Y,
+    Z,
+}
+
+impl MeshArgs {
+    /// Reads a mesh file, or standard input for `-`, and tells what was passed over.
+    pub fn load(&self, file: &Path) -> Result<Mesh, FileError> {
+        let Loaded { mesh, notices, .. } = self.load_quietly(file)?;
+        notices.iter().for_each(|notice| complain(&notice.in_file(file)));
+        Ok(mesh)
+    }
+
+    /// Reads a mesh file, or standard input for `-`.
+    pub fn load_quietly(&self, file: &Path) -> Result<Loaded, FileError> {
+        let up = match self.up {
+            UpName::X => Axis::X,
+            UpName::Y => Axis::Y,
+            UpName::Z => Axis::Z,
+        };
+        let options = ReadOptions::default().scale(self.scale).up(up);
+        if file.as_os_str() != "-" {
+            return load_with(file, &options);
+        }
+        let mut bytes = Vec::new();
+        std::io::stdin().lock().read_to_end(&mut bytes).map_err(|error| FileError::from_io(file, &error))?;
+        if bytes.is_empty() {
+            return Err(FileError::new(file, "nothing in standard input, which can be read once"));
+        }
+        // Buffers of glTF text are files of their own.
+        read_with(&bytes, None, &options.folder(".")).map_err(|error| FileError::new(file, error))
+    }
+}
+
+#[derive(clap::Args)]
 pub struct Input {
-    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply or .glb.
+    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard
+    /// input, whose format its content tells.
     a: PathBuf,
     /// Mesh B, which takes the poses.
     b: PathBuf,
@@ -23,10 +73,12 @@ pub struct Input {
     /// A line that holds no rigid pose gives a row that says `error` and a message on standard error; the others are
     /// answered, and the exit status is 1.
     poses: PathBuf,
+    #[command(flatten)]
+    meshes: MeshArgs,
 }
 
 /// The files, read.
-pub struct Loaded {
+pub struct LoadedInput {
     pub a: Tree,
     pub b: Tree,
     /// What it took to build both trees.
@@ -35,12 +87,12 @@ pub struct Loaded {
 }
 
 impl Input {
-    pub fn load(&self, options: &BuildOptions) -> Result<Loaded, FileError> {
-        let (a, b) = (load(&self.a)?, load(&self.b)?);
+    pub fn load(&self, options: &BuildOptions) -> Result<LoadedInput, FileError> {
+        let (a, b) = (self.meshes.load(&self.a)?, self.meshes.load(&self.b)?);
         let poses = files::poses(&self.poses)?;
         let start = Instant::now();
         let (a, b) = (Tree::with_options(a, options), Tree::with_options(b, options));
-        Ok(Loaded { a, b, build: start.elapsed(), poses })
+        Ok(LoadedInput { a, b, build: start.elapsed(), poses })
     }
 
     /// The trees, with the names of the files.
@@ -109,6 +161,11 @@ impl Limits {
 pub fn parse_microseconds(text: &str) -> Result<Duration, String> {
     let microseconds: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
     Duration::try_from_secs_f64(microseconds * 1e-6).map_err(|error| error.to_string())
+}
+
+fn parse_scale(text: &str) -> Result<f64, String> {
+    let scale: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
+    if scale > 0.0 && scale.is_finite() { Ok(scale) } else { Err("must be finite and above 0".into()) }
 }
 
 /// A length or a share.

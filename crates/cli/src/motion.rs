@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use punctual::{Motion, MotionQuery, PairMemory, Passage, SystemClock, Tree, Workspace};
-use punctual_io::load;
 use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Row, Running, complain_of_bad_lines, least_times, parse_size};
+use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, least_times, parse_size};
 use crate::view::{self, ViewArgs};
 
 /// Until when the motions of a list are free, and when the meshes meet.
@@ -24,7 +23,8 @@ use crate::view::{self, ViewArgs};
 /// meshes together, each about half of a mesh's longest extent; --tolerance asks for something else.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply or .glb.
+    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard
+    /// input, whose format its content tells.
     a: PathBuf,
     /// Mesh B, which moves.
     b: PathBuf,
@@ -34,6 +34,8 @@ pub struct Args {
     /// A line that holds no motion gives a row that says `error` and a message on standard error; the others are answered, and
     /// the exit status is 1.
     sweeps: PathBuf,
+    #[command(flatten)]
+    meshes: MeshArgs,
     /// How far B may move between free_until and touching_at, in the unit of the meshes; 0 is as close as f64 can tell.
     #[arg(long, value_name = "D", value_parser = parse_size, allow_negative_numbers = true)]
     tolerance: Option<f64>,
@@ -50,7 +52,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let (a, b) = (load(&args.a)?, load(&args.b)?);
+    let (a, b) = (args.meshes.load(&args.a)?, args.meshes.load(&args.b)?);
     let motions = files::motions(&args.sweeps)?;
     let start = Instant::now();
     let (a, b) = (Tree::new(a), Tree::new(b));

@@ -11,7 +11,7 @@ use punctual::{Budget, BuildOptions, CostModel, Mode, Order, Pose, Query, Tree, 
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, Loaded, Running};
+use crate::input::{Input, LoadedInput, Running};
 use crate::view::{self, ViewArgs};
 use calibration::CalibrationFile;
 use sweep::{PairsFile, Row, Sweeper};
@@ -98,7 +98,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         return Err("--early needs --mode all".into());
     }
     let mut calibration = args.calibration.as_deref().map(CalibrationFile::read).transpose()?;
-    let Loaded { a, b, build, poses } = args.input.load(&BuildOptions::default().neighbors(args.marches()))?;
+    let LoadedInput { a, b, build, poses } = args.input.load(&BuildOptions::default().neighbors(args.marches()))?;
     let mut pairs_out = args.pairs_out.as_deref().map(PairsFile::create).transpose()?;
 
     let completion = args.input.complain_of_bad_poses(&poses);

@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use punctual::{Ray, RayCast, RayHit, RayMode, RayQuery, SystemClock, Tree, Workspace};
-use punctual_io::load;
 use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Row, Running, complain_of_bad_lines, least_times};
+use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, least_times};
 
 /// What the rays of a list hit.
 ///
@@ -21,13 +20,16 @@ use crate::input::{Row, Running, complain_of_bad_lines, least_times};
 /// sweeps over the list; stop tells why the query ended, or error; work is in work units. All but ns are of the first sweep.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The mesh: .obj, .stl, .ply or .glb.
+    /// The mesh: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard input, whose format its content
+    /// tells.
     a: PathBuf,
     /// Rays in its frame, one a line: 6 numbers, the origin and the direction; `#` begins a comment.
     ///
     /// A line that holds no ray gives a row that says `error` and a message on standard error; the others are answered, and
     /// the exit status is 1.
     rays: PathBuf,
+    #[command(flatten)]
+    meshes: MeshArgs,
     /// Take the last three numbers of a line as the end of a segment, which goes from t = 0 to 1.
     #[arg(long)]
     segments: bool,
@@ -42,7 +44,7 @@ pub struct Args {
 type Answer = (RayCast, Vec<RayHit>);
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let mesh = load(&args.a)?;
+    let mesh = args.meshes.load(&args.a)?;
     let rays = files::rays(&args.rays, args.segments)?;
     let start = Instant::now();
     let tree = Tree::new(mesh);

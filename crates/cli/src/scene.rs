@@ -17,7 +17,7 @@ use punctual_lab::report::{self, Failure};
 use punctual_view::{Frame, Known, View};
 
 use crate::Completion;
-use crate::input::parse_microseconds;
+use crate::input::{MeshArgs, parse_microseconds};
 use crate::pair::ModeName;
 use answers::Questions;
 use files::Recording;
@@ -34,6 +34,8 @@ use play::{ClockName, FrameRow, Settings, play};
 pub struct Args {
     /// Folder with scene.txt, poses.csv and, if there is one, truth_pairs.csv (the last two plain or .gz).
     dir: PathBuf,
+    #[command(flatten)]
+    meshes: MeshArgs,
     /// Time budget of a frame in microseconds; none without it.
     #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds)]
     budget_us: Option<Duration>,
@@ -76,7 +78,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if args.clock == ClockName::Cpu && args.threads > 1 {
         return Err("--clock cpu needs --threads 1".into());
     }
-    let recording = Recording::load(&args.dir)?;
+    let recording = Recording::load(&args.dir, &args.meshes)?;
     let settings = args.settings();
     if args.sweep {
         sweep::run(&recording, &settings, args.plot.as_deref(), out)?;

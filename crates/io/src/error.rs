@@ -41,15 +41,27 @@ impl ReadError {
         Self::at(Place::Line(line), what)
     }
 
+    /// A file that is in order, but of a kind that is not read.
+    pub(crate) fn needs(what: impl fmt::Display) -> Self {
+        Self::new(format!("needs {what}, which is not supported"))
+    }
+
     /// Where it is, if the fault has one place; a node or primitive of a glTF document is named by the message.
     pub fn place(&self) -> Option<Place> {
         self.place
     }
 }
 
+impl From<&str> for ReadError {
+    fn from(what: &str) -> Self {
+        Self::new(what)
+    }
+}
+
 impl FileError {
-    pub(crate) fn new(file: &Path, error: ReadError) -> Self {
-        Self { file: file.to_owned(), error }
+    /// A fault of this file.
+    pub fn new(file: &Path, error: impl Into<ReadError>) -> Self {
+        Self { file: file.to_owned(), error: error.into() }
     }
 
     /// A file that cannot be opened, read or written.
@@ -74,7 +86,7 @@ impl FileError {
 }
 
 /// The beginning of a message: a parser may have found a million faults.
-fn short(mut what: String) -> String {
+pub(crate) fn short(mut what: String) -> String {
     if let Some((end, _)) = what.char_indices().nth(300) {
         what.truncate(end);
         what += " ...";
@@ -83,7 +95,7 @@ fn short(mut what: String) -> String {
 }
 
 /// Words from a file, of which control codes must not reach a terminal.
-struct Printable<'a>(&'a str);
+pub(crate) struct Printable<'a>(pub &'a str);
 
 impl fmt::Display for Printable<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -93,12 +105,19 @@ impl fmt::Display for Printable<'_> {
     }
 }
 
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
+        }
+    }
+}
+
 impl fmt::Display for ReadError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.place {
-            Some(Place::Line(line)) => write!(f, "line {line}: ")?,
-            Some(Place::Byte(byte)) => write!(f, "byte {byte}: ")?,
-            None => {}
+        if let Some(place) = self.place {
+            write!(f, "{place}: ")?;
         }
         Printable(&self.what).fmt(f)
     }

@@ -5,30 +5,31 @@
 //! corner fills it, as it does if the polygon is convex, it is that fan. Else ears are cut off: corners at which the
 //! outline turns inwards, with the triangle to both neighbours. Each of these triangles has the polygon's sense of
 //! rotation, and together they have its outline, so that every point is in as many of them as the polygon winds around it:
-//! none outside. So where all ears can be cut off, the result is right; of an outline that crosses itself some part winds
-//! the other way round, and the polygon is refused. One that is not flat is filled as it looks along the axis.
+//! none outside. So where all ears can be cut off, the result is right. Of an outline that crosses itself some part winds
+//! the other way round; what is left of it when no ear is found becomes a fan, which the caller is told. A polygon that is not
+//! flat is filled as it looks along the axis.
 //!
 //! A fan takes `O(n)`. Ears take `O(n log n)` if few corners are near one another along the longer axis, and at most `O(n)`
-//! tests a corner; there is a limit to that, beyond which the polygon is refused too.
+//! tests a corner; there is a limit to that, beyond which what is left becomes a fan too.
 
 use robust::{Coord, orient2d};
 
-/// Adds the triangles of the polygon with these corners, at most two fewer than corners, or says why it has none.
-pub(crate) fn fill(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[u32; 3]>) -> Result<(), String> {
+/// Adds the triangles of the polygon with these corners, two fewer than corners; tells what is out of order, if anything is.
+pub(crate) fn fill(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[u32; 3]>) -> Option<&'static str> {
     if corners.len() < 3 {
-        return Err(format!("face of {} corners, must be 3 or more", corners.len()));
+        return Some("face of fewer than 3 corners passed over");
     }
     let fan = corners.windows(2).skip(1).map(|edge| [corners[0], edge[0], edge[1]]);
     if corners.len() == 3 {
         triangles.extend(fan);
-        return Ok(());
+        return None;
     }
     let mut points: Vec<[f64; 3]> = corners.iter().map(|&corner| vertices[corner as usize]).collect();
     let largest = points.as_flattened().iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
     // A number that is none is for the mesh to complain of, with its line.
     if largest == 0.0 || !points.as_flattened().iter().all(|x| x.is_finite()) {
         triangles.extend(fan);
-        return Ok(());
+        return None;
     }
     // By a power of two, so that products neither overflow nor vanish.
     let scale = power_of_two_below(largest);
@@ -38,13 +39,27 @@ pub(crate) fn fill(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[
     let seen = along(&points, axis);
     if fan_fills(&seen) || (0..3).all(|axis| is_line(&along(&points, axis))) {
         triangles.extend(fan);
-        return Ok(());
+        return None;
     }
     let sense = areas[axis].signum();
-    let ears = Outline::new(&seen, sense).cut().or_else(|| Outline::new(&seen, -sense).cut());
-    let ears = ears.ok_or("the polygon crosses itself, or has too many corners")?;
+    let cut = Outline::new(&seen, sense).cut();
+    let (ears, oddity) = match cut.or_else(|rest| Outline::new(&seen, -sense).cut().map_err(|_| rest)) {
+        Ok(ears) => (ears, None),
+        Err(ears) => (ears, Some("polygon that crosses itself, or has too many corners, filled with some diagonals")),
+    };
     triangles.extend(ears.into_iter().map(|triangle| triangle.map(|i| corners[i])));
-    Ok(())
+    oddity
+}
+
+/// The triangles of a strip, all with the sense of rotation of the first. Those with two corners in one place join parts of the
+/// strip, and are none.
+pub(crate) fn strip(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[u32; 3]>) {
+    let turned = corners.windows(3).zip(0..).map(|(w, i)| [w[0], w[1 + i % 2], w[2 - i % 2]]);
+    let is_triangle = |[a, b, c]: &[u32; 3]| {
+        let [p, q, r] = [a, b, c].map(|&corner| vertices[corner as usize]);
+        p != q && q != r && r != p
+    };
+    triangles.extend(turned.filter(is_triangle));
 }
 
 fn power_of_two_below(x: f64) -> f64 {
@@ -137,8 +152,8 @@ impl<'p> Outline<'p> {
         Self { points, sense, neighbors, is_left: vec![true; n], order, axis, tests: 0 }
     }
 
-    /// Cuts off one ear after the other; nothing if there is none before the end.
-    fn cut(mut self) -> Option<Vec<[usize; 3]>> {
+    /// Cuts off one ear after the other. Where there is none before the end, the triangles are those ears and a fan.
+    fn cut(mut self) -> Result<Vec<[usize; 3]>, Vec<[usize; 3]>> {
         let mut triangles = Vec::with_capacity(self.points.len() - 2);
         let (mut corner, mut left, mut in_vain) = (0, self.points.len(), 0);
         while left > 2 {
@@ -156,10 +171,16 @@ impl<'p> Outline<'p> {
                 (corner, in_vain) = (after, in_vain + 1);
             }
             if in_vain > left || self.tests > TESTS * self.points.len() {
-                return None;
+                let mut second = self.neighbors[corner][1];
+                let mut third = self.neighbors[second][1];
+                while third != corner {
+                    triangles.push([corner, second, third]);
+                    (second, third) = (third, self.neighbors[third][1]);
+                }
+                return Err(triangles);
             }
         }
-        Some(triangles)
+        Ok(triangles)
     }
 
     /// Whether the outline turns inwards at a corner, and no other corner lies in the triangle or on its third side. Where the
@@ -192,10 +213,10 @@ mod tests {
     use super::*;
 
     /// The triangles of a polygon on its own vertices.
-    fn filled(points: &[[f64; 3]]) -> Result<Vec<[u32; 3]>, String> {
+    fn filled(points: &[[f64; 3]]) -> Result<Vec<[u32; 3]>, &'static str> {
         let corners: Vec<u32> = (0..points.len() as u32).collect();
         let mut triangles = Vec::new();
-        fill(&corners, points, &mut triangles).map(|()| triangles)
+        fill(&corners, points, &mut triangles).map_or(Ok(triangles), Err)
     }
 
     fn flat(points: &[[f64; 2]]) -> Vec<[f64; 3]> {
@@ -233,6 +254,19 @@ mod tests {
         }
         assert!((sum / whole - 1.0).abs() < 1e-9, "{points:?}: {sum} of {whole}");
         triangles.len()
+    }
+
+    /// The polygon is told to be out of order; its triangles are as many as those of others, and none of its corners is lost.
+    #[track_caller]
+    fn assert_some_diagonals(points: &[[f64; 3]]) {
+        let corners: Vec<u32> = (0..points.len() as u32).collect();
+        let mut triangles = Vec::new();
+        assert!(fill(&corners, points, &mut triangles).is_some(), "{points:?}");
+        assert_eq!(triangles.len(), points.len() - 2);
+        let mut used = triangles.concat();
+        used.sort_unstable();
+        used.dedup();
+        assert_eq!(used, corners);
     }
 
     const ARROW: [[f64; 2]; 4] = [[0.0, 0.0], [4.0, -1.0], [1.0, 0.0], [4.0, 1.0]];
@@ -316,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn crossing_polygons_are_refused() {
+    fn crossing_polygons_are_filled_with_some_diagonals() {
         let star = (0..5).map(|i| (f64::from(i) * 0.8 * std::f64::consts::PI).sin_cos()).map(|(y, x)| [x, y]).collect();
         let cases: [Vec<[f64; 2]>; 4] = [
             vec![[0., 0.], [2., 2.], [2., 0.], [0., 2.]],
@@ -329,7 +363,7 @@ mod tests {
             for start in 0..points.len() {
                 let mut points = flat(&points);
                 points.rotate_left(start);
-                assert!(filled(&points).is_err(), "{points:?}: {:?}", filled(&points));
+                assert_some_diagonals(&points);
             }
         }
     }
@@ -362,7 +396,6 @@ mod tests {
         for points in [comb(3000, 0.0), comb(30_000, 1.0), spiral] {
             assert_eq!(filled(&flat(&points)).unwrap().len(), points.len() - 2);
         }
-        // One that takes too long is refused.
-        assert!(filled(&flat(&comb(20_000, 0.0))).is_err());
+        assert_some_diagonals(&flat(&comb(20_000, 0.0)));
     }
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use punctual::{Mesh, Motion, Pose, Ray};
-use punctual_io::text::{fields, numbers};
-use punctual_io::{FileError, load};
+use punctual_io::text::{decode, fields, lines, numbers};
+use punctual_io::{FileError, Format, load};
 
 use crate::report::Failure;
 
@@ -21,10 +21,11 @@ pub struct Listed<T> {
 /// # Errors
 /// If there is no such file, or no mesh in it.
 pub fn mesh(folder: &Path, stem: &str) -> Result<Mesh, Failure> {
-    let files = ["obj", "stl", "ply", "glb"].map(|extension| folder.join(format!("{stem}.{extension}")));
-    let file = files.iter().find(|file| file.exists());
-    let file = file.ok_or_else(|| format!("{}: no mesh {stem}.obj, .stl, .ply or .glb", folder.display()))?;
-    Ok(load(file)?)
+    let names = Format::EXTENSIONS.map(|extension| [format!("{stem}.{extension}"), format!("{stem}.{extension}.gz")]);
+    let mut files = names.as_flattened().iter().map(|name| folder.join(name));
+    let file = files.find(|file| file.exists());
+    let file = file.ok_or_else(|| format!("{}: no mesh {}", folder.display(), names.as_flattened().join(" or ")))?;
+    Ok(load(&file)?.mesh)
 }
 
 /// Reads a pose list: 12 numbers a line, row-major `[R|t]` of B in A's frame; `#` comments and blank lines are skipped.
@@ -62,8 +63,8 @@ fn parse_ray(fields: &[&str], is_segment: bool) -> Result<Ray, String> {
 
 fn listed<T>(file: &Path, parse: impl Fn(&[&str]) -> Result<T, String>) -> Result<Vec<Listed<T>>, FileError> {
     let bytes = std::fs::read(file).map_err(|error| FileError::from_io(file, &error))?;
-    let text = String::from_utf8_lossy(&bytes);
-    let lines = text.lines().map(fields).zip(1..).filter(|(fields, _)| !fields.is_empty());
+    let text = decode(&bytes);
+    let lines = lines(&text).map(fields).zip(1..).filter(|(fields, _)| !fields.is_empty());
     Ok(lines.map(|(fields, line)| Listed { line, entry: parse(&fields) }).collect())
 }
 

@@ -4,9 +4,11 @@ use crate::arrays::{mesh, table, vectors};
 use crate::errors::value_error;
 use numpy::PyArray2;
 use punctual::{BuildOptions, Mesh};
-use pyo3::exceptions::PyOSError;
+use punctual_io::Loaded;
+use pyo3::exceptions::{PyOSError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
+use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -79,8 +81,8 @@ impl Tree {
         Self::build(mesh.py(), &vertices, &faces, effort, neighbors, extremes)
     }
 
-    /// The tree of a mesh file: .obj, .stl, .ply or .glb. Raises OSError if it cannot be read or is damaged, with the
-    /// place.
+    /// The tree of a mesh file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz. Warns (UserWarning) of what was
+    /// passed over in it, one line a kind. Raises OSError if it cannot be read or is damaged, with the place.
     #[classmethod]
     #[pyo3(signature = (path, *, effort="normal", neighbors=false, extremes=false))]
     fn load(
@@ -92,9 +94,16 @@ impl Tree {
         extremes: bool,
     ) -> PyResult<Self> {
         let options = options(effort, neighbors, extremes)?;
-        let loaded =
-            py.detach(|| punctual_io::load(&path).map(|mesh| punctual::Tree::with_options(mesh, &options).into()));
-        loaded.map_err(|error| PyOSError::new_err(error.to_string()))
+        let loaded = py.detach(|| {
+            punctual_io::load(&path)
+                .map(|Loaded { mesh, notices, .. }| (punctual::Tree::with_options(mesh, &options), notices))
+        });
+        let (tree, notices) = loaded.map_err(|error| PyOSError::new_err(error.to_string()))?;
+        for notice in notices {
+            let text = CString::new(notice.in_file(&path))?;
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+        }
+        Ok(tree.into())
     }
 
     /// The tree that `to_bytes` wrote. Raises ValueError if the bytes are not one, or damaged.

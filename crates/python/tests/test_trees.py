@@ -90,6 +90,10 @@ def test_files(tmp_path):
     broken.write_text("v 0 0 0\nv 1 0 x\n")
     with pytest.raises(OSError, match="broken.obj:2: "):
         punctual3d.Tree.load(broken)
+    odd = tmp_path / "odd.obj"
+    odd.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\n")
+    with pytest.warns(UserWarning, match="odd.obj:5: face of fewer than 3 corners passed over"):
+        assert len(punctual3d.Tree.load(odd)) == 1
 
 
 def test_bytes_and_pickles(ball, ring, touching):

@@ -80,7 +80,7 @@ impl Least {
 impl Case {
     fn load(file: &Path) -> Self {
         let name = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let mesh = punctual_io::load(file).unwrap_or_else(|error| panic!("{error}"));
+        let mesh = punctual_io::load(file).unwrap_or_else(|error| panic!("{error}")).mesh;
         Self { name, tree: Tree::new(mesh) }
     }
 

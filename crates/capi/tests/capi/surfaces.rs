@@ -65,7 +65,7 @@ fn files_are_read_as_in_rust() {
     let file = CString::new(folder.to_owned() + "a.obj").unwrap();
     // SAFETY: a text that is still there.
     let mesh = owned(|mesh| unsafe { punctual_mesh_read(file.as_ptr(), mesh) });
-    let native = punctual_io::load(file.to_str().unwrap().as_ref()).unwrap();
+    let native = punctual_io::load(file.to_str().unwrap().as_ref()).unwrap().mesh;
     let bytes = std::fs::read(file.to_str().unwrap()).unwrap();
     let read = |bytes: &[u8], format: u32, mesh: Option<&mut MaybeUninit<_>>| {
         // SAFETY: as long as said.
@@ -79,10 +79,10 @@ fn files_are_read_as_in_rust() {
         assert_eq!(DVec3::new(last.x, last.y, last.z), native.vertex(native.vertex_count() - 1));
     }
     let mut place = MaybeUninit::uninit();
-    let text = "punctual_mesh_read_bytes: format has no value 4";
-    fails(read(&bytes, 4, Some(&mut place)), Status::BadArgument, text);
-    for (format, bytes) in [(0, &b"v 0 0 0\nf 1 2 3\n"[..]), (1, b"solid"), (2, b"ply\n"), (3, b"glTF")] {
-        let formats = [Format::Obj, Format::Stl, Format::Ply, Format::Glb];
+    let text = "punctual_mesh_read_bytes: format has no value 5";
+    fails(read(&bytes, 5, Some(&mut place)), Status::BadArgument, text);
+    for (format, bytes) in [(0, &b"v 0 0 0\nf 1 2 3\n"[..]), (1, b"solid"), (2, b"ply\n"), (3, b"glTF"), (4, b"OFF")] {
+        let formats = [Format::Obj, Format::Stl, Format::Ply, Format::Gltf, Format::Off];
         let error = punctual_io::read(bytes, formats[format as usize]).unwrap_err();
         fails(read(bytes, format, Some(&mut place)), Status::BadFile, &format!("punctual_mesh_read_bytes: {error}"));
     }

@@ -11,8 +11,10 @@ use std::sync::Arc;
 use flate2::read::GzDecoder;
 use punctual::glam::{DQuat, DVec3};
 use punctual::{Body, BuildOptions, Pose, Tree};
-use punctual_io::text::{fields, number, shorten};
-use punctual_io::{FileError, load};
+use punctual_io::FileError;
+use punctual_io::text::{decode, fields, lines, number, shorten};
+
+use crate::input::MeshArgs;
 
 /// A scene and its motion.
 pub struct Recording {
@@ -25,9 +27,9 @@ pub struct Recording {
 }
 
 impl Recording {
-    pub fn load(folder: &Path) -> Result<Self, FileError> {
+    pub fn load(folder: &Path, meshes: &MeshArgs) -> Result<Self, FileError> {
         let list = folder.join("scene.txt");
-        let parts = parts(&list, folder)?;
+        let parts = parts(&list, folder, meshes)?;
         let poses = either(folder, "poses.csv").unwrap_or_else(|| folder.join("poses.csv"));
         let frames = frames(&poses, parts.len())?;
         let first = frames.first().ok_or_else(|| FileError::at_line(&poses, 1, "no frame in it"))?;
@@ -56,7 +58,7 @@ fn read(file: &Path) -> Result<String, FileError> {
         } else {
             bytes
         };
-        Ok(String::from_utf8_lossy(&bytes).into_owned())
+        Ok(decode(&bytes).into_owned())
     };
     read().map_err(|error| FileError::from_io(file, &error))
 }
@@ -68,17 +70,17 @@ struct Part {
     importance: f32,
 }
 
-fn parts(list: &Path, folder: &Path) -> Result<Vec<Part>, FileError> {
+fn parts(list: &Path, folder: &Path, meshes: &MeshArgs) -> Result<Vec<Part>, FileError> {
     let text = read(list)?;
     let mut trees = HashMap::new();
     let mut parts = Vec::new();
-    for (line, at) in text.lines().zip(1..) {
+    for (line, at) in lines(&text).zip(1..) {
         let fault = |what: String| FileError::at_line(list, at, what);
         match fields(line)[..] {
             [] => {}
             ["mesh", id, file] => {
                 let tree = Tree::with_options(
-                    load(&folder.join(file))?,
+                    meshes.load(&folder.join(file))?,
                     &BuildOptions::default().neighbors(true).extremes(true),
                 );
                 trees.insert(id.to_owned(), Arc::new(tree));
@@ -102,7 +104,7 @@ fn parts(list: &Path, folder: &Path) -> Result<Vec<Part>, FileError> {
 /// The lines of a table of numbers below its header, `N` columns each.
 fn table<const N: usize>(file: &Path) -> Result<Vec<(usize, [f64; N])>, FileError> {
     let text = read(file)?;
-    let lines = text.lines().zip(1..).skip(1).filter(|(line, _)| !line.trim().is_empty());
+    let lines = lines(&text).zip(1..).skip(1).filter(|(line, _)| !line.trim().is_empty());
     let parse = |(line, at): (&str, usize)| {
         let mut numbers = [0.0; N];
         let mut columns = line.split(',');

@@ -213,6 +213,66 @@ fn all_formats_give_the_same_answers() {
     assert!(answers[0].1[0].1 > 0 && answers[0].1[2].1 == 0);
 }
 
+/// `-` is a mesh in any format on standard input, for every command that takes meshes.
+#[test]
+fn meshes_may_come_from_standard_input() {
+    let (folder, truth) = spheres();
+    let piped = folder.run_with_input("pair - b.obj poses.txt --mode all", &folder.read("a.obj"));
+    assert_eq!((piped.status, piped.err.as_str()), (0, ""));
+    assert_eq!(piped.rows().iter().map(|row| row.pairs as u64).collect::<Vec<_>>(), truth);
+    folder.write("sweeps.txt", "1 0 0 5 0 1 0 0 0 0 1 0 -10 0 0\n");
+    folder.write("rays.txt", "5 0 0 -1 0 0\n");
+    for command in [
+        "info -",
+        "distance a.obj - poses.txt",
+        "contacts - a.obj poses.txt",
+        "motion - a.obj sweeps.txt",
+        "rays - rays.txt",
+    ] {
+        let answer = folder.run_with_input(command, &folder.read("b.obj"));
+        assert_eq!((answer.status, answer.err.as_str()), (0, ""), "{command}");
+    }
+    for (name, bytes) in write::all_formats(&icosphere(2)).into_iter().filter(|(_, bytes)| bytes.is_ascii()) {
+        let answer = folder.run_with_input("info -", &String::from_utf8(bytes).unwrap());
+        assert!(answer.out.contains(" 320\n"), "{name}: {}", answer.err);
+    }
+    folder.run_with_input("pair - - poses.txt", &folder.read("a.obj")).assert_refused(&["-: ", "can be read once"]);
+    folder.run_with_input("info -", "what is this\n").assert_refused(&["-: no mesh format by its content"]);
+}
+
+#[test]
+fn meshes_are_scaled_and_turned() {
+    let folder = Folder::new();
+    // In millimetres, y up: a floor, and a post that stands on it.
+    folder.write("floor.obj", "v -1000 0 -1000\nv 1000 0 -1000\nv 0 0 2000\nf 1 2 3\n");
+    folder.write("post.obj", "v 0 0 0\nv 10 0 0\nv 0 3000 0\nf 1 2 3\n");
+    folder.write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0.5\n1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 -0.5\n");
+    let low = |command: &str| {
+        let answer = folder.run(&format!("distance floor.obj post.obj poses.txt {command}"));
+        assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+        answer.out.lines().skip(2).map(|row| row.split(',').nth(1).unwrap().parse().unwrap()).collect::<Vec<f64>>()
+    };
+    assert_eq!(
+        low("--scale 0.001 --up y --mode exact").iter().map(|x| (1e9 * x).round()).collect::<Vec<_>>(),
+        [5e8, 0.0, 0.0]
+    );
+    // Where z is up, the floor is a wall through the post's foot.
+    assert_eq!(low(""), [0.0; 3]);
+    folder.write("sweeps.txt", "1 0 0 0 0 1 0 0 0 0 1 1 0 0 -2\n");
+    folder.write("rays.txt", "0.01 0.01 9 0 0 -1\n");
+    let column = |command: &str, at: usize| {
+        let out = folder.run(command).out;
+        out.lines().nth(2).unwrap().split(',').nth(at).unwrap().parse::<f64>().unwrap()
+    };
+    let until = column("motion floor.obj post.obj sweeps.txt --scale 0.001 --up y --tolerance 0", 1);
+    assert!((until - 0.5).abs() < 1e-9, "{until}");
+    assert_eq!(column("rays floor.obj rays.txt --scale 0.001 --up y", 2), 9.0);
+    for scale in ["0", "-1", "nan", "inf", "x"] {
+        folder.run(&format!("info post.obj --scale {scale}")).assert_refused(&["--scale", "must be"]);
+    }
+    folder.run("info post.obj --up w").assert_refused(&["--up"]);
+}
+
 #[test]
 fn triangles_answers_line_by_line() {
     let folder = Folder::new();

@@ -1,12 +1,15 @@
 //! The body of a PLY file: one number after the other, from text or from bytes.
 
 use super::header::{Element, Encoding, Header, Kind, Property};
+use crate::notice::Notices;
 use crate::text::shorten;
 use crate::{Place, ReadError};
 
 pub struct Body<'a> {
     bytes: &'a [u8],
     encoding: Encoding,
+    /// The byte that ends a line of text.
+    line_end: u8,
     /// Where the next number is; in text, where the next line begins.
     at: usize,
     /// The element being read: its line, and what is left of it; or the byte where it begins.
@@ -20,7 +23,8 @@ impl<'a> Body<'a> {
             Encoding::Ascii => Place::Line(header.lines),
             _ => Place::Byte(header.end),
         };
-        Self { bytes, encoding: header.encoding, at: header.end, place, words: b"" }
+        let (encoding, line_end) = (header.encoding, header.line_end);
+        Self { bytes, encoding, line_end, at: header.end, place, words: b"" }
     }
 
     /// Goes to the next element, and says where it is.
@@ -35,7 +39,7 @@ impl<'a> Body<'a> {
             if rest.is_empty() {
                 return Err(self.fault(format!("end of file before the last `{}`", shorten(&element.name))));
             }
-            let end = rest.iter().position(|&byte| byte == b'\n').map_or(rest.len(), |end| end + 1);
+            let end = rest.iter().position(|&byte| byte == self.line_end).map_or(rest.len(), |end| end + 1);
             *line += 1;
             self.at += end;
             self.words = rest[..end].trim_ascii();
@@ -44,21 +48,20 @@ impl<'a> Body<'a> {
     }
 
     /// Ends an element.
-    pub fn end(&self) -> Result<(), ReadError> {
-        if self.words.is_empty() { Ok(()) } else { Err(self.fault("more values than properties")) }
+    pub fn end(&self, notices: &mut Notices) {
+        if !self.words.is_empty() {
+            notices.add(self.place, "more values than properties; the last are passed over");
+        }
     }
 
     /// Ends the file.
-    pub fn finish(&self) -> Result<(), ReadError> {
+    pub fn finish(&self, notices: &mut Notices) {
         let rest = &self.bytes[self.at..];
-        match self.encoding {
-            Encoding::Ascii if !rest.trim_ascii().is_empty() => {
-                Err(self.fault("lines after this one, the last that the header announces"))
-            }
-            Encoding::LittleEndian | Encoding::BigEndian if !rest.is_empty() => {
-                Err(ReadError::at(Place::Byte(self.at), format!("{} bytes more than the header announces", rest.len())))
-            }
-            _ => Ok(()),
+        let is_text = self.encoding == Encoding::Ascii;
+        let is_blank = if is_text { rest.trim_ascii().is_empty() } else { rest.is_empty() };
+        if !is_blank {
+            let what = format!("{} bytes after what the header announces passed over", rest.len());
+            notices.add((!is_text).then_some(Place::Byte(self.at)), what);
         }
     }
 

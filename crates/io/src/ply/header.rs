@@ -1,8 +1,9 @@
 //! The header of a PLY file: what elements there are, of what properties, and how they are written.
 
-use super::{AXES, CORNER_LISTS};
-use crate::ReadError;
-use crate::text::shorten;
+use super::{AXES, CORNER_LISTS, STRIPS};
+use crate::notice::Notices;
+use crate::text::{decode, shorten};
+use crate::{Place, ReadError};
 
 #[derive(Clone, Copy, PartialEq)]
 pub enum Encoding {
@@ -44,6 +45,8 @@ pub struct Header {
     pub lines: usize,
     /// Where the body begins.
     pub end: usize,
+    /// The byte that ends a line.
+    pub line_end: u8,
 }
 
 impl Kind {
@@ -68,31 +71,48 @@ impl Kind {
 }
 
 impl Header {
-    pub fn parse(bytes: &[u8]) -> Result<Self, ReadError> {
+    pub fn parse(bytes: &[u8], notices: &mut Notices) -> Result<Self, ReadError> {
         let mut encoding = None;
         let mut elements = Vec::new();
         let (mut lines, mut end) = (0, 0);
-        for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+        let line_end = line_end(bytes);
+        for line in bytes.split_inclusive(|&byte| byte == line_end) {
             (lines, end) = (lines + 1, end + line.len());
             let fault = |what: String| ReadError::at_line(lines, what);
-            let text = String::from_utf8_lossy(line);
+            let text = decode(line);
             let fields: Vec<&str> = text.split_ascii_whitespace().collect();
             match fields[..] {
                 ["ply"] if lines == 1 => {}
                 _ if lines == 1 => return Err(fault("the first line of a PLY file must be `ply`".into())),
                 ["comment" | "obj_info", ..] | [] => {}
-                ["format", name, _] => encoding = Some(format(name).map_err(fault)?),
+                ["format", name, ..] => encoding = Some(format(name).map_err(fault)?),
                 ["element", name, count] => add_element(&mut elements, name, count).map_err(fault)?,
                 ["property", ref kind @ .., name] => add_property(&mut elements, name, kind).map_err(fault)?,
                 ["end_header"] => {
                     let encoding = encoding.ok_or_else(|| fault("the header names no format".into()))?;
                     check(&elements, bytes.len()).map_err(fault)?;
-                    return Ok(Self { encoding, elements, lines, end });
+                    return Ok(Self { encoding, elements, lines, end, line_end });
                 }
-                _ => return Err(fault(format!("`{}` is no statement of a PLY header", shorten(text.trim())))),
+                // They say what the body holds.
+                ["element" | "property" | "format", ..] => {
+                    return Err(fault(format!("`{}` is no statement of a PLY header", shorten(text.trim()))));
+                }
+                [name, ..] => {
+                    let what = format!("unknown statement `{}` in the header passed over", shorten(name));
+                    notices.add(Place::Line(lines), what);
+                }
             }
         }
         Err(ReadError::new("no PLY file: its header has no end"))
+    }
+}
+
+/// A carriage return if it ends the first line alone, as on old computers; else the line feed.
+fn line_end(bytes: &[u8]) -> u8 {
+    let mut ends = bytes.iter().skip_while(|&&byte| byte != b'\n' && byte != b'\r');
+    match (ends.next(), ends.next()) {
+        (Some(b'\r'), next) if next != Some(&b'\n') => b'\r',
+        _ => b'\n',
     }
 }
 
@@ -124,7 +144,8 @@ fn add_property(elements: &mut [Element], name: &str, types: &[&str]) -> Result<
         return Err(format!("property `{}` is of no type that there is", shorten(name)));
     };
     let element = elements.last_mut().ok_or("a property of no element")?;
-    if element.properties.iter().any(|property| property.name == name) {
+    let is_twice = element.properties.iter().any(|property| property.name == name);
+    if is_twice && (AXES.contains(&name) || CORNER_LISTS.contains(&name)) {
         return Err(format!("property `{}` a second time", shorten(name)));
     }
     element.properties.push(Property { name: name.to_owned(), count, kind });
@@ -142,13 +163,22 @@ fn check(elements: &[Element], bytes: usize) -> Result<(), String> {
     if !AXES.into_iter().all(is_number) {
         return Err("element `vertex` must have the properties x, y and z".into());
     }
-    let face = named("face").ok_or("the file has no element `face`")?;
-    let is_list = |p: &&Property| CORNER_LISTS.contains(&p.name.as_str()) && p.count.is_some();
-    match face.properties.iter().find(is_list) {
-        None => Err("element `face` must have a list `vertex_indices`".into()),
-        Some(Property { kind: Kind::F32 | Kind::F64, name, .. }) => {
-            Err(format!("`{name}` must be a list of whole numbers"))
-        }
-        Some(_) => Ok(()),
+    let faces = elements.iter().filter(|element| ["face", STRIPS].contains(&element.name.as_str()));
+    if faces.clone().count() == 0 {
+        return Err(match elements.iter().any(|element| element.name == "range_grid") {
+            true => "needs range grids, which is not supported".into(),
+            false => "the file has no element `face`".into(),
+        });
     }
+    for Element { name: element, properties, .. } in faces {
+        let is_list = |p: &&Property| CORNER_LISTS.contains(&p.name.as_str()) && p.count.is_some();
+        match properties.iter().find(is_list) {
+            None => return Err(format!("element `{element}` must have a list `vertex_indices`")),
+            Some(Property { kind: Kind::F32 | Kind::F64, name, .. }) => {
+                return Err(format!("`{name}` must be a list of whole numbers"));
+            }
+            Some(_) => {}
+        }
+    }
+    Ok(())
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use base64::Engine;
 use punctual::Mesh;
 
 /// File name and content, one for each format and encoding.
@@ -13,6 +14,8 @@ pub fn all_formats(mesh: &Mesh) -> Vec<(&'static str, Vec<u8>)> {
         ("ascii.ply", ply(mesh, "ascii")),
         ("little.ply", ply(mesh, "binary_little_endian")),
         ("big.Ply", ply(mesh, "binary_big_endian")),
+        ("sphere.off", off(mesh)),
+        ("text.gltf", gltf(mesh)),
         ("sphere.glb", glb(mesh)),
     ]
 }
@@ -92,8 +95,31 @@ fn ply(mesh: &Mesh, format: &str) -> Vec<u8> {
     bytes
 }
 
-/// The file holds the sphere moved and halved; two nodes bring it back.
+fn off(mesh: &Mesh) -> Vec<u8> {
+    let mut text = format!("OFF\n{} {} 0\n", mesh.vertex_count(), mesh.len());
+    for [x, y, z] in vertices(mesh).map(|v| v.map(f64::from)) {
+        writeln!(text, "{x} {y} {z}").unwrap();
+    }
+    for [a, b, c] in mesh.triangles() {
+        writeln!(text, "3 {a} {b} {c}").unwrap();
+    }
+    text.into_bytes()
+}
+
 fn glb(mesh: &Mesh) -> Vec<u8> {
+    let (json, buffer) = document(mesh, "");
+    pack_glb(&json, &buffer)
+}
+
+/// JSON text with the buffer in it.
+fn gltf(mesh: &Mesh) -> Vec<u8> {
+    let (_, buffer) = document(mesh, "");
+    let data = base64::engine::general_purpose::STANDARD.encode(buffer);
+    document(mesh, &format!(r#","uri":"data:application/octet-stream;base64,{data}""#)).0.into_bytes()
+}
+
+/// The file holds the sphere moved and halved; two nodes bring it back.
+fn document(mesh: &Mesh, address: &str) -> (String, Vec<u8>) {
     let mut buffer = Vec::new();
     for [x, y, z] in vertices(mesh) {
         // Turned by a quarter around z, then halved: both exact.
@@ -110,13 +136,13 @@ fn glb(mesh: &Mesh) -> Vec<u8> {
         "accessors":[{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3","min":[-1,-1,-1],"max":[1,1,1]}},
         {{"bufferView":1,"componentType":5125,"count":{},"type":"SCALAR"}}],
         "bufferViews":[{{"buffer":0,"byteLength":{indices_at}}},
-        {{"buffer":0,"byteOffset":{indices_at},"byteLength":{}}}],"buffers":[{{"byteLength":{}}}]}}"#,
+        {{"buffer":0,"byteOffset":{indices_at},"byteLength":{}}}],"buffers":[{{"byteLength":{}{address}}}]}}"#,
         mesh.vertex_count(),
         3 * mesh.len(),
         buffer.len() - indices_at,
         buffer.len()
     );
-    pack_glb(&json, &buffer)
+    (json, buffer)
 }
 
 pub fn pack_glb(json: &str, buffer: &[u8]) -> Vec<u8> {

@@ -64,7 +64,7 @@ impl Case {
         let (a, b) = files.split_once(',').ok_or_else(|| format!("`{files}`: must be two files, A,B"))?;
         let stem = |file: &str| Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let name = format!("{}_{}", stem(a), stem(b));
-        Ok(Self::generated(&name, load(Path::new(a))?, load(Path::new(b))?))
+        Ok(Self::generated(&name, load(Path::new(a))?.mesh, load(Path::new(b))?.mesh))
     }
 
     /// Pairs of built-in shapes, approached like that.

@@ -34,7 +34,10 @@ pub fn built_in(quick: bool) -> Vec<Ladder> {
 /// The meshes of files separated by commas, sorted by their number of triangles; named by what the file names begin with.
 pub fn load(files: &str) -> Result<Ladder, Failure> {
     let files: Vec<&Path> = files.split(',').map(Path::new).collect();
-    let mut meshes = files.iter().map(|file| punctual_io::load(file)).collect::<Result<Vec<Mesh>, _>>()?;
+    let mut meshes = files
+        .iter()
+        .map(|file| Ok(punctual_io::load(file)?.mesh))
+        .collect::<Result<Vec<Mesh>, punctual_io::FileError>>()?;
     meshes.sort_by_key(Mesh::len);
     if meshes.windows(2).any(|pair| pair[0].len() == pair[1].len()) || meshes.len() < 2 {
         return Err(format!("{}: a ladder needs two sizes or more, all different", files[0].display()).into());
