@@ -5,6 +5,7 @@
 
 #![deny(unsafe_code)]
 
+mod approach;
 mod compare;
 mod contacts;
 mod distance;
@@ -14,6 +15,7 @@ mod input;
 mod motion;
 mod pair;
 mod paper;
+mod poses;
 mod push;
 mod rays;
 mod scene;
@@ -44,6 +46,7 @@ enum Command {
     Rays(rays::Args),
     Triangles(triangles::Args),
     Info(info::Args),
+    Poses(poses::Args),
     Paper(paper::Args),
     Fit(fit::Args),
     Scene(scene::Args),
@@ -73,6 +76,7 @@ fn main() -> ExitCode {
         Command::Rays(args) => rays::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
+        Command::Poses(args) => poses::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),
         Command::Fit(args) => fit::run(args, &mut out),
         Command::Scene(args) => scene::run(args, &mut out),

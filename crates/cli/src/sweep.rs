@@ -10,6 +10,7 @@ mod open;
 mod oracle;
 mod page;
 mod peers;
+mod plan;
 mod punctuality;
 mod summary;
 mod truth;
@@ -29,9 +30,13 @@ use case::Case;
 use contender::{DEFAULT, DEPTH_FIRST, ORACLE};
 use distance::summary::{GOALS, reached_over_cases};
 use measure::Measured;
+use page::{counted, decimals};
+use plan::{Plan, plan};
 use summary::{Measurement, Stratum};
 
 /// Measure speed against error: what is known when a budget ends, for every order.
+///
+/// `punctual poses` makes poses for two meshes: `punctual poses A B --contact 84 > CASE_DIR/poses.txt`.
 ///
 /// Every query is compared with the exact truth, which is computed once and kept in DIR/truth. Writes to DIR: index.html,
 /// which needs no other file; its plots as .svg and .png, those of single cases in DIR/cases; overview.svg, the main figures
@@ -61,6 +66,8 @@ pub struct Args {
     /// A smaller report with more noise, in seconds.
     #[arg(long)]
     quick: bool,
+    #[command(flatten)]
+    plan: Plan,
 }
 
 /// Whether Ctrl-C was pressed.
@@ -74,6 +81,7 @@ const WORK_STEPS: u64 = STEPS / 4;
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed))?;
+    args.plan.choose();
     let mut peers = args.peer_times.as_deref().map(peers::read).transpose()?.unwrap_or_default();
     report::create_folder(&args.out.join("truth"))?;
     let mut cases: Vec<Box<dyn FnOnce() -> Result<Case, Failure>>> = Vec::new();
@@ -144,7 +152,7 @@ fn measure(case: &Case, args: &Args, progress: &Progress) -> Result<Option<Measu
     let Some(work) = work else { return Ok(None) };
     measurement.work = work;
     let timed: Vec<usize> = (0..truth.len()).step_by(truth.len().div_ceil(most).max(1)).collect();
-    let passes = round_count * 2 * contender::CONTENDERS.len() as u64;
+    let passes = round_count * 2 * plan().contenders().count() as u64;
     let mut done = 0;
     for _ in 0..round_count {
         let round = punctuality::round(case, &truth, &timed, || {
@@ -189,7 +197,7 @@ fn write_report(cases: &[Measurement], total: usize, args: &Args, out: &mut impl
     let time = time.map(|(name, f)| (name, json!({ "value": number(f.value), "noise": number(f.noise) })));
     let summary = json!({
         "machine": machine,
-        "cases": cases.iter().map(|case| format!("{}, {} poses", case.name, case.strata.len())).collect::<Vec<_>>(),
+        "cases": cases.iter().map(|case| format!("{}, {}", case.name, counted(case.strata.len(), "pose"))).collect::<Vec<_>>(),
         "work": work.iter().map(|(name, value)| (name.clone(), number(*value))).collect::<serde_json::Map<_, _>>(),
         "time": time.collect::<serde_json::Map<_, _>>(),
     });
@@ -199,11 +207,15 @@ fn write_report(cases: &[Measurement], total: usize, args: &Args, out: &mut impl
     report::write(&args.out.join("index.html"), page.html())?;
     let figure = |name: String| work.get(&name).copied().unwrap_or(f64::NAN);
     if !args.distance_only {
-        tell_of_intersections(&work, out)?;
+        tell_of_intersections(cases, &work, out)?;
     }
-    for (goal, name) in GOALS {
-        let [ours, plain, told] = distance::ORDERS.map(|order| reached_over_cases(cases, order, goal).0);
-        writeln!(out, "{name}: with {ours:.2} of the work (depth-first {plain:.2}, told the closest {told:.2})")?;
+    if cases.iter().any(|case| !case.distance.runs.is_empty()) {
+        for (goal, name) in GOALS {
+            let [ours, plain, told] = distance::ORDERS.map(|order| reached_over_cases(cases, order, goal).0);
+            writeln!(out, "{name}: with {ours:.2} of the work (depth-first {plain:.2}, told the closest {told:.2})")?;
+        }
+    } else {
+        writeln!(out, "the meshes meet at every pose: no distance was measured")?;
     }
     let in_time: usize = cases.iter().flat_map(|case| &case.rounds).map(|round| round.wrong).sum();
     writeln!(out, "wrong: {}", figure("wrong".to_owned()) + in_time as f64)?;
@@ -212,18 +224,27 @@ fn write_report(cases: &[Measurement], total: usize, args: &Args, out: &mut impl
     Ok(())
 }
 
-fn tell_of_intersections(work: &BTreeMap<String, f64>, out: &mut impl Write) -> Result<(), Failure> {
-    let figure = |name: String| work.get(&name).copied().unwrap_or(f64::NAN);
-    for (what, name) in [
-        ("contacts detected with 5 % of the work", "any@5%"),
-        ("pairs found with 20 % of the work", "recall@20%"),
-        ("contact regions seen with 20 % of the work", "coverage@20%"),
-    ] {
-        let [ours, plain, oracle] = [DEFAULT, DEPTH_FIRST, ORACLE].map(|order| figure(format!("{name} {order}")));
-        writeln!(out, "{what}: {ours:.3} (depth-first {plain:.3}, best order {oracle:.3})")?;
+fn tell_of_intersections(
+    cases: &[Measurement],
+    work: &BTreeMap<String, f64>,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    if cases.iter().all(|case| case.hits() == 0) {
+        writeln!(out, "the meshes meet at no pose: no contact was to be found")?;
+        return Ok(());
     }
-    let [ours, oracle] = [DEFAULT, ORACLE].map(|order| figure(format!("first hit over depth-first {order} work")));
-    writeln!(out, "first contact found with {ours:.2} times less work than depth-first (best order {oracle:.2})")?;
+    let figure = |name: String| work.get(&name).copied().unwrap_or(f64::NAN);
+    for (what, name, percent) in
+        [("contacts detected", "any", 5), ("pairs found", "recall", 20), ("contact regions seen", "coverage", 20)]
+    {
+        let percent = plan().percent_near(percent);
+        let shares = [DEFAULT, DEPTH_FIRST, ORACLE].map(|order| figure(format!("{name}@{percent}% {order}")));
+        let [ours, plain, oracle] = shares.map(|share| decimals(share, 3));
+        writeln!(out, "{what} with {percent} % of the work: {ours} (depth-first {plain}, best order {oracle})")?;
+    }
+    let gains = [DEFAULT, ORACLE].map(|order| figure(format!("first hit over depth-first {order} work")));
+    let [ours, oracle] = gains.map(|gain| decimals(1.0 / gain, 2));
+    writeln!(out, "first contact found with {ours} of the work of depth-first (best order {oracle})")?;
     Ok(())
 }
 
@@ -237,10 +258,11 @@ fn intro(cases: &[Measurement], total: usize, quick: bool, machine: &str) -> Vec
          said is compared with the exact truth."
             .to_owned(),
         format!(
-            "{} cases of two meshes, {poses} poses, {hits} of them colliding. Budgets of work are a share of the work of a \
+            "{} of two meshes, {}, {hits} of them colliding. Budgets of work are a share of the work of a \
              full search, a finished query for all pairs, at the same pose; these figures are the same on every machine. Budgets of time \
              were measured on up to {most} poses of each case: {machine}.",
-            cases.len(),
+            counted(cases.len(), "case"),
+            counted(poses, "pose"),
         ),
         "Compared are: this library as it comes; the same, visiting boxes depth-first; a plain query, cut off, of which \
          nothing is known before it returns; and the best order that there is. That one is computed afterwards, from the truth: it \

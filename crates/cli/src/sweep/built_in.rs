@@ -1,11 +1,11 @@
 //! Cases that need no files: generated shapes approach each other at random, up to predefined offsets from the first touch.
 
-use punctual::glam::{DMat3, DQuat, DVec3, EulerRot, Vec3};
-use punctual::{Budget, Mesh, Pose, Query, Tree, Verdict, Workspace, shapes};
-use punctual_lab::artificial::Random;
+use punctual::glam::Vec3;
+use punctual::{Mesh, Pose, Tree, shapes};
 use punctual_lab::report::Failure;
 
-use super::case::{Case, size};
+use super::case::Case;
+use crate::approach::{Approach, Line};
 
 /// Distances past the first touch, in the box diagonal of the smaller mesh.
 const OFFSETS: [f64; 7] = [-0.05, -0.02, -0.01, -0.001, 0.001, 0.01, 0.05];
@@ -15,11 +15,11 @@ type Maker = Box<dyn FnOnce() -> Result<Case, Failure>>;
 
 pub fn cases(quick: bool) -> Vec<Maker> {
     let fine = u32::from(!quick);
-    let approaches = if quick { 4 } else { 12 };
+    let lines = if quick { 4 } else { 12 };
     let make = |name: &'static str, seed: u64, a: fn(u32) -> Mesh, b: fn(u32) -> Mesh| -> Maker {
         Box::new(move || {
             let (a, b) = (a(fine), b(fine));
-            let poses = approach(&Tree::new(a.clone()), &Tree::new(b.clone()), approaches, seed);
+            let poses = near_contact(&Tree::new(a.clone()), &Tree::new(b.clone()), lines, seed)?;
             Ok(Case::new(name, a, b, poses))
         })
     };
@@ -36,36 +36,16 @@ pub fn cases(quick: bool) -> Vec<Maker> {
 }
 
 /// Poses on random lines towards A: one for each offset from the first touch of each approach, turned at random.
-fn approach(a: &Tree, b: &Tree, approaches: u64, seed: u64) -> Vec<Pose> {
-    let center = |mesh: &Mesh| (mesh.aabb().min + mesh.aabb().max) * 0.5;
-    let (from, to) = (center(b.mesh()), center(a.mesh()));
-    let reach = size(a.mesh()) + size(b.mesh());
-    let unit = size(a.mesh()).min(size(b.mesh()));
-    let mut random = Random::new(seed);
-    let mut workspace = Workspace::new();
+fn near_contact(a: &Tree, b: &Tree, lines: u64, seed: u64) -> Result<Vec<Pose>, Failure> {
+    let mut approach = Approach::new(a, b, seed);
     let mut poses = Vec::new();
-    for _ in 0..approaches {
-        let angles = [(); 3].map(|()| random.fraction() * std::f64::consts::TAU);
-        let turn = DMat3::from_quat(DQuat::from_euler(EulerRot::XYZ, angles[0], angles[1], angles[2]));
-        let angle = random.fraction() * std::f64::consts::TAU;
-        let z = 2.0 * random.fraction() - 1.0;
-        let side = (1.0 - z * z).sqrt();
-        let direction = DVec3::new(side * angle.cos(), side * angle.sin(), z);
-        let at = |distance: f64| Pose::new(turn, to - turn * from + direction * distance);
-        let mut meets = |distance: f64| {
-            let Ok(pose) = at(distance) else { return false };
-            let outcome = Query::new(a, b, pose).run(&mut workspace, Budget::unlimited());
-            matches!(outcome.verdict, Verdict::Intersecting { .. })
-        };
-        let steps = 400;
-        let along = |i: u32| reach * (1.0 - f64::from(i) / f64::from(steps));
-        let Some(first) = (1..=steps).find(|&i| meets(along(i))) else { continue };
-        let (mut apart, mut touching) = (along(first - 1), along(first));
-        for _ in 0..40 {
-            let middle = 0.5 * (apart + touching);
-            if meets(middle) { touching = middle } else { apart = middle }
+    for _ in 0..lines {
+        let line = Line { turn: approach.turn(), target: approach.middle_of_a(), direction: approach.direction() };
+        if let Some(touch) = approach.first_touch(&line, approach.reach())? {
+            for offset in OFFSETS {
+                poses.push(approach.at(&line, touch + offset * approach.unit())?);
+            }
         }
-        poses.extend(OFFSETS.iter().filter_map(|offset| at(touching + offset * unit).ok()));
     }
-    poses
+    Ok(poses)
 }

@@ -7,7 +7,8 @@ use punctual_lab::report::{Block, Chances, Chart, Failure, Lead, Section, Table}
 use punctual_lab::statistics::{mean, quantile, sorted};
 
 use super::contender::{DEFAULT, WARM};
-use super::measure::PERCENT;
+use super::page::decimals;
+use super::plan::plan;
 use super::summary::{Measurement, Worst};
 
 /// What was told at one moment of one query.
@@ -93,7 +94,7 @@ fn table(cases: &[Measurement]) -> Table {
         "all: p50",
         "p90",
     ];
-    let number = |x: f64| if x.is_finite() { format!("{x:.3}") } else { "-".to_owned() };
+    let number = |x| decimals(x, 3);
     let row = |percent: u32| {
         let mut row = vec![if percent == 0 { "before".to_owned() } else { format!("{percent} %") }];
         for order in [DEFAULT, WARM] {
@@ -107,7 +108,7 @@ fn table(cases: &[Measurement]) -> Table {
         }
         row
     };
-    let rows = std::iter::once(0).chain(PERCENT).filter(|percent| *percent < 100).map(row).collect();
+    let rows = std::iter::once(0).chain(plan().percent()).filter(|percent| *percent < 100).map(row).collect();
     Table { header: header.map(str::to_owned).to_vec(), rows }
 }
 
@@ -130,7 +131,7 @@ impl<'m> Errors<'m> {
         let judged = || told.iter().filter(|(_, chances)| chances.0.len() >= ENOUGH);
         let errors = || judged().map(|(case, chances)| (*case, chances.calibration_error()));
         let row = |(case, chances): &(&str, Chances)| {
-            let scores = [chances.brier(), chances.calibration_error()].map(|score| format!("{score:.3}"));
+            let scores = [chances.brier(), chances.calibration_error()].map(|score| decimals(score, 3));
             [case.to_string(), chances.0.len().to_string()].into_iter().chain(scores).collect()
         };
         let mean = mean(errors().map(|(_, error)| error)).unwrap_or(f64::NAN);
@@ -160,6 +161,22 @@ pub fn section(
     blocks.push(Block::Table(table(cases)));
     let Errors { mean, worst, rows } = Errors::of(cases);
     blocks.push(Block::Table(Table::new(["case", "undecided stops", "Brier", "ECE"], rows)));
+    let measured = if cold.0.is_empty() {
+        "No query was undecided when it was stopped.".to_owned()
+    } else {
+        let number = |x| decimals(x, 3);
+        format!(
+            "{} undecided stops: Brier {}, off by {} on average (ECE). Single cases with {ENOUGH} stops or more: off by {} \
+             on average, worst case {}, {}. Share of the pairs found: told within {} on average.",
+            cold.0.len(),
+            number(cold.brier()),
+            number(cold.calibration_error()),
+            number(mean),
+            number(worst.value),
+            worst.case,
+            number(recall_error(cases, DEFAULT, None)),
+        )
+    };
     Ok(Section {
         id: "confidence".into(),
         title: "How sure is a partial answer?".into(),
@@ -168,16 +185,7 @@ pub fn section(
              it told which probability."
                 .into(),
         ),
-        measured: format!(
-            "{} undecided stops: Brier {:.3}, off by {:.3} on average (ECE). Single cases with {ENOUGH} stops or more: off by \
-             {mean:.3} on average, worst case {:.3}, {}. Share of the pairs found: told within {:.3} on average.",
-            cold.0.len(),
-            cold.brier(),
-            cold.calibration_error(),
-            worst.value,
-            worst.case,
-            recall_error(cases, DEFAULT, None),
-        ),
+        measured,
         blocks,
     })
 }

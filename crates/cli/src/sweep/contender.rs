@@ -76,8 +76,3 @@ pub fn label(order: &'static str) -> &'static str {
         _ => CURVES.iter().find(|curve| curve.order == order).map_or(order, |curve| curve.label),
     }
 }
-
-/// All that is compared under budgets of work.
-pub fn names() -> impl Iterator<Item = &'static str> {
-    CONTENDERS.iter().map(|contender| contender.name).chain([ORACLE, CUT_OFF, WARM])
-}

@@ -8,7 +8,7 @@ use punctual::{Budget, Distance, DistanceQuery, PairMemory, StopReason, SystemCl
 
 use super::case::{Case, size};
 use super::contender::DEPTH_FIRST;
-use super::punctuality::MICROSECONDS;
+use super::plan::plan;
 use super::truth::Truth;
 
 /// The library as it comes.
@@ -45,7 +45,7 @@ impl Stop {
 pub struct Run {
     pub pose: usize,
     pub order: &'static str,
-    /// At each percent of the work of a finished depth-first query, 1 to 100, or at each of [`MICROSECONDS`].
+    /// At each percent of the work of a finished depth-first query, 1 to 100, or at each budget of time.
     pub stops: Vec<Stop>,
     /// Work, in that unit, or seconds to the end of the query.
     pub whole: f64,
@@ -180,7 +180,7 @@ impl<'c> Truths<'c> {
                 let (_, whole) = timed(pose, Budget::unlimited());
                 runs.push(Run { pose, order, stops: Vec::new(), whole, reached: [f64::NAN; 2] });
             }
-            for limit in MICROSECONDS.map(Duration::from_micros) {
+            for limit in plan().microseconds().iter().copied().map(Duration::from_micros) {
                 for run in &mut runs[first..] {
                     let (said, _) = timed(run.pose, Budget::time(limit));
                     run.stops.push(self.judge(run.pose, order, &said, measured));

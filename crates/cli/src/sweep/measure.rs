@@ -8,13 +8,11 @@ use punctual::{
 
 use super::case::Case;
 use super::confidence::Guess;
-use super::contender::{CERTIFIED, CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, NARROWED, ORACLE, WARM};
+use super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, NARROWED, ORACLE, WARM};
 use super::open::{self, Overlap};
 use super::oracle::Oracle;
+use super::plan::plan;
 use super::truth::Truth;
-
-/// Budgets of work, in percent of what a finished depth-first `all` run costs at the same pose.
-pub const PERCENT: [u32; 9] = [1, 2, 5, 10, 20, 30, 50, 70, 100];
 
 /// The features of one query at the moment its budget ended.
 #[derive(Clone, Copy)]
@@ -37,7 +35,7 @@ pub struct Row {
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Limit {
-    /// Percent of the work of a finished `all` run.
+    /// Percent of what a finished depth-first `all` run costs at the same pose.
     Work(u32),
     Time(Duration),
 }
@@ -154,7 +152,7 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
         let full = Query::new(&case.a, &case.b, case.poses[pose]).mode(Mode::All).order(Order::DepthFirst);
         let full = finish(&full, &mut workspaces[0]);
         let run = Run { case, truth, pose, full, overlap: Overlap::new(case, &case.poses[pose]) };
-        for contender in &CONTENDERS {
+        for contender in plan().contenders() {
             let query = contender.query(&case.a, &case.b, case.poses[pose]);
             for mode in [Mode::Any, Mode::All] {
                 run.stops(&query.mode(mode), contender.name, mode, None, &mut workspaces, &mut measured);
@@ -236,7 +234,7 @@ impl Run<'_> {
             guesses.push(Guess { total_error: query.predict(memory.as_deref()).bv_tests.p50, ..guess });
         }
         let mut outcome = query.run_with(workspace, memory.as_deref_mut(), Budget::work(0), &SystemClock::default());
-        for percent in PERCENT.map(Some).into_iter().chain([None]) {
+        for percent in plan().percent().map(Some).chain([None]) {
             let limit = percent.map_or(u64::MAX, |percent| (self.full * u64::from(percent)).div_ceil(100));
             outcome = advance(query, workspace, memory.as_deref_mut(), outcome, limit, |pair| judge.report(pair));
             let answer = judge.answer(&outcome, mode);
@@ -314,7 +312,7 @@ impl Run<'_> {
         let mut judge = Judge::new(self.truth);
         let mut found = oracle.found.iter().peekable();
         let hit = !self.truth.pairs.is_empty();
-        for percent in PERCENT {
+        for percent in plan().percent() {
             let limit = (self.full * u64::from(percent)).div_ceil(100);
             while let Some((_, at)) = found.next_if(|(work, _)| *work <= limit) {
                 judge.see(*at as usize);

@@ -17,8 +17,8 @@ use super::confidence;
 use super::contender::{CURVES, CUT_OFF, Curve, DEFAULT, DEPTH_FIRST, ORACLE};
 use super::distance::OURS;
 use super::distance::summary::{FINISHED, Kind, PROVEN};
-use super::measure::{Limit, PERCENT};
-use super::punctuality::MICROSECONDS;
+use super::measure::Limit;
+use super::plan::plan;
 use super::summary::{DETECTED, Feature, Measurement, RECALL, Which, over_cases};
 
 /// Draws the plots into the folder and returns the page they stand on.
@@ -31,9 +31,12 @@ pub fn page(cases: &[Measurement], folder: &Path, intro: Vec<String>) -> Result<
     }
     if cases.iter().any(has_intersections) {
         report.plot("overview", &report.overview())?;
-        sections.extend(report.work()?);
+        // All of these are means over the poses in contact.
+        if cases.iter().any(|case| case.hits() > 0) {
+            sections.extend(report.work()?);
+            sections.push(report.first_hit());
+        }
         sections.extend([
-            report.first_hit(),
             report.volume_left()?,
             report.time()?,
             report.lateness()?,
@@ -86,12 +89,32 @@ impl Report<'_> {
     }
 }
 
+/// A number for people; a dash where there is none.
+fn number(value: f64) -> String {
+    decimals(value, 2)
+}
+
+/// So many of them.
+pub fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// A number with so many digits; a dash where there is none.
+pub fn decimals(value: f64, digits: usize) -> String {
+    if value.is_finite() { format!("{value:.digits$}") } else { "-".to_owned() }
+}
+
+/// The lines of the plots, of what was measured.
+fn drawn() -> impl Iterator<Item = Curve> {
+    CURVES.into_iter().filter(|curve| plan().names().any(|name| name == curve.order))
+}
+
 const TIME: &str = "time given, microseconds";
 const WORK: &str = "work done, % of a full search";
 
 /// What is plotted for a mode. A plain query for a first contact ends with it, as depth-first does, and has no line.
 fn curves(mode: Mode) -> impl Iterator<Item = (usize, Curve)> {
-    CURVES.into_iter().enumerate().filter(move |(_, curve)| mode == Mode::All || curve.order != CUT_OFF)
+    drawn().enumerate().filter(move |(_, curve)| mode == Mode::All || curve.order != CUT_OFF)
 }
 
 fn series((color, curve): (usize, Curve), points: Vec<[f64; 2]>) -> Series {
@@ -101,7 +124,8 @@ fn series((color, curve): (usize, Curve), points: Vec<[f64; 2]>) -> Series {
 /// A feature over the work done; a mean over these cases.
 fn over_work(cases: &[Measurement], title: &str, mode: Mode, feature: Feature) -> Chart {
     let points = |order| {
-        let measured = PERCENT.map(|percent| [f64::from(percent), at_work(cases, order, mode, percent, feature)]);
+        let measured =
+            plan().percent().map(|percent| [f64::from(percent), at_work(cases, order, mode, percent, feature)]);
         std::iter::once([0.0, 0.0]).chain(measured).collect()
     };
     Chart {
@@ -132,7 +156,7 @@ fn over_time(cases: &[Measurement], title: &str, mode: Mode, feature: Feature) -
 fn time_points(cases: &[Measurement], order: &'static str, mode: Mode, feature: Feature) -> Vec<[f64; 2]> {
     let at =
         |us: u64| over_cases(cases, Which { order, mode, budget: Limit::Time(Duration::from_micros(us)) }, feature);
-    MICROSECONDS.map(|us| [us as f64, at(us)]).to_vec()
+    plan().microseconds().iter().map(|&us| [us as f64, at(us)]).collect()
 }
 
 /// The times within which something happens: from the last at which all lines are at 0 to the first at which all are at 1.
@@ -140,10 +164,11 @@ fn time_span<'p>(lines: impl Iterator<Item = &'p Vec<[f64; 2]>>) -> Range<f64> {
     const END: f64 = 0.005;
     let lines: Vec<_> = lines.collect();
     let all = |i: usize, at: &dyn Fn(f64) -> bool| lines.iter().all(|line| at(line[i][1]));
-    let last = MICROSECONDS.len() - 1;
+    let budgets = plan().microseconds();
+    let last = budgets.len() - 1;
     let start = (0..last).rev().find(|&i| all(i, &|y| y < END)).unwrap_or(0);
     let end = (start + 1..last).find(|&i| all(i, &|y| y > 1.0 - END)).unwrap_or(last);
-    MICROSECONDS[start] as f64..MICROSECONDS[end] as f64
+    budgets[start] as f64..budgets[end].max(budgets[start] + 1) as f64
 }
 
 fn within(points: Vec<[f64; 2]>, span: &Range<f64>) -> Vec<[f64; 2]> {

@@ -7,12 +7,10 @@ use cpu_time::ThreadTime;
 use punctual::{Budget, Mode, StopReason, Workspace};
 
 use super::case::Case;
-use super::contender::{CONTENDERS, DEFAULT, DEPTH_FIRST};
+use super::contender::{DEFAULT, DEPTH_FIRST};
 use super::measure::{Answer, Judge, Limit, Row, cut_off};
+use super::plan::plan;
 use super::truth::Truth;
-
-/// Budgets of time in microseconds.
-pub const MICROSECONDS: [u64; 15] = [1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 70, 100, 200, 500, 1000];
 
 /// How far beyond its budget a query ended, in seconds.
 #[derive(Clone, Copy)]
@@ -50,7 +48,7 @@ pub fn round(case: &Case, truth: &[Truth], poses: &[usize], mut progress: impl F
     let mut round = Round::default();
     let mut workspace = Workspace::with_capacity(4096, 1 << 20);
     let readings = clock_readings();
-    for contender in &CONTENDERS {
+    for contender in plan().contenders() {
         for mode in [Mode::Any, Mode::All] {
             let query = |pose: usize| contender.query(&case.a, &case.b, case.poses[pose]).mode(mode);
             let mut finish = |order: &'static str, budget: Budget| {
@@ -64,7 +62,7 @@ pub fn round(case: &Case, truth: &[Truth], poses: &[usize], mut progress: impl F
             if contender.name == DEFAULT {
                 finish(UNLIMITED, Budget::unlimited());
             }
-            for limit in MICROSECONDS.map(Duration::from_micros) {
+            for limit in plan().microseconds().iter().copied().map(Duration::from_micros) {
                 for &pose in poses {
                     let query = query(pose);
                     let (cpu, start) = (ThreadTime::now(), Instant::now());

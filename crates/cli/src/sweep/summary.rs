@@ -6,10 +6,11 @@ use punctual::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, Mode, Pose};
 use punctual_lab::statistics::{mean, quantile, sorted};
 
 use super::case::Case;
-use super::contender::{CERTIFIED, CONTENDERS, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, names};
+use super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE};
 use super::distance;
-use super::measure::{Answer, Finished, Limit, Measured, PERCENT, Row};
-use super::punctuality::{MICROSECONDS, Round, UNLIMITED};
+use super::measure::{Answer, Finished, Limit, Measured, Row};
+use super::plan::plan;
+use super::punctuality::{Round, UNLIMITED};
 use super::truth::Truth;
 
 /// A case, measured.
@@ -188,8 +189,9 @@ pub fn volume_left<'m>(
 /// Share of the recall that is known on average while the work of a finished run is done: the area under the curve.
 pub fn area(cases: &[Measurement], order: &'static str) -> f64 {
     let at = |percent| over_cases(cases, Which { order, mode: Mode::All, budget: Limit::Work(percent) }, RECALL);
-    let points: Vec<[f64; 2]> =
-        std::iter::once([0.0, 0.0]).chain(PERCENT.map(|percent| [f64::from(percent) / 100.0, at(percent)])).collect();
+    let points: Vec<[f64; 2]> = std::iter::once([0.0, 0.0])
+        .chain(plan().percent().map(|percent| [f64::from(percent) / 100.0, at(percent)]))
+        .collect();
     points.windows(2).map(|ends| (ends[1][0] - ends[0][0]) * (ends[0][1] + ends[1][1]) * 0.5).sum()
 }
 
@@ -243,8 +245,8 @@ impl Figure {
 pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
     let mut figures = BTreeMap::new();
     let mut put = |name: String, value: f64| figures.insert(name, value);
-    for order in names() {
-        for percent in PERCENT {
+    for order in plan().names() {
+        for percent in plan().percent() {
             let budget = Limit::Work(percent);
             let any = Which { order, mode: Mode::Any, budget };
             let all = Which { order, mode: Mode::All, budget };
@@ -261,7 +263,7 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
         }
     }
     for order in CERTIFIED {
-        for percent in PERCENT {
+        for percent in plan().percent() {
             let left = mean(volume_left(cases, order, percent).map(|(_, left)| left));
             put(format!("volume left@{percent}% {order}"), left.unwrap_or(f64::NAN));
         }
@@ -303,14 +305,14 @@ pub fn time_figures(cases: &[Measurement]) -> BTreeMap<String, Figure> {
         let of_round = |case: &Measurement| of_case(case, case.rounds[round].rows.iter(), which, feature);
         mean(cases.iter().filter_map(of_round)).unwrap_or(f64::NAN)
     };
-    for order in CONTENDERS.iter().map(|contender| contender.name).chain([CUT_OFF]) {
-        for us in MICROSECONDS {
+    for order in plan().contenders().map(|contender| contender.name).chain([CUT_OFF]) {
+        for &us in plan().microseconds() {
             let budget = Limit::Time(std::time::Duration::from_micros(us));
             put(format!("any@{us}us {order}"), &|r| share(Which { order, mode: Mode::Any, budget }, DETECTED, r));
             put(format!("recall@{us}us {order}"), &|r| share(Which { order, mode: Mode::All, budget }, RECALL, r));
         }
     }
-    for order in CONTENDERS.iter().map(|contender| contender.name).chain([UNLIMITED]) {
+    for order in plan().contenders().map(|contender| contender.name).chain([UNLIMITED]) {
         for (name, mode) in [("any", Mode::Any), ("all", Mode::All)] {
             put(format!("finished {name} us {order}"), &|round| finished_time(cases, order, mode, round));
         }

@@ -10,6 +10,7 @@ mod distance;
 mod files;
 mod motion;
 mod paper;
+mod poses;
 mod rays;
 mod run;
 mod scene;

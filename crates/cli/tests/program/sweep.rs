@@ -1,5 +1,7 @@
 //! `punctual sweep` and `punctual compare`.
 
+use std::collections::BTreeSet;
+
 use crate::run::Folder;
 
 const FILES: [&str; 22] = [
@@ -211,6 +213,54 @@ fn times_of_others_stand_beside_ours() {
         folder.run(sweep).assert_refused(&["times.csv:2"]);
     }
     folder.run("sweep case --out report --peer-times none.csv").assert_refused(&["none.csv"]);
+}
+
+/// A report without poses in contact, or without poses apart, or of one pose, has no figure that is not a number.
+#[test]
+fn what_was_not_measured_is_said_in_words() {
+    let folder = cubes();
+    let [apart, touching] = ["1 0 0 3 0 1 0 0 0 0 1 0\n", "1 0 0 1.5 0 1 0 0 0 0 1 0\n"];
+    std::fs::remove_file(folder.path().join("case/truth_distance.csv")).unwrap();
+    for (poses, said) in [(apart, "meet at no pose"), (touching, "meet at every pose")] {
+        folder.write("case/poses.txt", poses);
+        let _ = std::fs::remove_dir_all(folder.path().join("report"));
+        let answer = folder.run("sweep case --quick --out report");
+        assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+        assert!(answer.out.contains(said) && !answer.out.contains("NaN"), "{}", answer.out);
+        let page = folder.read("report/index.html");
+        assert!(!page.contains("NaN"), "{said}");
+        assert!(page.contains("1 case of two meshes, 1 pose,"), "{said}");
+    }
+}
+
+/// Above 1 more work, below 1 less.
+#[test]
+fn the_first_contact_is_told_as_a_share_of_depth_first() {
+    let folder = cubes();
+    let answer = folder.run("sweep case --quick --out report");
+    let share = answer.out.lines().find_map(|line| line.strip_prefix("first contact found with ")?.split_once(' '));
+    let share: f64 = share.expect(&answer.out).0.parse().unwrap();
+    let gain = figure(&folder.read("report/summary.json"), "first hit over depth-first penetration work");
+    assert!((share - 1.0 / gain).abs() < 0.005 + 1e-9, "{share} {gain}");
+}
+
+#[test]
+fn orders_and_budgets_can_be_chosen() {
+    let folder = cubes();
+    let choice = "--orders low-alpha --work-percent 40,10,40 --time-us 7";
+    let answer = folder.run(&format!("sweep case --quick --out report {choice}"));
+    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+    assert!(answer.out.contains("detected with 10 % of the work"), "{}", answer.out);
+    let table = folder.read("report/sweep.csv");
+    let column = |i: usize| table.lines().skip(1).map(|line| line.split(',').nth(i).unwrap()).collect::<BTreeSet<_>>();
+    let orders = ["cut-off", "depth-first", "low-alpha", "narrowed", "oracle", "penetration", "warm"];
+    assert_eq!(column(2).into_iter().collect::<Vec<_>>(), orders);
+    assert_eq!(column(5).into_iter().collect::<Vec<_>>(), ["10", "40", "7"]);
+    assert!(!folder.read("report/index.html").contains("breadth-first"));
+    for bad in ["--orders deepest", "--orders depth-first", "--work-percent 0", "--work-percent 101", "--time-us 0"] {
+        let option = bad.split_once(' ').unwrap().0;
+        folder.run(&format!("sweep case --quick --out report {bad}")).assert_refused(&[option]);
+    }
 }
 
 #[test]

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use punctual_lab::statistics::{mean, quantile, sorted};
 
-use super::super::measure::PERCENT;
-use super::super::punctuality::MICROSECONDS;
+use super::super::plan::plan;
 use super::super::summary::{Measurement, Worst, cell};
 use super::{ORDERS, OURS, Run, Stop};
 
@@ -114,9 +113,9 @@ pub fn table(case: &Measurement) -> Vec<Vec<String>> {
         return Vec::new();
     }
     let alone = std::slice::from_ref(case);
-    let works = PERCENT.map(|percent| (Kind::Work, "work_percent", u64::from(percent), percent as usize - 1));
-    let times = MICROSECONDS.into_iter().enumerate().map(|(i, us)| (Kind::Time, "time_us", us, i));
-    let budgets: Vec<_> = works.into_iter().chain(times).collect();
+    let works = plan().percent().map(|percent| (Kind::Work, "work_percent", u64::from(percent), percent as usize - 1));
+    let times = plan().microseconds().iter().enumerate().map(|(i, &us)| (Kind::Time, "time_us", us, i));
+    let budgets: Vec<_> = works.chain(times).collect();
     let line = |order, (kind, name, budget, i): (Kind, &str, u64, usize)| {
         let [low, high] = [LOW, HIGH].map(|feature| kind.spread(alone, order, i, feature));
         let share = |feature| kind.mean(alone, order, i, feature);

@@ -4,23 +4,27 @@ use punctual::Mode;
 use punctual_lab::report::{Block, Failure, Lead, Section, Table};
 use punctual_lab::statistics::mean;
 
-use super::super::contender::{CONTENDERS, DEFAULT, DEPTH_FIRST, label};
+use super::super::contender::{DEFAULT, DEPTH_FIRST, label};
 use super::super::measure::Limit;
+use super::super::plan::plan;
 use super::super::summary::{
-    COVERAGE, DETECTED, Feature, Measurement, RECALL, Stratum, UNDECIDED, Which, first_hit_of_case, volume_left,
+    COVERAGE, DETECTED, Feature, Measurement, RECALL, Stratum, UNDECIDED, WORK, Which, first_hit_of_case, volume_left,
 };
-use super::{Report, at_work, best, distance, has_intersections, over_time, over_work};
+use super::{Report, at_work, best, counted, distance, has_intersections, number, over_time, over_work};
 
 /// Orders that are shown for kinds of poses.
-const SHOWN: [&str; 3] = [DEFAULT, DEPTH_FIRST, "low-alpha"];
+fn shown() -> impl Iterator<Item = &'static str> {
+    plan().names().filter(|order| [DEFAULT, DEPTH_FIRST, "low-alpha"].contains(order))
+}
 
 impl Report<'_> {
     pub(super) fn strata(&self) -> Section {
-        let header = ["poses", "number", "undecided at 20 %"].map(str::to_owned).into_iter();
+        let [soon, later] = [5, 20].map(|percent| plan().percent_near(percent));
+        let header = ["poses".to_owned(), "number".to_owned(), format!("undecided at {later} %")].into_iter();
         let header = header.chain(
-            ["detected at 5 %: ", "pairs at 20 %: "]
+            [format!("detected at {soon} %"), format!("pairs at {later} %")]
                 .into_iter()
-                .flat_map(|what| SHOWN.map(|order| format!("{what}{}", label(order)))),
+                .flat_map(|what| shown().map(move |order| format!("{what}: {}", label(order)))),
         );
         Section {
             id: "strata".into(),
@@ -37,37 +41,39 @@ impl Report<'_> {
     }
 
     fn stratum(&self, stratum: Stratum) -> Vec<String> {
-        let number: usize = self.cases.iter().map(|case| case.strata.iter().filter(|s| **s == stratum).count()).sum();
+        let poses: usize = self.cases.iter().map(|case| case.strata.iter().filter(|s| **s == stratum).count()).sum();
         let at = |order, mode, percent, feature: Feature| {
             let which = Which { order, mode, budget: Limit::Work(percent) };
             let rows = self.cases.iter().flat_map(|case| {
                 case.work.rows.iter().filter(move |row| which.picks(row) && case.strata[row.pose] == stratum)
             });
-            mean(rows.map(feature)).map_or("-".to_owned(), |value| format!("{value:.2}"))
+            number(mean(rows.map(feature)).unwrap_or(f64::NAN))
         };
-        let mut row = vec![stratum.name().to_owned(), number.to_string(), at(DEFAULT, Mode::Any, 20, UNDECIDED)];
-        for (mode, percent, feature) in [(Mode::Any, 5, DETECTED), (Mode::All, 20, RECALL)] {
+        let [soon, later] = [5, 20].map(|percent| plan().percent_near(percent));
+        let mut row = vec![stratum.name().to_owned(), poses.to_string(), at(DEFAULT, Mode::Any, later, UNDECIDED)];
+        for (mode, percent, feature) in [(Mode::Any, soon, DETECTED), (Mode::All, later, RECALL)] {
             let cell = |order| if stratum.collides() { at(order, mode, percent, feature) } else { "-".to_owned() };
-            row.extend(SHOWN.map(cell));
+            row.extend(shown().map(cell));
         }
         row
     }
 
     pub(super) fn each_case(&self) -> Result<Section, Failure> {
+        let [soon, later] = [5, 20].map(|percent| plan().percent_near(percent));
         let header = [
             "case",
             "triangles",
             "poses",
             "in contact",
-            "detected at 5 %",
+            &format!("detected at {soon} %"),
             "depth-first",
             "best order of ours",
-            "pairs at 20 %",
+            &format!("pairs at {later} %"),
             "depth-first",
             "best order of ours",
-            "regions at 20 %",
-            "first hit, times less",
-            "volume left at 50 %",
+            &format!("regions at {later} %"),
+            "first hit, share of the work of depth-first",
+            &format!("volume left at {} %", plan().percent_near(50)),
         ];
         let mut blocks = Vec::new();
         if self.cases.iter().any(has_intersections) {
@@ -81,8 +87,8 @@ impl Report<'_> {
             title: "Case by case".into(),
             lead: Lead::Shows("The figures of each case, and, to be unfolded, its plots.".into()),
             measured: format!(
-                "{} cases, {} of them with poses in contact.",
-                self.cases.len(),
+                "{}, {} of them with poses in contact.",
+                counted(self.cases.len(), "case"),
                 self.cases.iter().filter(|case| case.hits() > 0).count()
             ),
             blocks,
@@ -110,13 +116,13 @@ impl Report<'_> {
 
 fn row(case: &Measurement) -> Vec<String> {
     let alone = std::slice::from_ref(case);
-    let any = |order| at_work(alone, order, Mode::Any, 5, DETECTED);
-    let all = |order| at_work(alone, order, Mode::All, 20, RECALL);
-    let orders = || CONTENDERS.iter().map(|contender| contender.name);
-    let number = |value: f64| if value.is_nan() { "-".to_owned() } else { format!("{value:.2}") };
+    let [soon, later] = [5, 20].map(|percent| plan().percent_near(percent));
+    let any = |order| at_work(alone, order, Mode::Any, soon, DETECTED);
+    let all = |order| at_work(alone, order, Mode::All, later, RECALL);
+    let orders = || plan().contenders().map(|contender| contender.name);
     let name = |order: &str, value: f64| if value.is_nan() { "-".to_owned() } else { order.to_owned() };
     let [best_any, best_all] = [best(orders(), any), best(orders(), all)];
-    let left = volume_left(alone, DEFAULT, 50).next().map_or(f64::NAN, |(_, left)| left);
+    let left = volume_left(alone, DEFAULT, plan().percent_near(50)).next().map_or(f64::NAN, |(_, left)| left);
     vec![
         case.name.clone(),
         format!("{} x {}", case.triangles[0], case.triangles[1]),
@@ -128,8 +134,8 @@ fn row(case: &Measurement) -> Vec<String> {
         number(all(DEFAULT)),
         number(all(DEPTH_FIRST)),
         name(best_all, all(best_all)),
-        number(at_work(alone, DEFAULT, Mode::All, 20, COVERAGE)),
-        number(first_hit_of_case(case, DEFAULT, super::super::summary::WORK).unwrap_or(f64::NAN)),
+        number(at_work(alone, DEFAULT, Mode::All, later, COVERAGE)),
+        number(1.0 / first_hit_of_case(case, DEFAULT, WORK).unwrap_or(f64::NAN)),
         number(left),
     ]
 }

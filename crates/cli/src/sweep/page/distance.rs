@@ -10,9 +10,9 @@ use super::super::distance::summary::{
     Feature, GOALS, HIGH, HIGH_IS_NEAR, Kind, LARGEST, LOW, MEAN, PROVEN, reached, reached_over_cases,
 };
 use super::super::distance::{ORDERS, OURS, TOLD};
-use super::super::punctuality::MICROSECONDS;
+use super::super::plan::plan;
 use super::super::summary::{Measurement, Worst};
-use super::{Report, TIME, time_span};
+use super::{Report, TIME, number, time_span};
 
 const WORK: &str = "work done, % of a finished depth-first query";
 
@@ -27,17 +27,12 @@ fn label(order: &str) -> &'static str {
     CURVES.iter().find(|curve| curve.0 == order).map_or("", |curve| curve.2)
 }
 
-/// A number for people; a dash where there is none.
-fn number(value: f64) -> String {
-    if value.is_finite() { format!("{value:.2}") } else { "-".to_owned() }
-}
-
 impl Kind {
     /// Where its stops are: places on an axis.
     fn places(self) -> Vec<f64> {
         match self {
             Self::Work => (1..=100).map(f64::from).collect(),
-            Self::Time => MICROSECONDS.map(|us| us as f64).to_vec(),
+            Self::Time => plan().microseconds().iter().map(|&us| us as f64).collect(),
         }
     }
 

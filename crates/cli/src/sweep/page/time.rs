@@ -4,16 +4,17 @@ use punctual::Mode;
 use punctual_lab::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, short};
 use punctual_lab::statistics::{quantile, sorted};
 
-use super::super::contender::{CONTENDERS, CURVES, DEFAULT, ORACLE, label};
+use super::super::contender::{DEFAULT, ORACLE, label};
 use super::super::measure::Limit;
-use super::super::punctuality::{MICROSECONDS, Overrun, UNLIMITED};
+use super::super::plan::plan;
+use super::super::punctuality::{Overrun, UNLIMITED};
 use super::super::summary::{
     CLOCKS, DETECTED, Feature, Measurement, QUANTILES, RECALL, Which, Worst, finished_time, over_cases, worst_case,
 };
-use super::{Report, over_time};
+use super::{Report, drawn, number, over_time};
 
-/// Budgets in the tables, as few as fit on a page.
-const SHOWN: [usize; 7] = [0, 1, 3, 5, 7, 9, 11];
+/// Budgets in the tables, as many as fit on a page.
+const SHOWN: usize = 8;
 
 impl Report<'_> {
     pub(super) fn time(&self) -> Result<Section, Failure> {
@@ -31,7 +32,7 @@ impl Report<'_> {
             quantile(&times, 0.0)
         };
         let header = ["finished query, microseconds", "first contact", "all pairs"];
-        let orders = CONTENDERS.iter().map(|contender| contender.name).chain([UNLIMITED]);
+        let orders = plan().contenders().map(|contender| contender.name).chain([UNLIMITED]);
         let row = |order| vec![label(order).to_owned(), short(time(order, Mode::Any)), short(time(order, Mode::All))];
         blocks.push(Block::Table(Table::new(header, orders.map(row).collect())));
         blocks.push(Block::Text(
@@ -39,7 +40,7 @@ impl Report<'_> {
              library without a budget, which goes depth-first."
                 .into(),
         ));
-        let [any, all] = [Mode::Any, Mode::All].map(|mode| time(DEFAULT, mode) / time(UNLIMITED, mode));
+        let [any, all] = [Mode::Any, Mode::All].map(|mode| number(time(DEFAULT, mode) / time(UNLIMITED, mode)));
         Ok(Section {
             id: "time".into(),
             title: "What is known when the time is up?".into(),
@@ -48,33 +49,43 @@ impl Report<'_> {
                     .into(),
             ),
             measured: format!(
-                "A query that could be stopped at any unit of work, but runs to its end, takes {any:.2} (first contact) and \
-                 {all:.2} times (all pairs) as long as one without a budget."
+                "A query that could be stopped at any unit of work, but runs to its end, takes {any} (first contact) and \
+                 {all} times (all pairs) as long as one without a budget."
             ),
             blocks,
         })
     }
 
     fn time_table(&self, title: &str, mode: Mode, feature: Feature) -> Table {
-        let budgets = || SHOWN.into_iter().filter_map(|i| MICROSECONDS.get(i).copied());
+        let chosen = plan().microseconds();
+        let budgets = || chosen.iter().copied().step_by(chosen.len().div_ceil(SHOWN));
         let header = std::iter::once(format!("{title}: mean / worst case"));
         let cell = |order, us| {
             let which = Which { order, mode, budget: Limit::Time(std::time::Duration::from_micros(us)) };
             let worst = worst_case(self.cases, which, feature).value;
-            format!("{:.2} / {worst:.2}", over_cases(self.cases, which, feature))
+            format!("{} / {}", number(over_cases(self.cases, which, feature)), number(worst))
         };
         let row = |order| std::iter::once(label(order).to_owned()).chain(budgets().map(|us| cell(order, us))).collect();
-        let rows = CURVES.iter().filter(|curve| curve.order != ORACLE).map(|curve| row(curve.order)).collect();
+        let rows = drawn().filter(|curve| curve.order != ORACLE).map(|curve| row(curve.order)).collect();
         Table { header: header.chain(budgets().map(|us| format!("{us} us"))).collect(), rows }
     }
 
     pub(super) fn lateness(&self) -> Result<Section, Failure> {
         let every = || self.cases.iter().flat_map(overruns);
+        if every().next().is_none() {
+            return Ok(Section {
+                id: "late".into(),
+                title: "How late is a stopped query?".into(),
+                lead: Lead::Shows("How long after its deadline a query came back.".into()),
+                measured: "No query was stopped by a deadline.".into(),
+                blocks: vec![],
+            });
+        }
         let values = CLOCKS.map(|(_, reading)| sorted(every().map(|overrun| 1e6 * reading(overrun))));
         let names = ["query, wall clock", "query, CPU time", "empty loop, wall clock"];
         let header = std::iter::once("microseconds late").chain(QUANTILES.map(|(name, _)| name));
         let row = |(name, values): (&str, &Vec<f64>)| {
-            let at = |(_, fraction)| format!("{:.2}", quantile(values, fraction));
+            let at = |(_, fraction)| number(quantile(values, fraction));
             std::iter::once(name.to_owned()).chain(QUANTILES.map(at)).collect()
         };
         let rows = names.into_iter().zip(&values).map(row).collect();

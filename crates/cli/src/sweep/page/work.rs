@@ -4,13 +4,14 @@ use punctual::Mode;
 use punctual_lab::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table};
 use punctual_lab::statistics::{mean, quantile, sorted};
 
-use super::super::contender::{CERTIFIED, CURVES, CUT_OFF, DEFAULT, DEPTH_FIRST, NARROWED, ORACLE, label, names};
-use super::super::measure::{Limit, PERCENT};
+use super::super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, NARROWED, ORACLE, label};
+use super::super::measure::Limit;
+use super::super::plan::plan;
 use super::super::summary::{
     BV_TESTS, COVERAGE, DETECTED, Feature, RECALL, WORK, Which, Worst, area, first_hit, first_hit_of_case, volume_left,
     worst_case,
 };
-use super::{Report, at_work, over_work};
+use super::{Report, at_work, decimals, drawn, number, over_work};
 
 /// A question that is asked after a share of the work.
 struct Question {
@@ -19,7 +20,7 @@ struct Question {
     shown: &'static str,
     mode: Mode,
     feature: Feature,
-    /// Share of the work, in percent, that is looked at in words.
+    /// Share of the work, in percent, that is put in words; the nearest one measured.
     percent: u32,
 }
 
@@ -60,21 +61,22 @@ impl Report<'_> {
 
     fn answer(&self, question: &Question) -> Result<Section, Failure> {
         let &Question { id, title, shown, mode, feature, percent } = question;
+        let percent = plan().percent_near(percent);
         let at = |order, percent| at_work(self.cases, order, mode, percent, feature);
         let worst =
             |order, percent| worst_case(self.cases, Which { order, mode, budget: Limit::Work(percent) }, feature);
         let mut chart = over_work(self.cases, title, mode, feature);
         chart.series.insert(0, self.band(mode, feature));
-        let table = by_percent(names(), |order, percent| [at(order, percent), worst(order, percent).value]);
-        let compared = CURVES.iter().filter(|curve| mode == Mode::All || curve.order != CUT_OFF);
+        let table = by_percent(plan().names(), |order, percent| [at(order, percent), worst(order, percent).value]);
+        let compared = drawn().filter(|curve| mode == Mode::All || curve.order != CUT_OFF);
         let words = compared.map(|curve| {
             let Worst { case, value } = worst(curve.order, percent);
-            format!("{} {:.2} (worst case {value:.2}, {case})", curve.label, at(curve.order, percent))
+            format!("{} {} (worst case {}, {case})", curve.label, number(at(curve.order, percent)), number(value))
         });
         let mut measured = format!("With {percent} % of the work: {}.", words.collect::<Vec<_>>().join("; "));
         if id == "all" {
-            let [ours, plain, oracle] = [DEFAULT, DEPTH_FIRST, ORACLE].map(|order| area(self.cases, order));
-            measured += &format!(" Mean over all budgets: {ours:.2}, depth-first {plain:.2}, best order {oracle:.2}.");
+            let [ours, plain, oracle] = [DEFAULT, DEPTH_FIRST, ORACLE].map(|order| number(area(self.cases, order)));
+            measured += &format!(" Mean over all budgets: {ours}, depth-first {plain}, best order {oracle}.");
         }
         let mut text =
             "Each case counts alike, as the mean over its poses in contact. The worst case is the one with the least \
@@ -103,48 +105,47 @@ impl Report<'_> {
             let values = sorted(rows.map(feature));
             [f64::from(percent), quantile(&values, 0.25), quantile(&values, 0.75)]
         };
-        Series::new("", 0, Shape::Band(if mode == Mode::Any { vec![] } else { PERCENT.map(bar).to_vec() }))
+        Series::new("", 0, Shape::Band(if mode == Mode::Any { vec![] } else { plan().percent().map(bar).collect() }))
     }
 
     pub(super) fn first_hit(&self) -> Section {
-        let header = ["how many times less than depth-first", "work: mean", "worst case", "BV tests: mean"];
+        let header = ["share of what depth-first takes", "work: mean", "worst case", "BV tests: mean"];
         let worst = |order: &str| {
-            let gains = self.cases.iter().filter_map(|case| Some((&*case.name, first_hit_of_case(case, order, WORK)?)));
-            Worst::least(gains)
+            let shares =
+                self.cases.iter().filter_map(|case| Some((&*case.name, 1.0 / first_hit_of_case(case, order, WORK)?)));
+            Worst::largest(shares)
         };
         let row = |order| {
-            let gains =
-                [first_hit(self.cases, order, WORK), worst(order).value, first_hit(self.cases, order, BV_TESTS)];
-            std::iter::once(label(order).to_owned()).chain(gains.map(|gain| format!("{gain:.2}"))).collect()
+            let [work, bv_tests] = [WORK, BV_TESTS].map(|cost| 1.0 / first_hit(self.cases, order, cost));
+            std::iter::once(label(order).to_owned()).chain([work, worst(order).value, bv_tests].map(number)).collect()
         };
-        let [ours, oracle] = [DEFAULT, ORACLE].map(|order| first_hit(self.cases, order, WORK));
+        let [ours, oracle] = [DEFAULT, ORACLE].map(|order| 1.0 / first_hit(self.cases, order, WORK));
         let Worst { case, value } = worst(DEFAULT);
         Section {
             id: "first-hit".into(),
             title: "How soon is the first contact found?".into(),
             lead: Lead::Shows(
-                "How many times less work than depth-first it takes to find the first pair of triangles that meet."
-                    .into(),
+                "The work to the first pair of triangles that meet, over that of a depth-first search: below 1 is sooner.".into(),
             ),
             measured: format!(
-                "{ours:.2} times less (worst case {value:.2}, {case}); the best order {oracle:.2} times. Geometric means."
+                "{ours:.2} of the work of depth-first (worst case {value:.2}, {case}); the best order {oracle:.2}. Geometric means."
             ),
             blocks: vec![Block::Table(Table::new(
                 header,
-                names().filter(|order| *order != CUT_OFF).map(row).collect(),
+                plan().names().filter(|order| *order != CUT_OFF).map(row).collect(),
             ))],
         }
     }
 
     /// How the certificate shrinks.
     pub(super) fn volume_left(&self) -> Result<Section, Failure> {
-        const HALF: u32 = 50;
+        let half = plan().percent_near(50);
         let at =
             |order, percent| mean(volume_left(self.cases, order, percent).map(|(_, left)| left)).unwrap_or(f64::NAN);
         let worst = |order, percent| Worst::largest(volume_left(self.cases, order, percent));
         let line = |(color, order): (usize, &&'static str)| {
-            let points = PERCENT.map(|percent| [f64::from(percent), at(order, percent)]);
-            Series::new(label(order), color, Shape::Line(points.to_vec()))
+            let points = plan().percent().map(|percent| [f64::from(percent), at(order, percent)]);
+            Series::new(label(order), color, Shape::Line(points.collect()))
         };
         let chart = Chart {
             title: "Room that is left for missed contacts".to_owned(),
@@ -154,7 +155,7 @@ impl Report<'_> {
         };
         let cell = |order, percent| [at(order, percent), worst(order, percent).value];
         let table = by_percent(CERTIFIED.into_iter(), cell);
-        let Worst { case, value } = worst(DEFAULT, HALF);
+        let Worst { case, value } = worst(DEFAULT, half);
         Ok(Section {
             id: "volume-left".into(),
             title: "Where could a contact still be?".into(),
@@ -165,12 +166,12 @@ impl Report<'_> {
                     .into(),
             ),
             measured: format!(
-                "After {HALF} % of the work: {:.2} (worst case {value:.2}, {case}); narrowed {:.3} (worst case {:.2}); \
-                 depth-first {:.2}.",
-                at(DEFAULT, HALF),
-                at(NARROWED, HALF),
-                worst(NARROWED, HALF).value,
-                at(DEPTH_FIRST, HALF),
+                "After {half} % of the work: {} (worst case {}, {case}); narrowed {} (worst case {}); depth-first {}.",
+                number(at(DEFAULT, half)),
+                number(value),
+                decimals(at(NARROWED, half), 3),
+                number(worst(NARROWED, half).value),
+                number(at(DEPTH_FIRST, half)),
             ),
             blocks: vec![
                 self.plot("volume-left", &chart)?,
@@ -187,11 +188,12 @@ impl Report<'_> {
 
 /// A row for each order and a column for each share of the work; `cell` gives the mean and the worst case.
 fn by_percent(orders: impl Iterator<Item = &'static str>, cell: impl Fn(&'static str, u32) -> [f64; 2]) -> Table {
-    let header = std::iter::once("mean / worst case".to_owned()).chain(PERCENT.map(|percent| format!("{percent} %")));
+    let header =
+        std::iter::once("mean / worst case".to_owned()).chain(plan().percent().map(|percent| format!("{percent} %")));
     let row = |order| {
-        let cells = PERCENT.map(|percent| {
+        let cells = plan().percent().map(|percent| {
             let [mean, worst] = cell(order, percent);
-            format!("{mean:.2} / {worst:.2}")
+            format!("{} / {}", number(mean), number(worst))
         });
         std::iter::once(label(order).to_owned()).chain(cells).collect()
     };

@@ -1,0 +1,95 @@
+//! Poses of one mesh on its way to another.
+
+use punctual::glam::{DMat3, DQuat, DVec3};
+use punctual::{Budget, Mesh, Motion, MotionQuery, Pose, Query, Tree, Verdict, Workspace};
+use punctual_lab::artificial::Random;
+use punctual_lab::report::Failure;
+
+/// A mesh that comes towards another one, each time turned anew and on another line.
+pub struct Approach<'t> {
+    a: &'t Tree,
+    b: &'t Tree,
+    random: Random,
+    workspace: Workspace,
+}
+
+/// A turn of B, and the line on which the middle of its box moves: from a point against the direction, which has length 1.
+#[derive(Clone, Copy)]
+pub struct Line {
+    pub turn: DMat3,
+    pub target: DVec3,
+    pub direction: DVec3,
+}
+
+impl<'t> Approach<'t> {
+    pub fn new(a: &'t Tree, b: &'t Tree, seed: u64) -> Self {
+        Self { a, b, random: Random::new(seed), workspace: Workspace::new() }
+    }
+
+    /// What offsets are measured by: the box diagonal of the smaller mesh.
+    pub fn unit(&self) -> f64 {
+        diagonal(self.a.mesh()).min(diagonal(self.b.mesh()))
+    }
+
+    /// From so far away the boxes do not overlap.
+    pub fn reach(&self) -> f64 {
+        diagonal(self.a.mesh()) + diagonal(self.b.mesh())
+    }
+
+    pub fn middle_of_a(&self) -> DVec3 {
+        middle(self.a.mesh())
+    }
+
+    /// A number from 0 to 1.
+    pub fn fraction(&mut self) -> f64 {
+        self.random.fraction()
+    }
+
+    /// A point in the box of A.
+    pub fn point_in_a(&mut self) -> DVec3 {
+        let (low, high) = (self.a.mesh().aabb().min, self.a.mesh().aabb().max);
+        low + (high - low) * DVec3::from_array([(); 3].map(|()| self.fraction()))
+    }
+
+    /// Every direction is as likely as any other.
+    pub fn direction(&mut self) -> DVec3 {
+        let (angle, z) = (self.random.fraction() * std::f64::consts::TAU, 2.0 * self.random.fraction() - 1.0);
+        let side = (1.0 - z * z).sqrt();
+        DVec3::new(side * angle.cos(), side * angle.sin(), z)
+    }
+
+    /// Every turn is as likely as any other.
+    pub fn turn(&mut self) -> DMat3 {
+        let [share, first, second] = [(); 3].map(|()| self.fraction());
+        let [(s, c), (t, d)] = [first, second].map(|part| (part * std::f64::consts::TAU).sin_cos());
+        let (near, far) = ((1.0 - share).sqrt(), share.sqrt());
+        DMat3::from_quat(DQuat::from_xyzw(near * s, near * c, far * t, far * d))
+    }
+
+    /// The pose on a line with the middle of B's box so far before the target.
+    pub fn at(&self, line: &Line, distance: f64) -> Result<Pose, Failure> {
+        let Line { turn, target, direction } = *line;
+        Ok(Pose::new(turn, target - turn * middle(self.b.mesh()) + direction * distance)?)
+    }
+
+    /// How far before the target B first touches A when it comes from a distance; none if it passes.
+    pub fn first_touch(&mut self, line: &Line, from: f64) -> Result<Option<f64>, Failure> {
+        let path = from + self.reach();
+        let motion = Motion::straight(self.at(line, from)?, -line.direction * path)?;
+        let found = MotionQuery::new(self.a, self.b, motion).run(&mut self.workspace, Budget::unlimited());
+        Ok(found.touching_at.map(|time| from - time * path))
+    }
+
+    pub fn is_free(&mut self, pose: Pose) -> bool {
+        let outcome = Query::new(self.a, self.b, pose).run(&mut self.workspace, Budget::unlimited());
+        outcome.verdict == Verdict::Separated
+    }
+}
+
+fn middle(mesh: &Mesh) -> DVec3 {
+    (mesh.aabb().min + mesh.aabb().max) * 0.5
+}
+
+fn diagonal(mesh: &Mesh) -> f64 {
+    (mesh.aabb().max - mesh.aabb().min).length()
+}

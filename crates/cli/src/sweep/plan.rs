@@ -1,0 +1,73 @@
+//! What is compared, and by which budgets: chosen once, on the command line.
+
+use std::sync::OnceLock;
+
+use super::contender::{CONTENDERS, CUT_OFF, Contender, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
+
+/// The choices of a sweep.
+#[derive(clap::Args, Clone)]
+pub struct Plan {
+    /// Orders to compare with the default (penetration) and with depth-first, which are always measured.
+    #[arg(long, value_name = "ORDER,...", value_delimiter = ',', default_values = others(), value_parser = others())]
+    orders: Vec<String>,
+    /// Budgets of work, in percent of the work of a full search at the same pose.
+    #[arg(long, value_name = "P,...", value_delimiter = ',', default_values_t = [1, 2, 5, 10, 20, 30, 50, 70, 100],
+        value_parser = clap::value_parser!(u32).range(1..=100))]
+    work_percent: Vec<u32>,
+    /// Budgets of time in microseconds.
+    #[arg(long, value_name = "T,...", value_delimiter = ',',
+        default_values_t = [1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 70, 100, 200, 500, 1000],
+        value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    time_us: Vec<u64>,
+}
+
+static PLAN: OnceLock<Plan> = OnceLock::new();
+
+/// The choices of this run.
+pub fn plan() -> &'static Plan {
+    PLAN.get().expect("chosen before anything is measured")
+}
+
+/// The orders that can be left out.
+fn others() -> Vec<&'static str> {
+    CONTENDERS.iter().map(|contender| contender.name).filter(|name| ![DEFAULT, DEPTH_FIRST].contains(name)).collect()
+}
+
+impl Plan {
+    /// Makes these the choices of this run.
+    pub fn choose(&self) {
+        let mut plan = self.clone();
+        plan.work_percent.sort_unstable();
+        plan.work_percent.dedup();
+        plan.time_us.sort_unstable();
+        plan.time_us.dedup();
+        // The first choice of a run stays.
+        let _ = PLAN.set(plan);
+    }
+
+    /// Whom to measure: the default first, depth-first second.
+    pub fn contenders(&self) -> impl Iterator<Item = &'static Contender> + Clone {
+        let is_chosen = |name| [DEFAULT, DEPTH_FIRST].contains(&name) || self.orders.iter().any(|order| order == name);
+        CONTENDERS.iter().filter(move |contender| is_chosen(contender.name))
+    }
+
+    /// All that is compared under budgets of work.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.contenders().map(|contender| contender.name).chain([ORACLE, CUT_OFF, WARM])
+    }
+
+    /// Budgets of work in percent, ascending.
+    pub fn percent(&self) -> impl Iterator<Item = u32> + Clone {
+        self.work_percent.iter().copied()
+    }
+
+    /// The budget of work nearest to a percentage: what is put in words.
+    pub fn percent_near(&self, percent: u32) -> u32 {
+        self.percent().min_by_key(|chosen| chosen.abs_diff(percent)).unwrap_or(percent)
+    }
+
+    /// Budgets of time in microseconds, ascending.
+    pub fn microseconds(&self) -> &[u64] {
+        &self.time_us
+    }
+}
