@@ -6,7 +6,8 @@ use punctual_view::{Frame, Known, Shown, View, count, fact};
 /// Bodies at their poses, what the last report says of them, and where they touch.
 pub fn page(scene: &Scene) -> View {
     let report = scene.report();
-    let shown = scene.bodies().map(|(id, body)| Shown { index: id.index(), name: format!("body {}", id.index()), body });
+    let shown =
+        scene.bodies().map(|(id, body)| Shown { index: id.index(), name: format!("body {}", id.index()), body });
     let bodies: Vec<_> = shown.collect();
     let poses: Vec<_> = bodies.iter().map(|shown| shown.body.pose).collect();
     let found = report.pairs.iter().filter_map(|pair| scene.contact_points(pair.a, pair.b).ok());

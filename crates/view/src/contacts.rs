@@ -111,6 +111,8 @@ impl Stepwise for Steps<'_> {
         facts.extend(open);
         facts.extend(tests(&said.stats));
         let (surfaces, focus) = (stage.both(&self.placed), stage.focus(&self.around));
-        Ok(json!({ "facts": facts, "remarks": Vec::from_iter(remark), "surfaces": surfaces, "boxes": boxes, "lines": lines, "focus": focus }))
+        Ok(
+            json!({ "facts": facts, "remarks": Vec::from_iter(remark), "surfaces": surfaces, "boxes": boxes, "lines": lines, "focus": focus }),
+        )
     }
 }

@@ -51,7 +51,8 @@ impl Stepwise for Steps<'_> {
         let (boxes, open, remark) = stage.open_boxes(&certificate);
         let likely = self.query.estimate(&self.workspace, None)?.distance;
         let [least, most] = [likely.p10, likely.p90];
-        let likely = if most.is_finite() { format!("{} to {}", length(least), length(most)) } else { "not known yet".into() };
+        let likely =
+            if most.is_finite() { format!("{} to {}", length(least), length(most)) } else { "not known yet".into() };
         let mut facts = vec![
             fact("Proven: at least", length(found.low)),
             fact("Proven: at most", length(found.high)),

@@ -87,12 +87,12 @@ impl Stepwise for Steps<'_> {
         };
         let certificate = self.query.certificate(&self.workspace)?;
         let (boxes, open, remark) = stage.open_boxes(&certificate);
-        let mut facts = vec![
-            fact("Proven free until", format!("{:.6}", passage.free_until)),
-            fact("Proven to touch at", touching),
-        ];
+        let mut facts =
+            vec![fact("Proven free until", format!("{:.6}", passage.free_until)), fact("Proven to touch at", touching)];
         facts.extend(open);
         facts.extend(tests(&passage.stats));
-        Ok(json!({ "facts": facts, "remarks": Vec::from_iter(remark), "boxes": boxes, "surfaces": surfaces, "marks": marks, "focus": focus }))
+        Ok(
+            json!({ "facts": facts, "remarks": Vec::from_iter(remark), "boxes": boxes, "surfaces": surfaces, "marks": marks, "focus": focus }),
+        )
     }
 }

@@ -119,23 +119,25 @@ pub fn scene(title: String, bodies: &[Shown], frames: &[Frame]) -> View {
             let between = open.iter().map(|pair| pair.map(|i| lying(frame, i).center()));
             lines.push(("open", stage.segments(drawn, between)));
         }
-        let pairs = [&meeting, &open].map(|pairs| stage.arrays.extend(listed, pairs.iter().flatten().map(|&i| i as u32)));
-        let facts: Vec<_> = frame.known.facts([meeting.len(), open.len()]).iter().chain(&frame.facts).cloned().collect();
+        let pairs =
+            [&meeting, &open].map(|pairs| stage.arrays.extend(listed, pairs.iter().flatten().map(|&i| i as u32)));
+        let facts: Vec<_> =
+            frame.known.facts([meeting.len(), open.len()]).iter().chain(&frame.facts).cloned().collect();
         let (name, focus) = (frame.number.to_string(), stage.focus(&around));
         json!({ "name": name, "facts": facts, "surfaces": surfaces, "lines": lines, "pairs": pairs, "focus": focus })
     });
     let steps = steps.collect();
+    let has_open =
+        frames.iter().flat_map(|frame| &frame.known.pairs).any(|(_, verdict)| *verdict == Verdict::Undecided);
     let key = [
-        ("a", "meets no other: proven"),
-        ("b", "meets another: proven"),
-        ("doubt", "not known"),
-        ("fixed", "fixed bodies"),
-        ("open", "lines between bodies of which it is not known"),
-        ("normal", "normals where bodies touch"),
+        ("a", "meets no other: proven", true),
+        ("b", "meets another: proven", true),
+        ("doubt", "not known", true),
+        ("fixed", "fixed bodies", true),
+        ("open", "lines between bodies of which it is not known", has_open),
+        ("normal", "normals where bodies touch", frames.iter().any(|frame| !frame.contacts.is_empty())),
     ];
-    let has_contacts = frames.iter().any(|frame| !frame.contacts.is_empty());
-    let key =
-        key.iter().take(if has_contacts { 6 } else { 5 }).map(|&(layer, text)| (layer, text.to_owned())).collect();
+    let key = key.iter().filter(|line| line.2).map(|&(layer, text, _)| (layer, text.to_owned())).collect();
     let names = Some(bodies.iter().map(|shown| shown.name.clone()).collect());
     View { title, key, stage, steps, start: 0, slider: "Frame", times: None, names, up: Up::Guess }
 }

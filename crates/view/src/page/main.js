@@ -12,6 +12,8 @@ const WIDTHS = { near: 3, normal: 1.5, met: 3, box: 1, open: 1.5, grid: 1 };
 const LINES = ["near", "normal", "box", "open", "grid"];
 const GHOSTS = { start: 0.3, touch: 0.3, fixed: 0.3 };
 const GRID = 0.5;
+// Most difference of poses, at which a body that is seen through would only be a stain on the one that moves.
+const SAME = 0.02;
 const AXES = ["x", "y", "z"];
 // Milliseconds for a picture, from which on it is slow.
 const SLOW = 25;
@@ -63,7 +65,7 @@ class Page {
     const input = element("input", { type: "range", min: 0, max });
     input.value = value;
     const output = element("output");
-    const button = element("button", { className: "play", textContent: "▶", disabled: max === 0 });
+    const button = element("button", { className: "play", disabled: max === 0 });
     const slider = { name, input, output, button, moved };
     this.stop(slider);
     input.addEventListener("input", () => {
@@ -83,7 +85,7 @@ class Page {
     const pace = Math.max(PLAY.step, PLAY.all / last);
     const first = Number(input.value) < last ? Number(input.value) : 0;
     const begin = performance.now();
-    Object.assign(button, { textContent: "⏸", ariaLabel: `Stop: ${slider.name}` });
+    Object.assign(button, { textContent: "Stop", ariaLabel: `Stop: ${slider.name}` });
     const next = now => {
       const step = Math.min(first + Math.max(0, Math.floor((now - begin) / pace)), last);
       if (step !== Number(input.value)) {
@@ -99,7 +101,7 @@ class Page {
   stop(slider) {
     cancelAnimationFrame(slider.playing);
     slider.playing = undefined;
-    Object.assign(slider.button, { textContent: "▶", ariaLabel: `Play: ${slider.name}` });
+    Object.assign(slider.button, { textContent: "Play", ariaLabel: `Play: ${slider.name}` });
   }
 
   addKey() {
@@ -297,9 +299,12 @@ class Page {
         pose: this.data.pose(layer === "b" && times ? this.moving : pose),
       };
     };
+    const shown = surfaces.map(surface).filter(({ layer }) => seen([layer]));
+    const moving = times && shown.find(({ layer }) => layer === "b");
+    const isStain = ({ layer, pose }) => moving && layer in GHOSTS && pose.every((value, i) => Math.abs(value - moving.pose[i]) < SAME);
     return {
       ground: color("ground"),
-      surfaces: surfaces.map(surface).filter(({ layer }) => seen([layer])),
+      surfaces: shown.filter(surface => !isStain(surface)),
       lines: strokes.filter(seen).map(([layer, range]) => ({
         color: color(layer), width: WIDTHS[layer], box: layer === "box", range,
         alpha: layer === "grid" ? GRID : 1, shines: layer !== "grid",
@@ -320,14 +325,19 @@ class Page {
       const surface = things.find(surface => surface.body === picked.body);
       return surface ? [[placed(surface.pose, picked.at), name(picked)]] : [];
     });
-    const tags = [...(label ? [label] : []), ...picked].flatMap(([point, textContent]) => {
+    const texts = [...(label ? [label] : []), ...picked].map(([point, text]) => {
       const [x, y, w] = [0, 1, 3].map(i => point.reduce((sum, value, k) => sum + clip[4 * k + i] * value, clip[12 + i]));
-      if (w <= 0) return [];
-      const tag = element("output", { textContent });
-      Object.assign(tag.style, { left: `${50 + 50 * x / w}%`, top: `${50 - 50 * y / w}%` });
-      return [tag];
+      return { text, ahead: w > 0, left: `${50 + 50 * x / w}%`, top: `max(2.4rem, ${50 - 50 * y / w}%)` };
+    }).filter(({ ahead }) => ahead);
+    const tags = byId("labels");
+    while (tags.children.length > texts.length) tags.lastChild.remove();
+    while (tags.children.length < texts.length) tags.append(element("output"));
+    texts.forEach(({ text, left, top }, i) => {
+      const tag = tags.children[i];
+      // A text that is set is read aloud, also where it stays the same.
+      if (tag.textContent !== text) tag.textContent = text;
+      Object.assign(tag.style, { left, top });
     });
-    byId("labels").replaceChildren(...tags);
   }
 
   // The directions of the axes, in the corner; those away from the eye first.
