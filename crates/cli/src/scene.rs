@@ -14,7 +14,7 @@ use std::time::Duration;
 use clap::ArgGroup;
 use punctual::{Budget, Mode, PairReport, Verdict};
 use punctual_lab::report::{self, Failure};
-use punctual_view::{Frame, Known, View};
+use punctual_view::{Frame, Known, Shown, View};
 
 use crate::Completion;
 use crate::input::{MeshArgs, parse_microseconds};
@@ -115,20 +115,15 @@ impl Args {
     fn page(&self, recording: &Recording, reported: &[Known], rows: &[FrameRow]) -> View {
         let frame = |number: usize| {
             let row = &rows[number];
-            let lines = [
-                ("Pairs of boxes that overlap", row.broad_pairs as u64),
-                ("Of these, meeting", row.hits as u64),
-                ("Not known", (row.broad_pairs - row.decided) as u64),
-                ("Box tests", row.bv_tests),
-                ("Work", row.work),
-            ];
+            let lines = [("Box tests", row.bv_tests), ("Work", row.work)];
             let facts = lines.map(|(name, number)| punctual_view::fact(name, punctual_view::count(number))).to_vec();
             Frame { number, poses: &recording.frames[number], known: &reported[number], contacts: &[], facts }
         };
         let frames: Vec<_> = (0..rows.len()).step_by(punctual_view::stride(rows.len())).map(frame).collect();
         let folder = self.dir.canonicalize().unwrap_or_else(|_| self.dir.clone());
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
-        let bodies: Vec<_> = recording.bodies.iter().enumerate().collect();
+        let shown = |(index, (body, mesh))| Shown { index, name: format!("{index}: {mesh}"), body };
+        let bodies: Vec<_> = recording.bodies.iter().zip(&recording.meshes).enumerate().map(shown).collect();
         punctual_view::scene(format!("Which bodies meet: {name}"), &bodies, &frames)
     }
 

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use punctual::{Aabb, Budget, Contact, ContactQuery, Contacts, Pose, ResumeError, Stats, StopReason, Workspace};
 use serde_json::{Value, json};
 
-use crate::ladder::{BUDGET, Stepwise, climb};
-use crate::stage::{NARROWED, NORMAL, Stage, aside, count, fact, length, placed};
+use crate::ladder::{Stepwise, climb};
+use crate::stage::{NARROWED, NORMAL, Stage, aside, count, fact, length, placed, tests};
 use crate::{Bodies, View};
 
 /// Contacts that are drawn, the first that were found.
@@ -22,15 +22,13 @@ pub fn contacts(
 ) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
-    let placed = stage.bodies(bodies.trees, pose);
+    let placed = stage.bodies(bodies, pose);
     let arrays = [0; 2].map(|_| stage.arrays.add());
     let ([workspace, aside], drawn, around) = ([0; 2].map(|_| Workspace::new()), HashSet::new(), Aabb::EMPTY);
     let mut steps = Steps { query, most, workspace, aside, placed, drawn, around, arrays };
-    let (steps, start) = climb(&mut steps, &mut stage, answer)?;
-    let [a, b] = bodies.key();
-    let rest = [("met", "contacts"), ("normal", "normals, from B to A"), ("box", NARROWED)];
-    let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
-    Ok(View { title: bodies.title("Where two meshes touch"), key, stage, steps, start, slider: BUDGET, times: None })
+    let steps = climb(&mut steps, &mut stage, answer)?;
+    let layers = [("met", "contacts"), ("normal", "normals, from B to A"), ("box", NARROWED)];
+    Ok(View::of_query("Where two meshes touch", bodies, &layers, stage, steps))
 }
 
 struct Steps<'t> {
@@ -92,9 +90,9 @@ impl Stepwise for Steps<'_> {
 
     fn look(&mut self, said: &Contacts, stage: &mut Stage) -> Result<Value, ResumeError> {
         let certificate = self.query.narrowed_certificate(&self.workspace, &mut self.aside, aside(&said.stats))?;
-        let (boxes, told) = stage.open_boxes(&certificate);
-        let nearest =
-            self.workspace.contacts().next().map_or("none yet".to_owned(), |contact| length(contact.distance));
+        let (boxes, open, remark) = stage.open_boxes(&certificate);
+        let none = if certificate.open_pairs() > 0 { "none yet" } else { "none" };
+        let nearest = self.workspace.contacts().next().map_or(none.to_owned(), |contact| length(contact.distance));
         let lines = self.draw(stage);
         let drawn = self.drawn.len() as u64;
         let found = if said.found > drawn {
@@ -102,18 +100,19 @@ impl Stepwise for Steps<'_> {
         } else {
             count(said.found)
         };
-        let facts = [
+        let mut facts = vec![
             fact("Contacts found", found),
             fact("Least distance found", nearest),
             fact(
                 "Missing ones are apart by",
                 if said.low.is_finite() { length(said.low) } else { "none is missing".into() },
             ),
-            told,
-            fact("Box tests", count(said.stats.bv_tests)),
-            fact("Triangle tests", count(said.stats.primitive_tests)),
         ];
+        facts.extend(open);
+        facts.extend(tests(&said.stats));
         let (surfaces, focus) = (stage.both(&self.placed), stage.focus(&self.around));
-        Ok(json!({ "facts": facts, "surfaces": surfaces, "boxes": boxes, "lines": lines, "focus": focus }))
+        Ok(
+            json!({ "facts": facts, "remarks": Vec::from_iter(remark), "surfaces": surfaces, "boxes": boxes, "lines": lines, "focus": focus }),
+        )
     }
 }

@@ -3,30 +3,20 @@
 use punctual::{Aabb, Budget, Distance, DistanceQuery, Pose, ResumeError, Stats, StopReason, Workspace};
 use serde_json::{Value, json};
 
-use crate::ladder::{BUDGET, Stepwise, climb};
-use crate::stage::{NARROWED, Stage, aside, count, fact, length, placed};
+use crate::ladder::{Stepwise, climb};
+use crate::stage::{NARROWED, Stage, aside, fact, length, placed, tests};
 use crate::{Bodies, View};
 
 /// A page for a query of these bodies at this pose, which was answered so.
 pub fn distance(bodies: &Bodies, query: DistanceQuery, pose: &Pose, answer: &Distance) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
-    let placed = stage.bodies(bodies.trees, pose);
+    let placed = stage.bodies(bodies, pose);
     let [near, met] = [0; 2].map(|_| stage.arrays.add());
     let mut steps = Steps { bodies, query, workspace: Workspace::new(), aside: Workspace::new(), placed, near, met };
-    let (steps, start) = climb(&mut steps, &mut stage, answer)?;
-    let [a, b] = bodies.key();
-    let rest = [("met", "their triangles"), ("near", "closest points found"), ("box", NARROWED)];
-    let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
-    Ok(View {
-        title: bodies.title("How far two meshes are apart"),
-        key,
-        stage,
-        steps,
-        start,
-        slider: BUDGET,
-        times: None,
-    })
+    let steps = climb(&mut steps, &mut stage, answer)?;
+    let layers = [("met", "their triangles"), ("near", "closest points found"), ("box", NARROWED)];
+    Ok(View::of_query("How far two meshes are apart", bodies, &layers, stage, steps))
 }
 
 struct Steps<'t> {
@@ -58,24 +48,23 @@ impl Stepwise for Steps<'_> {
 
     fn look(&mut self, found: &Distance, stage: &mut Stage) -> Result<Value, ResumeError> {
         let certificate = self.query.narrowed_certificate(&self.workspace, &mut self.aside, aside(&found.stats))?;
-        let (boxes, told) = stage.open_boxes(&certificate);
+        let (boxes, open, remark) = stage.open_boxes(&certificate);
         let likely = self.query.estimate(&self.workspace, None)?.distance;
+        let [least, most] = [likely.p10, likely.p90];
+        let likely =
+            if most.is_finite() { format!("{} to {}", length(least), length(most)) } else { "not known yet".into() };
         let mut facts = vec![
             fact("Proven: at least", length(found.low)),
             fact("Proven: at most", length(found.high)),
-            fact("Likely, 80 of 100", format!("{} to {}", length(likely.p10), length(likely.p90))),
+            fact("Likely, 80 of 100", likely),
         ];
         if let Some(closer) = found.closer {
             facts.push(fact("As close as asked for", if closer { "yes" } else { "no" }));
         }
-        facts.extend([
-            told,
-            fact("Open pairs", count(certificate.open_pairs() as u64)),
-            fact("Box tests", count(found.stats.bv_tests)),
-            fact("Triangle tests", count(found.stats.primitive_tests)),
-        ]);
+        facts.extend(open);
+        facts.extend(tests(&found.stats));
         let mut surfaces = stage.both(&self.placed);
-        let mut step = json!({ "facts": facts, "boxes": boxes });
+        let mut step = json!({ "facts": facts, "remarks": Vec::from_iter(remark), "boxes": boxes });
         if let Some(nearest) = &found.nearest {
             for side in [0, 1] {
                 let [mesh, pose] = self.placed[side];

@@ -29,6 +29,7 @@ mod page;
 mod pair;
 mod scene;
 mod stage;
+mod up;
 
 pub use contacts::contacts;
 pub use distance::distance;
@@ -36,8 +37,9 @@ pub use document::{document, escape};
 pub use motion::motion;
 pub use page::View;
 pub use pair::pair;
-pub use scene::{Frame, Known, scene, stride};
+pub use scene::{Frame, Known, Shown, scene, stride};
 pub use stage::{Fact, count, fact};
+pub use up::Up;
 
 use punctual::Tree;
 

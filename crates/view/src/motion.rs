@@ -3,8 +3,8 @@
 use punctual::{Aabb, Budget, MotionQuery, Passage, Pose, ResumeError, Stats, StopReason, Workspace};
 use serde_json::{Value, json};
 
-use crate::ladder::{BUDGET, Stepwise, climb};
-use crate::stage::{Stage, count, fact, placed};
+use crate::ladder::{Stepwise, climb};
+use crate::stage::{Stage, fact, placed, tests};
 use crate::{Bodies, View};
 
 /// Equal parts of the motion between the poses that are shown.
@@ -16,29 +16,20 @@ pub fn motion(bodies: &Bodies, query: MotionQuery, answer: &Passage) -> Result<V
     let poses: Vec<Pose> = (0..=PARTS).map(|i| query.pose(i as f64 / PARTS as f64)).collect();
     let bounds = poses.iter().fold(a.mesh().aabb(), |bounds, pose| bounds.union(&placed(b.mesh(), pose)));
     let mut stage = Stage::new(bounds);
-    let placed = stage.bodies(bodies.trees, &poses[0]);
+    let placed = stage.bodies(bodies, &poses[0]);
     let times =
         [placed[1][1]].into_iter().chain(poses[1..].iter().map(|pose| stage.pose(placed[1][0], pose))).collect();
     let met = stage.arrays.add();
     let mut steps = Steps { bodies, query, workspace: Workspace::new(), placed, met };
-    let (steps, start) = climb(&mut steps, &mut stage, answer)?;
-    let [a, b] = bodies.key();
-    let rest = [
+    let steps = climb(&mut steps, &mut stage, answer)?;
+    let layers = [
         ("start", "B at the start"),
         ("touch", "B where it touches"),
         ("met", "triangles that meet there"),
         ("box", "boxes where they may still meet first"),
     ];
-    let key = [a, b].into_iter().chain(rest.map(|(layer, text)| (layer, text.to_owned()))).collect();
-    Ok(View {
-        title: bodies.title("When two meshes meet on the way"),
-        key,
-        stage,
-        steps,
-        start,
-        slider: BUDGET,
-        times: Some(times),
-    })
+    let view = View::of_query("When two meshes meet on the way", bodies, &layers, stage, steps);
+    Ok(View { times: Some(times), ..view })
 }
 
 struct Steps<'t> {
@@ -95,15 +86,13 @@ impl Stepwise for Steps<'_> {
             None => "not known".to_owned(),
         };
         let certificate = self.query.certificate(&self.workspace)?;
-        let (boxes, told) = stage.open_boxes(&certificate);
-        let facts = [
-            fact("Proven free until", format!("{:.6}", passage.free_until)),
-            fact("Proven to touch at", touching),
-            told,
-            fact("Open pairs", count(certificate.open_pairs() as u64)),
-            fact("Box tests", count(passage.stats.bv_tests)),
-            fact("Triangle tests", count(passage.stats.primitive_tests)),
-        ];
-        Ok(json!({ "facts": facts, "boxes": boxes, "surfaces": surfaces, "marks": marks, "focus": focus }))
+        let (boxes, open, remark) = stage.open_boxes(&certificate);
+        let mut facts =
+            vec![fact("Proven free until", format!("{:.6}", passage.free_until)), fact("Proven to touch at", touching)];
+        facts.extend(open);
+        facts.extend(tests(&passage.stats));
+        Ok(
+            json!({ "facts": facts, "remarks": Vec::from_iter(remark), "boxes": boxes, "surfaces": surfaces, "marks": marks, "focus": focus }),
+        )
     }
 }

@@ -9,13 +9,17 @@ use flate2::write::ZlibEncoder;
 use serde_json::{Value, json};
 
 use crate::document::{document, escape};
+use crate::ladder::BUDGET;
 use crate::stage::Stage;
+use crate::{Bodies, Up};
 
 /// Its parts, in the order in which they follow one another.
-const PROGRAM: [&str; 6] = [
+const PROGRAM: [&str; 8] = [
     include_str!("page/data.js"),
     include_str!("page/camera.js"),
     include_str!("page/controls.js"),
+    include_str!("page/pick.js"),
+    include_str!("page/pairs.js"),
     include_str!("page/webgl.js"),
     include_str!("page/software.js"),
     include_str!("page/main.js"),
@@ -34,9 +38,31 @@ pub struct View {
     pub(crate) slider: &'static str,
     /// The poses of a body that moves, at equal steps of time.
     pub(crate) times: Option<Vec<usize>>,
+    /// Of a scene, what its bodies are called.
+    pub(crate) names: Option<Vec<String>>,
+    pub(crate) up: Up,
 }
 
 impl View {
+    /// The steps of a query of these bodies, with the one that is shown first; `layers` come after A and B.
+    pub(crate) fn of_query(
+        what: &str,
+        bodies: &Bodies,
+        layers: &[(&'static str, &str)],
+        stage: Stage,
+        (steps, start): (Vec<Value>, usize),
+    ) -> Self {
+        let layers = layers.iter().map(|&(layer, text)| (layer, text.to_owned()));
+        let (title, key) = (bodies.title(what), bodies.key().into_iter().chain(layers).collect());
+        Self { title, key, stage, steps, start, slider: BUDGET, times: None, names: None, up: Up::Guess }
+    }
+
+    /// Which way is up in the picture, [`Up::Guess`] without this.
+    #[must_use]
+    pub fn up(self, up: Up) -> Self {
+        Self { up, ..self }
+    }
+
     /// The page, which needs no other file and no network.
     ///
     /// # Errors
@@ -51,9 +77,12 @@ impl View {
 
     /// Deflated: the length of a JSON text, that text, and the arrays that it names, all in words of 32 bits, little-endian.
     fn packed(&self) -> io::Result<Vec<u8>> {
-        let Self { key, stage, steps, start, slider, times, .. } = self;
-        let mut text = json!({ "key": key, "stage": stage.describe(), "steps": steps, "start": start, "slider": slider, "times": times })
-            .to_string();
+        let Self { key, stage, steps, start, slider, times, names, up, .. } = self;
+        let mut text = json!({
+            "key": key, "stage": stage.describe(), "steps": steps, "start": start, "slider": slider, "times": times,
+            "names": names, "up": up.axis(stage.up),
+        })
+        .to_string();
         // So that the arrays are aligned.
         text += &" ".repeat(text.len().wrapping_neg() % 4);
         let mut packer = ZlibEncoder::new(Vec::new(), Compression::best());

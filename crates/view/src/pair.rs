@@ -5,27 +5,29 @@ use std::collections::HashSet;
 use punctual::{Aabb, Budget, Mode, Outcome, Pose, Query, ResumeError, Stats, StopReason, Verdict, Workspace};
 use serde_json::{Value, json};
 
-use crate::ladder::{BUDGET, Stepwise, climb};
-use crate::stage::{NARROWED, Stage, aside, count, fact, length, percent, placed};
+use crate::ladder::{Stepwise, climb};
+use crate::stage::{NARROWED, Stage, aside, count, fact, length, percent, placed, tests};
 use crate::{Bodies, View};
 
 /// Node pairs that wait in the queue, as in `Workspace::new`, and found pairs that a workspace holds before they are taken out.
 const CAPACITY: [usize; 2] = [4096, 1 << 16];
 
+/// Times what was found, beyond which an upper bound of it says nothing.
+const FAR: u64 = 100;
+
 /// A page for a query of these bodies at this pose, which was answered so.
 pub fn pair(bodies: &Bodies, query: Query, pose: &Pose, mode: Mode, answer: &Outcome) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
-    let placed = stage.bodies(bodies.trees, pose);
+    let placed = stage.bodies(bodies, pose);
     let arrays = [0; 2].map(|_| stage.arrays.add());
     let [queue, found] = CAPACITY;
     let [workspace, aside] = [0; 2].map(|_| Workspace::with_capacity(queue, found));
     let (found, met, around) = (Vec::new(), Default::default(), Aabb::EMPTY);
     let mut steps = Steps { bodies, query, pose, mode, workspace, aside, found, met, around, placed, arrays };
-    let (steps, start) = climb(&mut steps, &mut stage, answer)?;
-    let [a, b] = bodies.key();
-    let key = vec![a, b, ("met", "triangles that meet".to_owned()), ("box", NARROWED.to_owned())];
-    Ok(View { title: bodies.title("Where two meshes meet"), key, stage, steps, start, slider: BUDGET, times: None })
+    let steps = climb(&mut steps, &mut stage, answer)?;
+    let layers = [("met", "triangles that meet"), ("box", NARROWED)];
+    Ok(View::of_query("Where two meshes meet", bodies, &layers, stage, steps))
 }
 
 struct Steps<'t> {
@@ -97,32 +99,36 @@ impl Stepwise for Steps<'_> {
         let most = self.query.certificate(&self.workspace)?.upper_bound();
         let narrowed = self.query.narrowed_certificate(&self.workspace, &mut self.aside, aside(&outcome.stats))?;
         let estimate = self.query.estimate(&self.workspace, None)?;
-        let (boxes, told) = stage.open_boxes(&narrowed);
+        let (boxes, open, remark) = stage.open_boxes(&narrowed);
         let verdict = match outcome.verdict {
             Verdict::Intersecting { .. } => "intersecting",
             Verdict::Separated => "separated",
             Verdict::Undecided => "undecided",
         };
-        let mut facts = vec![fact("Verdict", verdict)];
+        let (mut facts, mut remarks) = (vec![fact("Verdict", verdict)], Vec::from_iter(remark));
         if outcome.verdict == Verdict::Undecided {
             facts.push(fact("Probability to meet", percent(estimate.probability)));
         }
         if self.mode == Mode::All {
+            let bounds = [("Pairs, at most", most), ("After a tenth more work", narrowed.upper_bound())];
+            let far = bounds.iter().filter(|(_, bound)| *bound > FAR * outcome.found.max(1));
+            remarks.extend(far.map(|&(name, _)| fact(name, "says nothing yet")));
+            // Of none, any share may be found.
+            let share = if outcome.found == 0 && most > 0 { "none found yet".into() } else { percent(estimate.recall) };
             facts.extend([
                 fact("Pairs found", count(outcome.found)),
-                fact("Pairs, at most", count(most)),
-                fact("After a tenth more work", count(narrowed.upper_bound())),
-                fact("Share found, expected", percent(estimate.recall)),
+                fact(bounds[0].0, count(bounds[0].1)),
+                fact(bounds[1].0, count(bounds[1].1)),
+                fact("Share found, expected", share),
             ]);
         }
-        facts.extend([
-            told,
-            fact("Longest of their edges", length(narrowed.largest_extent())),
-            fact("Box tests", count(outcome.stats.bv_tests)),
-            fact("Triangle tests", count(outcome.stats.primitive_tests)),
-        ]);
+        facts.extend(open);
+        facts.push(fact("Longest of their edges", length(narrowed.largest_extent())));
+        facts.extend(tests(&outcome.stats));
         let mut surfaces = stage.both(&self.placed);
         surfaces.extend(self.draw_met(stage));
-        Ok(json!({ "facts": facts, "surfaces": surfaces, "boxes": boxes, "focus": stage.focus(&self.around) }))
+        Ok(json!({
+            "facts": facts, "remarks": remarks, "surfaces": surfaces, "boxes": boxes, "focus": stage.focus(&self.around),
+        }))
     }
 }

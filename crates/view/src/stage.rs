@@ -2,10 +2,12 @@
 //! that `f32` is enough for them wherever they are and however large.
 
 use punctual::glam::DVec3;
-use punctual::{Aabb, Certificate, Mesh, Pose, Stats, Tree};
+use punctual::{Aabb, Certificate, Mesh, Pose, Stats};
 use serde_json::{Value, json};
 
+use crate::Bodies;
 use crate::arrays::Arrays;
+use crate::up::{self, Guess};
 
 /// Boxes of a step that are drawn, the largest.
 pub const MOST_BOXES: usize = 500;
@@ -13,11 +15,15 @@ pub const MOST_BOXES: usize = 500;
 /// Meshes, poses and boxes, as arrays of the page.
 pub struct Stage {
     pub arrays: Arrays,
+    /// Which way is up, if nobody tells.
+    pub up: Guess,
+    bounds: Aabb,
     middle: DVec3,
     radius: f64,
     meshes: Vec<Shown>,
     poses: usize,
     boxes: usize,
+    grids: Vec<Value>,
 }
 
 /// A mesh whose vertices are stored relative to their middle.
@@ -26,6 +32,9 @@ struct Shown {
     vertices: Value,
     triangles: Value,
 }
+
+/// Squares of a grid along one direction: a tenth of the longest extent is rounded up, and its ends are rounded out.
+const MOST_SQUARES: f64 = 12.0;
 
 /// Length of a normal, over half of the diagonal of all that is shown.
 pub const NORMAL: f64 = 0.06;
@@ -53,12 +62,19 @@ impl Stage {
             if bounds.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), 0.5 * bounds.extents().length()) };
         let mut arrays = Arrays::default();
         let (poses, boxes) = (arrays.add(), arrays.add());
-        Self { arrays, middle, radius: if radius > 0.0 { radius } else { 1.0 }, meshes: Vec::new(), poses, boxes }
+        let radius = if radius > 0.0 { radius } else { 1.0 };
+        let up = up::guess([].into_iter(), &[]);
+        let (meshes, grids) = Default::default();
+        let mut stage = Self { arrays, up, bounds, middle, radius, meshes, poses, boxes, grids };
+        stage.add_grids();
+        stage
     }
 
     /// The meshes of A and, at its pose, of B: of each, the numbers of mesh and pose.
-    pub fn bodies(&mut self, trees: [&Tree; 2], b_in_a: &Pose) -> [[usize; 2]; 2] {
-        let [a, b] = trees.map(|tree| self.mesh(tree.mesh()));
+    pub fn bodies(&mut self, bodies: &Bodies, b_in_a: &Pose) -> [[usize; 2]; 2] {
+        let [a, b] = bodies.trees.map(|tree| self.mesh(tree.mesh()));
+        let names = bodies.names.iter().map(String::as_str);
+        self.up = up::guess(names, &[(bodies.trees[0].mesh(), &Pose::IDENTITY)]);
         [[a, self.pose(a, &Pose::IDENTITY)], [b, self.pose(b, b_in_a)]]
     }
 
@@ -114,20 +130,60 @@ impl Stage {
         self.arrays.extend_floats(array, floats)
     }
 
-    /// The largest boxes of a certificate, and the line that tells of them.
-    pub fn open_boxes(&mut self, certificate: &Certificate) -> (Value, Fact) {
-        let mut boxes: Vec<_> =
-            certificate.boxes().filter(|open| open.min.is_finite() && open.max.is_finite()).collect();
-        boxes.sort_by(|a, b| b.extents().max_element().total_cmp(&a.extents().max_element()));
+    /// The largest boxes of a certificate, the lines that tell of what is open, and a remark to the second.
+    ///
+    /// What was missed lies where the bodies are, so boxes are drawn as far as these reach: those of a distance without an
+    /// upper bound have no end of their own.
+    pub fn open_boxes(&mut self, certificate: &Certificate) -> (Value, [Fact; 2], Option<Fact>) {
+        let open = certificate.open_pairs();
+        let mut boxes: Vec<_> = certificate.boxes().collect();
         let all = boxes.len();
+        let is_bounded = boxes.iter().all(|open| open.extents().is_finite());
+        boxes.iter_mut().for_each(|open| *open = open.intersection(&self.bounds));
+        boxes.sort_by(|a, b| b.extents().max_element().total_cmp(&a.extents().max_element()));
+        boxes.dedup();
         boxes.truncate(MOST_BOXES);
-        let told = if all > MOST_BOXES {
-            format!("{}, the {MOST_BOXES} largest drawn", count(all as u64))
-        } else {
-            count(all as u64)
+        let remark = match all {
+            0 if open > 0 => Some("boxes of all open pairs are apart".to_owned()),
+            _ if !is_bounded => Some("anywhere: nothing bounds them yet".to_owned()),
+            _ if all > MOST_BOXES => Some(format!("the {MOST_BOXES} largest are drawn")),
+            _ => None,
         };
         let floats: Vec<_> = boxes.iter().flat_map(|open| [open.min, open.max]).flat_map(|p| self.point(p)).collect();
-        (self.arrays.extend_floats(self.boxes, floats), fact("Open boxes", told))
+        let [pairs, name] = ["Open pairs", "Open boxes"];
+        let facts = [fact(pairs, count(open as u64)), fact(name, count(all as u64))];
+        (self.arrays.extend_floats(self.boxes, floats), facts, remark.map(|text| fact(name, text)))
+    }
+
+    /// For each axis, squares on the ground below all that is shown if that axis is up: their side, and their lines.
+    fn add_grids(&mut self) {
+        let array = self.arrays.add();
+        self.grids = (0..3).map(|up| self.grid(up, array)).collect();
+    }
+
+    fn grid(&mut self, up: usize, array: usize) -> Value {
+        let along = [(up + 1) % 3, (up + 2) % 3];
+        let Aabb { min, max, .. } = self.bounds;
+        let longest = along.map(|axis| max[axis] - min[axis]).into_iter().fold(0.0, f64::max);
+        let side = round_length(if longest > 0.0 { longest } else { self.radius } / 10.0);
+        let [first, last] = [min, max].map(|end| along.map(|axis| end[axis] / side));
+        let (first, last) = (first.map(f64::floor), last.map(f64::ceil));
+        let mut ground = min;
+        // Clear of a body that stands on it.
+        ground[up] -= 0.01 * self.radius;
+        let at = |i: f64, j: f64| {
+            let mut point = ground;
+            (point[along[0]], point[along[1]]) = (i * side, j * side);
+            point
+        };
+        let steps = |axis: usize| {
+            let number = (last[axis] - first[axis]).clamp(0.0, MOST_SQUARES) as u32;
+            (0..=number).map(move |i| first[axis] + f64::from(i))
+        };
+        let lines = steps(0).map(|i| [at(i, first[1]), at(i, last[1])]);
+        let lines = lines.chain(steps(1).map(|j| [at(first[0], j), at(last[0], j)]));
+        let lines: Vec<_> = lines.filter(|ends| ends.iter().all(|end| end.is_finite())).collect();
+        json!([plain(side), self.segments(array, lines)])
     }
 
     /// A ball that the button for what was found brings into sight; nothing if nothing was.
@@ -148,7 +204,9 @@ impl Stage {
     pub fn describe(&self) -> Value {
         let ranges = |mesh: &Shown| json!({ "vertices": mesh.vertices, "triangles": mesh.triangles });
         let meshes: Vec<_> = self.meshes.iter().map(ranges).collect();
-        json!({ "meshes": meshes, "poses": self.arrays.so_far(self.poses), "starts": self.arrays.starts() })
+        let Aabb { min, max, .. } = if self.bounds.is_empty() { Aabb::from_points([DVec3::ZERO]) } else { self.bounds };
+        let (bounds, poses) = ([min, max].map(|end| self.point(end)), self.arrays.so_far(self.poses));
+        json!({ "meshes": meshes, "bounds": bounds, "grids": self.grids, "poses": poses, "starts": self.arrays.starts() })
     }
 }
 
@@ -158,6 +216,11 @@ pub type Fact = (&'static str, String);
 /// A line of the table.
 pub fn fact(name: &'static str, value: impl Into<String>) -> Fact {
     (name, value.into())
+}
+
+/// The lines of what a query did.
+pub fn tests(stats: &Stats) -> [Fact; 2] {
+    [fact("Box tests", count(stats.bv_tests)), fact("Triangle tests", count(stats.primitive_tests))]
 }
 
 /// A whole number for people.
@@ -182,6 +245,18 @@ pub fn length(number: f64) -> String {
         1e-4..1e6 => format!("{number:.0$}", decimals()),
         _ => format!("{number:.4e}"),
     }
+}
+
+/// The least of 1, 2, 5, 10, 20, 50, ... and their decimal parts that is not below a length.
+fn round_length(length: f64) -> f64 {
+    let decade = length.log10().floor();
+    let round = |digit: u32| format!("{digit}e{decade}").parse().unwrap_or(length);
+    [1, 2, 5, 10].map(round).into_iter().find(|&round| round >= length).unwrap_or(length)
+}
+
+/// A round length for people.
+fn plain(length: f64) -> String {
+    if (1e-4..1e6).contains(&length) { length.to_string() } else { format!("{length:e}") }
 }
 
 /// A share for people.

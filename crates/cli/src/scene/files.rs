@@ -20,6 +20,8 @@ use crate::input::MeshArgs;
 pub struct Recording {
     /// By the numbers in the file.
     pub bodies: Vec<Body>,
+    /// The file of each body's mesh, without its folder.
+    pub meshes: Vec<String>,
     /// The poses of each frame, one for each body.
     pub frames: Vec<Vec<Pose>>,
     /// The pairs of each frame that intersect, ascending; if there is such a file.
@@ -38,8 +40,9 @@ impl Recording {
             make(Arc::clone(&part.tree), pose).importance(part.importance)
         });
         let bodies = bodies.collect();
+        let meshes = parts.iter().map(|part| part.mesh.clone()).collect();
         let truth = either(folder, "truth_pairs.csv").map(|file| truth(&file, frames.len())).transpose()?;
-        Ok(Self { bodies, frames, truth })
+        Ok(Self { bodies, meshes, frames, truth })
     }
 }
 
@@ -66,6 +69,7 @@ fn read(file: &Path) -> Result<String, FileError> {
 /// A body without its pose.
 struct Part {
     tree: Arc<Tree>,
+    mesh: String,
     fixed: bool,
     importance: f32,
 }
@@ -83,15 +87,16 @@ fn parts(list: &Path, folder: &Path, meshes: &MeshArgs) -> Result<Vec<Part>, Fil
                     meshes.load(&folder.join(file))?,
                     &BuildOptions::default().neighbors(true).extremes(true),
                 );
-                trees.insert(id.to_owned(), Arc::new(tree));
+                let name = Path::new(file).file_name().unwrap_or(file.as_ref());
+                trees.insert(id.to_owned(), (Arc::new(tree), name.to_string_lossy().into_owned()));
             }
             ["body", index, mesh, kind @ ("static" | "moving"), ref rest @ ..] if rest.len() < 2 => {
                 if index.parse() != Ok(parts.len()) {
                     return Err(fault(format!("body {}, must be {}", shorten(index), parts.len())));
                 }
-                let tree = trees.get(mesh).ok_or_else(|| fault(format!("no mesh {}", shorten(mesh))))?;
+                let (tree, mesh) = trees.get(mesh).ok_or_else(|| fault(format!("no mesh {}", shorten(mesh))))?;
                 let importance = rest.first().map_or(Ok(0.0), |importance| number(importance)).map_err(fault)? as f32;
-                parts.push(Part { tree: Arc::clone(tree), fixed: kind == "static", importance });
+                parts.push(Part { tree: Arc::clone(tree), mesh: mesh.clone(), fixed: kind == "static", importance });
             }
             _ => {
                 return Err(fault("must be `mesh ID FILE` or `body INDEX MESH static|moving [IMPORTANCE]`".to_owned()));

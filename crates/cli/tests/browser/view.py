@@ -16,6 +16,15 @@ COMMANDS = {
     "motion": "motion a.obj a.obj sweeps.txt",
     "scene": "scene .",
 }
+# For one check each.
+MORE = {
+    "stopped": "scene . --budget-work 600",
+    "unbounded": "distance a.obj a.obj far.txt --budget-work 1",
+    "same": "pair cube.obj flipped.obj same.txt",
+    "wall": "contacts cube.obj small.obj wall.txt",
+    "large": "pair large.obj large.obj near.txt --mode all --budget-work 60000",
+}
+SLIDE = "(s => {{ s.value = {1}; s.dispatchEvent(new Event('input')); }})(document.querySelector('{0}'))"
 SIZES = [(800, 600), (400, 700)]
 
 
@@ -36,6 +45,16 @@ def torus(resolution):
     return "\n".join(lines) + "\n"
 
 
+def cube(flipped, size=1):
+    """A cube of this size whose sides are cut along one or the other diagonal."""
+    lines = [f"v {size * (i & 1)} {size * (i >> 1 & 1)} {size * (i >> 2)}" for i in range(8)]
+    for p, q, r, s in [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]:
+        if flipped:
+            p, q, r, s = q, r, s, p
+        lines += [f"f {p + 1} {q + 1} {r + 1}", f"f {p + 1} {r + 1} {s + 1}"]
+    return "\n".join(lines) + "\n"
+
+
 def recording():
     """A ring that is fixed, one that goes through it, and one that stays away: the files of a scene."""
     bodies = "mesh 0 a.obj\nbody 0 0 static\nbody 1 0 moving\nbody 2 0 moving\n"
@@ -48,11 +67,12 @@ def recording():
 
 def make_pages(program, folder):
     files = {"a.obj": torus(64), "large.obj": torus(264), "near.txt": TURNED.format(0.9), "far.txt": TURNED.format(3.5),
-             "sweeps.txt": TURNED.format(4).strip() + " -3 0 0\n", **recording()}
+             "sweeps.txt": TURNED.format(4).strip() + " -3 0 0\n", **recording(),
+             "cube.obj": cube(False), "flipped.obj": cube(True), "small.obj": cube(False, 0.2),
+             "wall.txt": "1 0 0 0.9 0 1 0 0.4 0 0 1 0.4\n", "same.txt": "1 0 0 1e-9 0 1 0 1e-9 0 0 1 1e-9\n"}
     for name, text in files.items():
         (folder / name).write_text(text)
-    large = "pair large.obj large.obj near.txt --mode all --budget-work 60000"
-    for name, command in [*COMMANDS.items(), ("large", large)]:
+    for name, command in {**COMMANDS, **MORE}.items():
         subprocess.run([program, *command.split(), "--view", f"{name}.html"], cwd=folder, check=True, capture_output=True)
 
 
@@ -70,6 +90,26 @@ class Pictures:
             "(document.querySelector('canvas').getBoundingClientRect())"))
         return data["data"]
 
+    def colours(self):
+        """Of the drawn picture without the texts in it: width, height, and each pixel as red, green and blue."""
+        over = "document.querySelectorAll('#axes, #labels, #excuse').forEach(part => part.style.visibility = '{}')"
+        self.browser.run(over.format("hidden"))
+        png = self.settled()
+        self.browser.run(over.format(""))
+        width, height, text = self.browser.run(f"""(async () => {{
+          const bytes = Uint8Array.from(atob("{png}"), letter => letter.charCodeAt(0));
+          const image = await createImageBitmap(new Blob([bytes]));
+          const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
+          context.drawImage(image, 0, 0);
+          const {{ data }} = context.getImageData(0, 0, image.width, image.height);
+          return [image.width, image.height, Array.from(data, byte => String.fromCharCode(byte)).join("")];
+        }})()""")
+        data = text.encode("latin-1")
+        return width, height, list(zip(data[0::4], data[1::4], data[2::4]))
+
+    def count(self, wanted):
+        return sum(map(wanted, self.colours()[2]))
+
     def assert_changed_by(self, what, action):
         before = self.settled()
         action()
@@ -85,23 +125,144 @@ def assert_fits(browser, name):
 def try_page(browser, folder, name):
     pictures = Pictures(browser, folder)
     script = lambda text: lambda: browser.run(text)
+    # Keys work at once, wherever the focus is.
+    press = lambda key: lambda: browser.ask("Input.dispatchKeyEvent", type="keyDown", key=key)
+    for key in ["ArrowLeft", "+", "0", "x"]:
+        pictures.assert_changed_by(f"{name}: {key}", press(key))
+    assert browser.run("document.querySelector('#up [aria-pressed=true]').textContent") == "x", name
+    browser.run("document.querySelectorAll('#up button')[2].click()")
     for layer in range(browser.run("document.querySelectorAll('#key input').length")):
         label = browser.run(f"document.querySelectorAll('#key label')[{layer}].textContent")
         # Where all is known nothing is open, and the bodies may hide what meets.
         if not any(word in label for word in ["boxes", "triangles", "not known"]):
             pictures.assert_changed_by(f"{name}: {label}", script(f"document.querySelectorAll('#key input')[{layer}].click()"))
     browser.run("document.querySelectorAll('#key input:not(:checked)').forEach(box => box.click())")
-    press = lambda key: lambda: browser.ask("Input.dispatchKeyEvent", type="keyDown", key=key)
-    browser.run("document.querySelector('canvas').focus()")
-    for key in ["ArrowLeft", "+", "0"]:
-        pictures.assert_changed_by(f"{name}: {key}", press(key))
+    for slider, value in [("opacity", 40), ("cut", 55)]:
+        pictures.assert_changed_by(f"{name}: {slider}", script(SLIDE.format(f"#{slider}", value)))
+        browser.run(SLIDE.format(f"#{slider}", {"opacity": 100, "cut": 0}[slider]))
     # Scenes begin with the first frame.
     last = browser.run("document.querySelector('input[type=range]').value === '0'") and "11" or "0"
-    slide = "(s => { s.value = {}; s.dispatchEvent(new Event('input')); })(document.querySelector('input[type=range]'))"
     before = browser.run("document.querySelector('#facts').textContent")
-    browser.run(slide.replace("{}", last))
+    browser.run(SLIDE.format("input", last))
     assert browser.run("document.querySelector('#facts').textContent") != before, f"{name}: the numbers stay the same"
     assert_fits(browser, name)
+
+
+def assert_whole(pictures, name):
+    """All that is shown is in the picture, and fills it."""
+    width, height, pixels = pictures.colours()
+    ground = pixels[0]
+    there = [i for i, pixel in enumerate(pixels) if pixel != ground]
+    columns, rows = [i % width for i in there], [i // width for i in there]
+    ends = min(columns), min(rows), width - 1 - max(columns), height - 1 - max(rows)
+    assert min(ends) > 0, f"{name}: the picture cuts what it shows, {ends}"
+    filled = max((max(columns) - min(columns)) / width, (max(rows) - min(rows)) / height)
+    assert filled > 0.4, f"{name}: {filled} of the picture"
+
+
+def try_whole(browser, folder, mark):
+    """At the start and by the button, on each screen; without the grid, which may go on beyond the bodies."""
+    pictures = Pictures(browser, folder)
+    for name in ["unbounded", "contacts", "scene"]:
+        for size in [*SIZES, (700, 300)]:
+            browser.open(folder / f"{name}.html", size, mark=mark)
+            browser.run("[...document.querySelectorAll('#key input')].pop().click()")
+            assert_whole(pictures, f"{name} at the start, {size}")
+            for axis in range(3):
+                browser.run(f"document.querySelectorAll('#up button')[{axis}].click()")
+                browser.ask("Input.dispatchKeyEvent", type="keyDown", key="+")
+                browser.run("document.getElementById('whole').click()")
+                assert_whole(pictures, f"{name}, {size}, axis {axis}")
+
+
+def try_unbounded(browser, folder, mark):
+    """A distance stopped before anything is found: what is open is counted, told and drawn."""
+    browser.open(folder / "unbounded.html", mark=mark)
+    facts = browser.run("Object.fromEntries([...document.querySelectorAll('#facts tr')].map(row => [...row.cells].map(cell => cell.textContent)))")
+    assert facts["Proven: at most"] == "not bounded" and facts["Likely, 80 of 100"] == "not known yet", facts
+    assert int(facts["Open boxes"].split()[0]) > 0 and "anywhere" in facts["Open boxes"], facts
+    key = "[...document.querySelectorAll('#key label')].find(label => label.textContent.includes('boxes')).click()"
+    Pictures(browser, folder).assert_changed_by("boxes of an unbounded distance", lambda: browser.run(key))
+
+
+def try_walls(browser, folder, mark):
+    """What hides behind a body is seen through it, or where it is cut."""
+    browser.open(folder / "wall.html", mark=mark)
+    pictures = Pictures(browser, folder)
+    shown = lambda: pictures.count(lambda pixel: min(pixel[:2]) > 190 and pixel[2] < 110)
+    before = shown()
+    for slider, value, back in [("opacity", 10, 100), ("cut", 50, 0)]:
+        browser.run(SLIDE.format(f"#{slider}", value))
+        assert shown() > 2 * before + 5, f"{slider}: {shown()} pixels of contacts, before {before}"
+        browser.run(SLIDE.format(f"#{slider}", back))
+    for side in "012":
+        browser.run(f"document.getElementById('side').value = '{side}'")
+        pictures.assert_changed_by(f"cut along {side}", lambda: browser.run(SLIDE.format("#cut", 40)))
+        browser.run(SLIDE.format("#cut", 0))
+
+
+def try_same_place(browser, folder, mark):
+    """Where surfaces of two bodies lie in the same place, the picture shows one of them."""
+    browser.open(folder / "same.html", mark=mark)
+    pictures = Pictures(browser, folder)
+    browser.run("document.querySelectorAll('#key input')[2].click()")
+    for turn in range(4):
+        browser.run(f"document.querySelectorAll('#up button')[{turn % 3}].click()")
+        for _ in range(turn):
+            browser.ask("Input.dispatchKeyEvent", type="keyDown", key="ArrowUp")
+            browser.ask("Input.dispatchKeyEvent", type="keyDown", key="+")
+        orange = pictures.count(lambda pixel: pixel[0] > pixel[2] + 20)
+        assert orange == 0, f"turn {turn}: {orange} pixels of B among those of A"
+
+
+def try_bounds(browser, folder, mark):
+    """A bound that tells nothing is marked."""
+    browser.open(folder / "pair.html", mark=mark)
+    fact = "[...document.querySelectorAll('#facts tr')].find(row => row.cells[0].textContent === 'Pairs, at most').cells[1].textContent"
+    last = browser.run("document.querySelector('input').max")
+    for step, is_vague in [(0, True), (last, False)]:
+        browser.run(SLIDE.format("input", step))
+        assert ("says nothing yet" in browser.run(fact)) == is_vague, browser.run(fact)
+
+
+def try_scene(browser, folder, mark):
+    """Names, picking, lists of pairs, and the button that plays the frames."""
+    pictures = Pictures(browser, folder)
+    listed = "[...document.querySelectorAll('#pairs button')].map(button => button.textContent)"
+    labels = "[...document.querySelectorAll('#labels output')].map(label => label.textContent)"
+    browser.open(folder / "scene.html", mark=mark)
+    browser.run("document.querySelectorAll('#pairs details').forEach(list => list.open = true)")
+    assert pictures.settled() and browser.run(listed) == ["0: a.obj and 1: a.obj"], browser.run(listed)
+    pictures.assert_changed_by("a pair of the list", lambda: browser.run("document.querySelector('#pairs button').click()"))
+    assert browser.run(labels) == ["0: a.obj", "1: a.obj"], browser.run(labels)
+
+    # Body 2 is alone at the left.
+    browser.open(folder / "scene.html", mark=mark)
+    browser.run("document.querySelectorAll('#up button')[2].click()")
+    width, height, pixels = pictures.colours()
+    blue = [i for i, (red, _, blue) in enumerate(pixels) if blue > red + 60]
+    at = blue[len(blue) // 2]
+    for kind in ["mousePressed", "mouseReleased"]:
+        browser.ask("Input.dispatchMouseEvent", type=kind, x=at % width, y=at // width, button="left", clickCount=1)
+    pictures.settled()
+    (label,) = browser.run(labels)
+    assert label.startswith("2: a.obj, triangle ") and "of 2: a.obj: 0" in browser.run("document.querySelector('#pairs').textContent")
+    browser.ask("Input.dispatchKeyEvent", type="keyDown", key="Escape")
+    pictures.settled()
+    assert browser.run(labels) == []
+
+    browser.ask("Input.dispatchKeyEvent", type="keyDown", key=" ")
+    browser.run("new Promise(done => setTimeout(done, 1500))")
+    assert 0 < int(browser.run("document.querySelector('input').value")) < 11 and browser.run("document.querySelector('.play').textContent") == "Stop"
+    browser.run("new Promise(done => setTimeout(done, 5000))")
+    assert browser.run("[document.querySelector('input').value, document.querySelector('.play').textContent]") == ["11", "Play"]
+
+    browser.open(folder / "stopped.html", mark=mark)
+    browser.run("document.querySelectorAll('#pairs details').forEach(list => list.open = true)")
+    assert pictures.settled() and browser.run(listed), "no pair is open"
+    browser.shoot(folder / f"stopped-{'webgl' if mark else 'plain'}.png")
+    lines = "[...document.querySelectorAll('#key label')].find(label => label.textContent.startsWith('lines')).click()"
+    pictures.assert_changed_by("lines between bodies", lambda: browser.run(lines))
 
 
 def try_fingers(browser, folder):
@@ -168,6 +329,8 @@ def main():
                         assert_fits(browser, name)
                         browser.shoot(folder / f"{name}-{size[0]}-{scheme}-{'webgl' if webgl else 'plain'}.png")
                 try_page(browser, folder, name)
+            for check in [try_whole, try_unbounded, try_walls, try_same_place, try_bounds, try_scene]:
+                check(browser, folder, mark)
             browser.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
             browser.open(folder / "pair.html", (400, 700), touch=True, mark=mark)
             try_fingers(browser, folder)

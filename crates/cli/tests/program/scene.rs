@@ -72,6 +72,32 @@ fn a_page_shows_in_each_frame_which_bodies_meet() {
 }
 
 #[test]
+fn a_page_names_bodies_and_lists_the_pairs_that_meet_and_those_not_known() {
+    let folder = recording();
+    let mut listed = [0, 0];
+    for budget in [0, 400, 1_000_000] {
+        folder.run(&format!("scene . --budget-work {budget} --pairs-out pairs.csv --view page.html"));
+        let page = Page::read(&folder, "page.html");
+        assert_eq!(page.view["names"], serde_json::json!(["0: ball.obj", "1: ball.obj", "2: ball.obj"]));
+        let pairs = table(&folder, "pairs.csv");
+        for (frame, step) in page.steps().iter().enumerate() {
+            for (list, verdict) in ["intersecting", "undecided"].into_iter().enumerate() {
+                let wanted = pairs.iter().filter(|line| line[0] == frame.to_string() && line[3] == verdict);
+                let wanted: Vec<u32> =
+                    wanted.flat_map(|line| [&line[1], &line[2]]).map(|n| n.parse().unwrap()).collect();
+                assert_eq!(page.range(&step["pairs"][list]), wanted, "frame {frame}, {verdict}");
+                listed[list] += wanted.len();
+            }
+            // A line for each pair of which it is not known.
+            let lines = step["lines"].as_array().unwrap().iter().filter(|line| line[0] == "open");
+            let drawn: usize = lines.map(|line| page.range(&line[1]).len() / 6).sum();
+            assert_eq!(drawn, page.range(&step["pairs"][1]).len() / 2, "frame {frame}");
+        }
+    }
+    assert!(listed.iter().all(|&pairs| pairs > 0), "{listed:?}");
+}
+
+#[test]
 fn every_frame_has_a_line_and_the_truth_is_compared() {
     let folder = recording();
     for options in ["", "--threads 2", "--mode all", "--budget-work 100000000", "--clock cpu --reps 2"] {

@@ -15,7 +15,7 @@ use super::{spheres, write};
 
 /// What a page holds.
 pub struct Page {
-    view: Value,
+    pub view: Value,
     words: Vec<u32>,
 }
 
@@ -33,7 +33,7 @@ impl Page {
         Self { view, words: words[1 + length / 4..].to_vec() }
     }
 
-    fn range(&self, range: &Value) -> &[u32] {
+    pub fn range(&self, range: &Value) -> &[u32] {
         let [array, start, count] = [0, 1, 2].map(|i| range[i].as_u64().unwrap() as usize);
         let start = self.view["stage"]["starts"][array].as_u64().unwrap() as usize + start;
         &self.words[start..start + count]
@@ -84,6 +84,79 @@ fn told(step: &Value, name: &str) -> String {
 
 fn number(text: &str) -> f64 {
     text.parse().unwrap_or_else(|_| panic!("no number: {text}"))
+}
+
+/// What is said of a line of the table.
+fn remark<'s>(step: &'s Value, name: &str) -> Option<&'s str> {
+    step["remarks"].as_array().unwrap().iter().find(|line| line[0] == name).map(|line| line[1].as_str().unwrap())
+}
+
+#[test]
+fn a_distance_stopped_before_anything_is_found_shows_what_is_open() {
+    let (folder, _) = spheres();
+    folder.run("distance a.obj b.obj poses.txt --budget-work 1 --view page.html --view-pose 4");
+    let page = Page::read(&folder, "page.html");
+    let first = &page.steps()[0];
+    assert_eq!(
+        ["Proven: at most", "Likely, 80 of 100"].map(|name| told(first, name)),
+        ["not bounded", "not known yet"]
+    );
+    assert!(number(&told(first, "Open boxes")) > 0.0);
+    assert_eq!(remark(first, "Open boxes"), Some("anywhere: nothing bounds them yet"));
+    // Drawn once, around all that is shown.
+    let bounds: Vec<f64> =
+        page.view["stage"]["bounds"].as_array().unwrap().iter().flat_map(|end| numbers(end)).collect();
+    assert_eq!(page.floats(&first["boxes"]), bounds);
+    // Once there is an upper bound, boxes are no larger than what they bound, and in the end there are none.
+    for step in page.steps() {
+        for open in page.floats(&step["boxes"]).as_chunks::<6>().0 {
+            assert!((0..6).all(|i| if i < 3 { open[i] >= bounds[i] } else { open[i] <= bounds[i] }), "{open:?}");
+        }
+    }
+    let last = page.steps().last().unwrap();
+    assert_eq!((told(last, "Open boxes"), remark(last, "Open boxes")), ("0".into(), None));
+}
+
+fn numbers(list: &Value) -> impl Iterator<Item = f64> {
+    list.as_array().unwrap().iter().map(|number| number.as_f64().unwrap())
+}
+
+#[test]
+fn a_bound_far_from_what_was_found_is_marked() {
+    let (folder, _) = spheres();
+    folder.run("pair a.obj b.obj poses.txt --mode all --view page.html --view-pose 1");
+    let page = Page::read(&folder, "page.html");
+    let mut marked = 0;
+    for step in page.steps() {
+        let found = number(&told(step, "Pairs found")).max(1.0);
+        for name in ["Pairs, at most", "After a tenth more work"] {
+            let says_nothing = number(&told(step, name)) > 100.0 * found;
+            assert_eq!(remark(step, name), says_nothing.then_some("says nothing yet"), "{name}: {step}");
+            marked += usize::from(says_nothing);
+        }
+    }
+    assert!(marked > 0 && marked < 2 * page.steps().len());
+    assert_eq!(told(&page.steps()[0], "Share found, expected"), "none found yet");
+}
+
+#[test]
+fn up_is_guessed_and_the_ground_lies_below_all() {
+    let folder = Folder::new();
+    folder.write("ball.obj", write::obj(&icosphere(1)));
+    folder.write("ring.obj", write::obj(&torus(1.0, 0.1, 16)));
+    folder.write("poses.txt", "1 0 0 3 0 1 0 0 0 0 1 0\n");
+    for (a, up, why) in [("ball", 2, "nothing says otherwise"), ("ring", 2, "it is flat across that")] {
+        folder.run(&format!("pair {a}.obj ball.obj poses.txt --view page.html"));
+        let page = Page::read(&folder, "page.html");
+        assert_eq!((&page.view["up"][0], &page.view["up"][1]), (&up.into(), &why.into()));
+        for axis in 0..3 {
+            let low = page.view["stage"]["bounds"][0][axis].as_f64().unwrap();
+            let [side, lines] = [0, 1].map(|i| &page.view["stage"]["grids"][axis][i]);
+            let ground = page.floats(lines);
+            assert!(["0.2", "0.5", "1"].contains(&side.as_str().unwrap()) && ground.len() > 6 * 10);
+            assert!(ground.iter().skip(axis).step_by(3).all(|&height| height < low && height > low - 0.02));
+        }
+    }
 }
 
 #[test]

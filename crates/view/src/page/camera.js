@@ -3,21 +3,39 @@
 const FIELD_OF_VIEW = 0.6;
 
 class Camera {
-  constructor() {
-    this.target = [0, 0, 0];
-    this.distance = 1 / Math.sin(FIELD_OF_VIEW / 2);
-    // The rows are the directions to the right, up and towards the eye.
-    this.axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
-    this.turn(0.6, 0.45);
+  // `bounds` are two corners of all that is shown.
+  constructor(bounds, up) {
+    this.bounds = bounds;
+    this.stand(up);
   }
 
-  // Turns what is seen, by angles to the right and down.
+  // Brings an axis, 0 to 2, upright; all is in sight, from the front, the left and above.
+  stand(up) {
+    this.up = up;
+    this.around = up === 1 ? -0.6 : -0.6 - Math.PI / 2;
+    this.above = 0.45;
+    this.turn(0, 0);
+    this.showWhole();
+  }
+
+  // Brings all into sight with the next picture, and again when its sides change, until something else is looked at.
+  showWhole() {
+    this.fits = true;
+    this.fitted = undefined;
+  }
+
+  // Turns what is seen, by angles to the right and down; up stays up.
   turn(right, down) {
-    const [c, s, d, e] = [Math.cos(right), Math.sin(right), Math.cos(down), Math.sin(down)];
-    const [x, y, z] = this.axes;
-    const mix = (p, u, q, v) => p.map((value, i) => u * value + v * q[i]);
-    const [side, front] = [mix(x, c, z, s), mix(z, c, x, -s)];
-    this.axes = orthonormal([side, mix(y, d, front, -e), mix(front, d, y, e)]);
+    this.around -= right;
+    this.above = Math.min(Math.max(this.above + down, -Math.PI / 2), Math.PI / 2);
+    const [c, s, d, e] = [Math.cos(this.around), Math.sin(this.around), Math.cos(this.above), Math.sin(this.above)];
+    const inOrder = (x, y, z) => {
+      const axis = [];
+      [x, y, z].forEach((value, i) => axis[(this.up + 1 + i) % 3] = value);
+      return axis;
+    };
+    // The rows are the directions to the right, up and towards the eye.
+    this.axes = [inOrder(-s, c, 0), inOrder(-c * e, -s * e, d), inOrder(c * d, s * d, e)];
   }
 
   // Moves what is seen along the screen; 1 is the height of the picture.
@@ -25,22 +43,37 @@ class Camera {
     const scale = 2 * Math.tan(FIELD_OF_VIEW / 2) * this.distance;
     const [x, y] = this.axes;
     this.target = this.target.map((value, i) => value - scale * (right * x[i] + up * y[i]));
+    this.fits = false;
   }
 
   approach(factor) {
     this.distance = Math.min(Math.max(this.distance * factor, 1e-4), 50);
+    this.fits = false;
   }
 
   // Brings a ball into sight.
   lookAt(center, radius) {
     this.target = [...center];
     this.distance = Math.max(2.5 * radius, 0.08) / Math.sin(FIELD_OF_VIEW / 2);
+    this.fits = false;
+  }
+
+  // Prepares for a picture with this ratio of its sides; around all there is a little room.
+  fit(aspect) {
+    if (!this.fits || aspect === this.fitted) return;
+    this.fitted = aspect;
+    const [wide, high] = [Math.max(1, aspect), Math.max(1, 1 / aspect)].map(size => size * Math.tan(FIELD_OF_VIEW / 2));
+    this.target = [0, 0, 0];
+    this.distance = 1.06 * Math.max(...corners(this.bounds).map(corner => {
+      const [x, y, z] = this.axes.map(axis => dot(axis, corner));
+      return z + Math.max(Math.abs(x) / wide, Math.abs(y) / high);
+    }), 1e-3);
   }
 
   // From the page's coordinates to those of the eye, which looks along -z.
   eye() {
     const [x, y, z] = this.axes;
-    const shift = axis => -axis.reduce((sum, value, i) => sum + value * this.target[i], 0);
+    const shift = axis => -dot(axis, this.target);
     return [x[0], y[0], z[0], 0, x[1], y[1], z[1], 0, x[2], y[2], z[2], 0, shift(x), shift(y), shift(z) - this.distance, 1];
   }
 
@@ -53,14 +86,23 @@ class Camera {
     const depth = 1 / (near - far);
     return [f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (near + far) * depth, -1, 0, 0, 2 * near * far * depth, 0];
   }
+
+  // Where a line of sight begins and whither it goes, through a place on the picture: from -1 to 1, to the right and up.
+  sight(right, up, aspect) {
+    const f = Math.min(1, aspect) / Math.tan(FIELD_OF_VIEW / 2);
+    const mix = (x, y, z) => [0, 1, 2].map(i => x * this.axes[0][i] + y * this.axes[1][i] + z * this.axes[2][i]);
+    const from = mix(0, 0, this.distance).map((value, i) => value + this.target[i]);
+    return [from, mix(right * aspect / f, up / f, -1)];
+  }
 }
 
-function orthonormal([x, y]) {
-  const scaled = v => v.map(value => value / Math.hypot(...v));
-  const cross = (u, v) => [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-  const right = scaled(x);
-  const toward = scaled(cross(right, y));
-  return [right, cross(toward, right), toward];
+const dot = (p, q) => p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+const cross = (p, q) => [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
+const minus = (p, q) => [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+
+// The eight corners of a box.
+function corners([low, high]) {
+  return Array.from({ length: 8 }, (_, i) => [0, 1, 2].map(axis => (i >> axis & 1 ? high : low)[axis]));
 }
 
 function product(m, n) {
@@ -71,4 +113,9 @@ function product(m, n) {
 // A pose of twelve numbers as a matrix.
 function placement(p) {
   return [p[0], p[4], p[8], 0, p[1], p[5], p[9], 0, p[2], p[6], p[10], 0, p[3], p[7], p[11], 1];
+}
+
+// A point of a mesh, placed by a pose of twelve numbers.
+function placed(p, point) {
+  return [0, 4, 8].map(row => dot(p.subarray(row, row + 3), point) + p[row + 3]);
 }

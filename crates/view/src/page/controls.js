@@ -1,6 +1,7 @@
-// Mouse, fingers and keys that move a camera; `changed` is called when they did.
+// Mouse, fingers and keys that move a camera; `changed` is called when they did, `clicked` where a pointer did not move.
 
-function control(canvas, camera, changed) {
+function control(canvas, camera, changed, clicked) {
+  let start;
   const pointers = new Map();
   const middle = () => {
     const all = [...pointers.values()];
@@ -14,6 +15,7 @@ function control(canvas, camera, changed) {
   canvas.addEventListener("pointerdown", event => {
     canvas.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, [event.clientX, event.clientY]);
+    start = pointers.size === 1 && event.button === 0 ? [event.clientX, event.clientY] : undefined;
   });
   canvas.addEventListener("pointermove", event => {
     if (!pointers.has(event.pointerId)) return;
@@ -28,6 +30,9 @@ function control(canvas, camera, changed) {
     }
     changed();
   });
+  canvas.addEventListener("pointerup", ({ clientX, clientY }) => {
+    if (start && Math.hypot(clientX - start[0], clientY - start[1]) < 5) clicked(clientX, clientY);
+  });
   for (const end of ["pointerup", "pointercancel"]) {
     canvas.addEventListener(end, event => pointers.delete(event.pointerId));
   }
@@ -41,8 +46,11 @@ function control(canvas, camera, changed) {
   const keys = {
     ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1],
   };
-  canvas.addEventListener("keydown", event => {
+  // Wherever the focus is; only what uses arrows itself keeps them.
+  document.addEventListener("keydown", event => {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
     const arrow = keys[event.key];
+    if (arrow && event.target.matches?.("input[type=range], select")) return;
     if (arrow && event.shiftKey) camera.move(0.05 * arrow[0], -0.05 * arrow[1]);
     else if (arrow) camera.turn(0.1 * arrow[0], 0.1 * arrow[1]);
     else if (event.key === "+" || event.key === "=") camera.approach(1 / 1.15);

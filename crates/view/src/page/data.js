@@ -76,4 +76,12 @@ class Data {
     const [start] = this.range(this.view.stage.poses);
     return this.floats.subarray(start + 12 * number, start + 12 * number + 12);
   }
+
+  // The middle of a surface that is a whole mesh, and how far it reaches from there.
+  ball([, mesh, pose]) {
+    const [start, count] = this.range(this.view.stage.meshes[mesh].vertices);
+    let reach = 0;
+    for (let i = start; i < start + count; i += 3) reach = Math.max(reach, Math.hypot(...this.floats.subarray(i, i + 3)));
+    return [[3, 7, 11].map(i => this.pose(pose)[i]), reach];
+  }
 }

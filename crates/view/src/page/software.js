@@ -46,28 +46,40 @@ class SoftwarePainter {
 
   plot(i, z, color) {
     const { depth, pixels, pass } = this;
-    if (pass.farther) z += 1e-4;
     if (pass.hidden ? z <= depth[i] : z > depth[i]) return;
     if (pass.solid) depth[i] = z;
-    pixels[i] = pass.alpha === 1 ? color : blended(color, pixels[i], pass.alpha);
+    pixels[i] = this.alpha === 1 ? color : blended(color, pixels[i], this.alpha);
   }
 
   surface(part, picture) {
     const { data } = this;
-    const { color, glow, pose } = part;
+    const { color, glow, pose, rank, alpha } = part;
+    this.alpha = alpha * this.pass.alpha;
     const [[first, length], [start, count]] = data.form(part, picture.moves);
     const eye = product(picture.eye, placement(pose));
     const points = data.floats.subarray(first, first + length);
     const placed = this.project(product(picture.lens, eye), points);
+    const beyond = picture.cut === UNCUT || glow ? undefined : this.beyond(picture.cut, eye, points);
     const shades = Uint32Array.from({ length: 65 }, (_, i) => packed(color.map(value => value * (0.35 + 0.65 * i / 64))));
     for (let i = start; i < start + count; i += 3) {
       const [a, b, c] = [3 * data.words[i], 3 * data.words[i + 1], 3 * data.words[i + 2]];
       const shade = shades[glow ? 64 : Math.round(64 * facing(eye, points, a, b, c))];
-      this.triangle(placed, a, b, c, shade);
+      this.triangle(placed, a, b, c, shade, rank, beyond);
     }
   }
 
-  triangle(p, a, b, c, shade) {
+  // How far points lie beyond a plane, over their depths: so it changes evenly on the screen. In steps of three, as points.
+  beyond(cut, eye, points) {
+    const values = new Float32Array(points.length);
+    for (let i = 0; i < points.length; i += 3) {
+      const at = row => eye[row] * points[i] + eye[4 + row] * points[i + 1] + eye[8 + row] * points[i + 2] + eye[12 + row];
+      const z = at(2);
+      values[i] = (cut[0] * at(0) + cut[1] * at(1) + cut[2] * z + cut[3]) / -z;
+    }
+    return values;
+  }
+
+  triangle(p, a, b, c, shade, rank, beyond) {
     const { width, height } = this.canvas;
     const ax = p[a], ay = p[a + 1], az = p[a + 2];
     const bx = p[b] - ax, by = p[b + 1] - ay, bz = p[b + 2] - az;
@@ -80,23 +92,28 @@ class SoftwarePainter {
     const right = Math.min(width - 1, Math.floor(ax + Math.max(0, bx, cx) - 0.5));
     // A point is the first corner, u times the way to the second, and v times that to the third; both change evenly in a row.
     const stepU = cy / area, stepV = -by / area, dx = left + 0.5 - ax;
+    const slope = Math.abs(bz * stepU + cz * stepV) + Math.abs((cz * bx - bz * cx) / area);
+    const near = az + rank * (RANK.slopes * slope + RANK.steps / 2 ** 24);
+    const k = beyond?.[a], kb = beyond?.[b] - k, kc = beyond?.[c] - k;
     for (let y = top; y <= bottom; y++) {
       const dy = y + 0.5 - ay;
       let u = (dx * cy - dy * cx) / area, v = (bx * dy - by * dx) / area;
       for (let i = y * width + left, end = y * width + right; i <= end; i++, u += stepU, v += stepV) {
-        if (u >= 0 && v >= 0 && u + v <= 1) this.plot(i, az + u * bz + v * cz, shade);
+        if (u < 0 || v < 0 || u + v > 1 || k + u * kb + v * kc > 0) continue;
+        this.plot(i, near + u * bz + v * cz, shade);
       }
     }
   }
 
-  line({ color, width, box, range }, picture) {
+  line({ color, width, box, range, alpha }, picture) {
     const { data } = this;
+    this.alpha = alpha * this.pass.alpha;
     const [start, count] = data.range(range);
     const clip = product(picture.lens, picture.eye);
     const shade = packed(color), wide = Math.round(width * picture.scale);
     for (let i = start; i < start + count; i += 6) {
       const points = box ? edges(data.floats.subarray(i, i + 6)) : data.floats.subarray(i, i + 6);
-      const placed = this.project(clip, points);
+      const placed = this.project(clip, inSight(clip, points));
       for (let k = 0; k < placed.length; k += 6) this.segment(placed, k, wide, shade);
     }
   }
@@ -126,6 +143,21 @@ function facing(eye, p, a, b, c) {
   const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
   const long = Math.sqrt(nx * nx + ny * ny + nz * nz);
   return long > 0 ? Math.abs(eye[2] * nx + eye[6] * ny + eye[10] * nz) / long : 0;
+}
+
+// Segments, six numbers each, without what of them is behind the eye.
+function inSight(clip, segments) {
+  const near = 1e-3;
+  const ahead = i => clip[3] * segments[i] + clip[7] * segments[i + 1] + clip[11] * segments[i + 2] + clip[15] - near;
+  const seen = Float32Array.from(segments);
+  for (let i = 0; i < segments.length; i += 6) {
+    const ends = [ahead(i), ahead(i + 3)];
+    if (Math.max(...ends) < 0 || Math.min(...ends) >= 0) continue;
+    const [out, within] = ends[0] < 0 ? [i, i + 3] : [i + 3, i];
+    const share = Math.max(...ends) / (Math.max(...ends) - Math.min(...ends));
+    for (let k = 0; k < 3; k++) seen[out + k] = segments[within + k] + share * (segments[out + k] - segments[within + k]);
+  }
+  return seen;
 }
 
 // The twelve edges of a box, six numbers each.

@@ -11,10 +11,12 @@ void main() {
 }`, `#version 300 es
 precision highp float;
 uniform vec4 color;
+uniform vec4 cut;
 uniform float glow;
 in vec3 at;
 out vec4 shade;
 void main() {
+  if (dot(cut.xyz, at) + cut.w > 0.0) discard;
   // Facets, lit from the eye.
   vec3 normal = normalize(cross(dFdx(at), dFdy(at)));
   float light = mix(0.35 + 0.65 * abs(normal.z), 1.0, glow);
@@ -106,7 +108,6 @@ class WebGlPainter {
     for (const pass of passes(picture)) {
       gl.depthMask(pass.solid);
       gl.depthFunc(pass.hidden ? gl.GREATER : gl.LEQUAL);
-      gl.polygonOffset(pass.farther ? 2 : 0, pass.farther ? 200 : 0);
       this.surfaces(pass, picture);
       this.lines(pass, picture);
     }
@@ -125,10 +126,12 @@ class WebGlPainter {
     gl.enableVertexAttribArray(surface.position);
     gl.vertexAttribDivisor(surface.position, 0);
     for (const part of pass.surfaces) {
-      const { color, glow, pose } = part;
+      const { color, glow, pose, alpha, rank } = part;
       const [[points], [start, count]] = data.form(part, picture.moves);
+      gl.polygonOffset(rank * RANK.slopes, rank * RANK.steps);
       gl.uniformMatrix4fv(surface.place, false, product(picture.eye, placement(pose)));
-      gl.uniform4f(surface.color, ...color, pass.alpha);
+      gl.uniform4f(surface.color, ...color, alpha * pass.alpha);
+      gl.uniform4f(surface.cut, ...(glow ? UNCUT : picture.cut));
       gl.uniform1f(surface.glow, glow);
       gl.vertexAttribPointer(surface.position, 3, gl.FLOAT, false, 12, 4 * points);
       gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 4 * start);
@@ -141,9 +144,9 @@ class WebGlPainter {
     gl.useProgram(line.program);
     gl.uniformMatrix4fv(line.clip, false, product(picture.lens, picture.eye));
     gl.uniform2f(line.screen, canvas.width, canvas.height);
-    for (const { color, width, box, range } of pass.lines) {
+    for (const { color, width, box, range, alpha } of pass.lines) {
       const [start, count] = data.range(range);
-      gl.uniform4f(line.color, ...color, pass.alpha);
+      gl.uniform4f(line.color, ...color, alpha * pass.alpha);
       gl.uniform1f(line.width, width * picture.scale);
       gl.uniform1i(line.box, box);
       [line.from, line.to].forEach((place, i) => {
@@ -163,16 +166,21 @@ function isEmulated(gl) {
   return /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(names?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER));
 }
 
+// Surfaces that lie in the same place are drawn as if one were a little farther away, by its rank: so many times what the depth
+// changes from pixel to pixel, and so many steps of a depth of 24 bits, each more than rounding moves it.
+const RANK = { slopes: 0.05, steps: 4 };
+// A plane (a normal and a shift, as the eye sees them) beyond which there is nothing.
+const UNCUT = [0, 0, 0, -1];
+
 // What is drawn one after the other: solid things, what is seen through, and, faintly, what lies behind.
 function passes({ surfaces, lines }) {
-  const [ghosts, solid] = [true, false].map(ghost => surfaces.filter(surface => surface.ghost === ghost));
+  const [solid, ghosts] = [true, false].map(solid => surfaces.filter(({ alpha }) => (alpha === 1) === solid));
   const [boxes, others] = [true, false].map(box => lines.filter(line => line.box === box));
   return [
     { surfaces: solid, lines: others, alpha: 1, solid: true },
-    // A little farther away, so that one does not shine through a body that lies where it lies.
-    { surfaces: ghosts, lines: [], alpha: 0.3, farther: true },
+    { surfaces: ghosts, lines: [], alpha: 1 },
     { surfaces: [], lines: boxes, alpha: 0.7 },
-    { surfaces: solid.filter(surface => surface.glow), lines: others, alpha: 0.35, hidden: true },
+    { surfaces: solid.filter(surface => surface.glow), lines: others.filter(line => line.shines), alpha: 0.35, hidden: true },
     { surfaces: [], lines: boxes, alpha: 0.12, hidden: true },
   ];
 }
