@@ -150,9 +150,14 @@ enum punctual_verdict
    */
   PUNCTUAL_VERDICT_INTERSECTING = 1,
   /**
-   * Proven: no triangle of A shares a point with one of B.
+   * Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes within them.
    */
   PUNCTUAL_VERDICT_SEPARATED = 2,
+  /**
+   * Proven: the witness triangles are no farther apart than the margins of both bodies together. Said only of bodies of a
+   * scene of which one has a margin. Whether some triangles share a point is not said.
+   */
+  PUNCTUAL_VERDICT_WITHIN = 3,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1605,6 +1610,11 @@ typedef struct punctual_body_id {
    * Tells bodies of the same index apart.
    */
   uint32_t generation;
+  /**
+   * Tells scenes of this process apart; no other scene takes the id for one of its own. It is no part of what the id says:
+   * compare and store `index` and `generation`. 0: every scene takes the id for its own.
+   */
+  uint32_t scene;
 } punctual_body_id;
 
 /**
@@ -1629,11 +1639,16 @@ typedef struct punctual_pair_report {
    */
   bool complete;
   /**
-   * If they meet, two triangles that do; else zeros.
+   * If they meet, two triangles that do; if they come within their margins, two that do; else zeros.
    */
   struct punctual_triangle_pair witness;
   /**
-   * Intersecting pairs of triangles found; at most 1 for MODE_ANY.
+   * How far apart the witness is at most, in the length unit of the scene, margins not subtracted: 0 if they intersect, above
+   * 0 and no more than the margins if they come within them, and infinite without a witness.
+   */
+  double witness_distance;
+  /**
+   * Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with margins, whose witness counts.
    */
   uint64_t found;
   /**
@@ -1641,7 +1656,8 @@ typedef struct punctual_pair_report {
    */
   double probability;
   /**
-   * Expected share of the intersecting pairs of triangles that was found, 0 to 1; 1 if complete.
+   * Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if nothing was found, and between
+   * them otherwise.
    */
   double recall;
   /**
@@ -1673,9 +1689,13 @@ typedef struct punctual_report {
    */
   size_t decided;
   /**
-   * How many of them intersect.
+   * How many of them are proven to intersect.
    */
   size_t intersecting;
+  /**
+   * How many of them are proven to come within their margins; not among the intersecting ones.
+   */
+  size_t within;
   /**
    * How many of them are complete.
    */
@@ -3184,7 +3204,9 @@ punctual_status punctual_scene_remove_compound(struct punctual_scene *scene, uin
  * Asks for the least distance between two groups of bodies in every frame from now on; margins count, and pairs that may not
  * meet by their filters do not. No pair is asked about that is farther apart than the closest less the tolerance, a length.
  *
- * Fails with BAD_ARGUMENT if a body is in both groups, or the tolerance not from 0 to 2^1000.
+ * Both groups may have bodies in common, or be one: a body has no distance from itself.
+ *
+ * Fails with BAD_ARGUMENT if both are one and the same body, or the tolerance not from 0 to 2^1000.
  */
 punctual_status punctual_scene_measure_groups(struct punctual_scene *scene,
                                               const struct punctual_body_id *x,
@@ -3195,7 +3217,9 @@ punctual_status punctual_scene_measure_groups(struct punctual_scene *scene,
                                               uint64_t *id);
 
 /**
- * Asks for the distance of two groups no more. Nothing changes if it was not asked for.
+ * Asks for the distance of two groups no more.
+ *
+ * Fails with BAD_ARGUMENT if it is not asked for.
  */
 punctual_status punctual_scene_stop_measuring_groups(struct punctual_scene *scene, uint64_t id);
 

@@ -1,6 +1,6 @@
 //! A page that shows the last frame of a scene.
 
-use punctual::{Report, Scene, Verdict};
+use punctual::{Report, Scene};
 use punctual_view::{Frame, Known, View, count, fact};
 
 /// Bodies at their poses, what the last report says of them, and where they touch.
@@ -20,11 +20,10 @@ pub fn page(scene: &Scene) -> View {
 }
 
 fn facts(report: &Report, bodies: usize) -> Vec<(&'static str, String)> {
-    let meeting = report.pairs.iter().filter(|pair| matches!(pair.verdict, Verdict::Intersecting { .. })).count();
     let lines = [
         ("Bodies", bodies as u64),
         ("Pairs of boxes that overlap", report.pairs.len() as u64),
-        ("Of these, meeting", meeting as u64),
+        ("Of these, meeting", report.meeting_pairs().count() as u64),
         ("Not known", report.undecided() as u64),
         ("Bodies not placed or not paired", (report.unplaced + report.unpaired) as u64),
         ("Work", report.work),

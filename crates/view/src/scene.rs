@@ -66,7 +66,7 @@ pub fn scene(title: String, bodies: &[(usize, &Body)], frames: &[Frame]) -> View
             stage.whole(layers[i], [meshes[i], pose])
         };
         let surfaces: Vec<_> = (0..bodies.len()).map(draw).collect();
-        let met = (0..bodies.len()).filter(|&i| layers[i] == "b");
+        let met = (0..bodies.len()).filter(|&i| ["b", "within"].contains(&layers[i]));
         let around = met.fold(Aabb::EMPTY, |around, i| around.union(&lying(frame, i)));
         let long = NORMAL * stage.radius();
         let normals = frame.contacts.iter().map(|&[point, normal]| [point, point + long * normal]);
@@ -78,13 +78,19 @@ pub fn scene(title: String, bodies: &[(usize, &Body)], frames: &[Frame]) -> View
     let key = [
         ("a", "meets no other: proven"),
         ("b", "meets another: proven"),
+        ("within", "within the margins of another: proven"),
         ("doubt", "not known"),
         ("fixed", "fixed bodies"),
         ("normal", "normals where bodies touch"),
     ];
     let has_contacts = frames.iter().any(|frame| !frame.contacts.is_empty());
-    let key =
-        key.iter().take(if has_contacts { 5 } else { 4 }).map(|&(layer, text)| (layer, text.to_owned())).collect();
+    let has_margins = bodies.iter().any(|(_, body)| body.margin > 0.0);
+    let is_drawn = |layer| match layer {
+        "within" => has_margins,
+        "normal" => has_contacts,
+        _ => true,
+    };
+    let key = key.iter().filter(|(layer, _)| is_drawn(*layer)).map(|&(layer, text)| (layer, text.to_owned())).collect();
     View { title, key, stage, steps, start: 0, slider: "Frame", times: None }
 }
 
@@ -99,6 +105,7 @@ fn layers(bodies: &[(usize, &Body)], known: &Known) -> Vec<&'static str> {
             layers[body] = match (verdict, layers[body]) {
                 (Verdict::Separated, layer) | (_, layer @ ("fixed" | "b")) => layer,
                 (Verdict::Intersecting { .. }, _) => "b",
+                (Verdict::Within { .. }, _) | (_, "within") => "within",
                 (Verdict::Undecided, _) => "doubt",
             };
         }
