@@ -60,17 +60,13 @@ fn ask(out: &mut impl Write) -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn in_a_word(outcome: &Outcome) -> &'static str {
-    match outcome.verdict {
-        Verdict::Intersecting { .. } => "intersecting",
-        Verdict::Separated => "separated",
-        Verdict::Undecided => "undecided",
-    }
+    outcome.verdict.name()
 }
 
 fn in_words(outcome: &Outcome) -> String {
     let work = outcome.stats.work;
     match outcome.verdict {
-        Verdict::Intersecting { witness: [a, b] } => {
+        Verdict::Intersecting { witness: [a, b] } | Verdict::Within { witness: [a, b], .. } => {
             let found = outcome.found;
             format!("yes: triangle {a} of A meets {b} of B ({found} found, {work} units of work)")
         }

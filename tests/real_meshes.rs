@@ -61,6 +61,7 @@ fn assert_answers(a: &Tree, b: &Tree, pose: Pose, pairs: u64, workspace: &mut Wo
             match outcome.verdict {
                 Verdict::Intersecting { .. } => assert!(pairs > 0, "false hit, {}", at()),
                 Verdict::Separated => assert!(pairs == 0, "missed {pairs}, {}", at()),
+                Verdict::Within { .. } => panic!("a query without margins"),
                 Verdict::Undecided => panic!("undecided after {:?}", outcome.stop),
             }
             if mode == Mode::All {

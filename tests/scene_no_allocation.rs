@@ -14,7 +14,9 @@ use std::time::Duration;
 
 use allocations::{allocator_calls_of_all_threads, held};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, BodyId, Budget, Filter, ManualClock, Mode, Pose, Ray, Reach, Scene, SceneRay, Tree, shapes};
+use punctual::{
+    Body, BodyId, Budget, Filter, ManualClock, Mode, Motion, Pose, Ray, Reach, Scene, SceneRay, Tree, shapes,
+};
 use random::Random;
 
 const BODIES: usize = 60;
@@ -277,4 +279,83 @@ fn no_frame_allocates_within_the_room_asked_for() {
     });
     assert!(most > 1_000, "{most} pairs at most");
     assert_eq!(calls, 0);
+    let asked: [(&str, fn(&mut World)); 6] = [
+        ("whether they meet", |_| ()),
+        ("distances", ask_distances),
+        ("motions", |_| ()),
+        ("contacts", |world| world.scene.find_contacts()),
+        ("groups", ask_groups),
+        ("all", |world| {
+            world.scene.find_contacts();
+            ask_distances(world);
+            ask_groups(world);
+        }),
+    ];
+    let mut faults = Vec::new();
+    for (question, ask) in asked {
+        for threads in [1, 2, 4] {
+            for asks_first in [false, true] {
+                let late = frames_that_allocate(question, ask, threads, asks_first);
+                if !late.is_empty() {
+                    faults.push((question, threads, asks_first, late));
+                }
+            }
+        }
+    }
+    assert!(faults.is_empty(), "question, threads, whether it was asked before, calls by frame: {faults:?}");
+}
+
+fn ask_distances(world: &mut World) {
+    for (i, &a) in world.ids[..12].iter().enumerate() {
+        world.ids[..i].iter().for_each(|&b| world.scene.measure(a, b, 1e-3).unwrap());
+    }
+}
+
+fn ask_groups(world: &mut World) {
+    let (x, y) = world.ids.split_at(10);
+    let _ = world.scene.measure_groups(x, y, 1e-3).unwrap();
+    let _ = world.scene.measure_groups(x, x, 1e-3).unwrap();
+}
+
+/// Of a scene that was asked for room, from its first frame on: those that allocate, and how often. `asks_first`: what is asked is
+/// so before the room is.
+fn frames_that_allocate(question: &str, ask: fn(&mut World), threads: usize, asks_first: bool) -> Vec<(usize, u64)> {
+    let mut world = World::new(Scene::new());
+    world.scene.track_contacts();
+    #[cfg(feature = "parallel")]
+    world.scene.use_threads(threads).unwrap();
+    if asks_first {
+        ask(&mut world);
+    }
+    world.scene.reserve(BODIES, BODIES * (BODIES - 1) / 2);
+    if !asks_first {
+        ask(&mut world);
+    }
+    let clock = ManualClock::ticking(Duration::from_nanos(700));
+    let ray = SceneRay::new(Ray::new([-2.0 * WALL, 0.1, 0.2], [1.0, 0.05, 0.0]).unwrap());
+    let (mut late, mut passages) = (Vec::with_capacity(64), 0);
+    for frame in 0..40 {
+        breathe(&mut world, frame);
+        if ["motions", "all"].contains(&question) {
+            for body in 0..BODIES {
+                let motion = Motion::straight(world.pose(body), 3.0 * world.speeds[body]).unwrap();
+                world.scene.set_motion(world.ids[body], motion).unwrap();
+            }
+        }
+        let budget = MIXED[frame % MIXED.len()];
+        let calls = allocator_calls_of_all_threads(|| {
+            let _ = world.scene.cast_with(&ray, budget, &clock).unwrap();
+            match threads {
+                #[cfg(feature = "parallel")]
+                2.. => _ = world.scene.detect(budget),
+                _ => _ = world.scene.detect_with(budget, &clock),
+            }
+        });
+        passages += world.scene.report().passages.len();
+        if calls > 0 {
+            late.push((frame, calls));
+        }
+    }
+    assert_eq!(passages > 0, ["motions", "all"].contains(&question));
+    late
 }

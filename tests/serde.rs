@@ -13,7 +13,7 @@ use common::random::{Drift, Random, pose_about};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, Budget, BuildOptions, Calibration, ContactQuery, CostModel, Counts, DistanceQuery, Effort, Filter,
+    Body, BodyId, Budget, BuildOptions, Calibration, ContactQuery, CostModel, Counts, DistanceQuery, Effort, Filter,
     ManualClock, Mode, Motion, MotionQuery, PairMemory, Patches, Pose, Query, Reach, Scene, Tree, TreeStats, Verdict,
     Workspace, shapes,
 };
@@ -124,6 +124,39 @@ fn reports_of_a_scene() {
         again(&scene.certificate(ids[0], ids[1]).unwrap());
     }
     again(&ids[1]);
+    scene.set_margin(ids[0], 1.0).unwrap();
+    scene.set_pose(ids[1], at(2.5)).unwrap();
+    let report = scene.detect_with(ENOUGH, &ManualClock::new());
+    assert!(report.within > 0, "{report:?}");
+    report.pairs.iter().for_each(|pair| {
+        again(pair);
+        assert_eq!(pair.verdict.to_string().parse(), Ok(pair.verdict));
+    });
+    // An id that was read is taken by the scene it is of, and says nothing of which that is.
+    assert_eq!(to_string(&ids[0]).unwrap(), r#"{"index":0,"generation":0}"#);
+    let read: BodyId = from_str(&to_string(&ids[1]).unwrap()).unwrap();
+    scene.set_pose(read, at(2.6)).unwrap();
+    let measure = scene.measure_groups(&ids[..1], &ids[1..], 0.1).unwrap();
+    again(&measure);
+    assert_eq!(to_string(&measure).unwrap(), "0");
+    scene.stop_measuring_groups(from_str(&to_string(&measure).unwrap()).unwrap()).unwrap();
+}
+
+#[test]
+fn verdicts_are_read_as_they_are_written() {
+    let within = |distance| Verdict::Within { witness: [12, 907], distance };
+    let met = Verdict::Intersecting { witness: [0, u32::MAX] };
+    for verdict in [met, within(0.25), within(f64::MIN_POSITIVE), within(1e300), Verdict::Separated, Verdict::Undecided]
+    {
+        assert_eq!(verdict.to_string().parse(), Ok(verdict));
+        again(&verdict);
+    }
+    assert_eq!(within(0.25).to_string(), "within(12, 907, 0.25)");
+    for text in
+        ["within(1, 2)", "within(1, 2, 0)", "within(1, 2, -1)", "within(1, 2, NaN)", "within(1, 2, inf)", "within"]
+    {
+        assert!(text.parse::<Verdict>().is_err(), "{text}");
+    }
 }
 
 /// A memory that was read serves the pair it was written for, and any other pair cannot be misled by it.

@@ -136,6 +136,7 @@ impl Model {
                 assert!(pair.found <= truth.len() as u64);
                 match pair.verdict {
                     Verdict::Intersecting { witness } => assert!(truth.binary_search(&witness).is_ok(), "{a} {b}"),
+                    Verdict::Within { .. } => panic!("{a} and {b} have no margins"),
                     Verdict::Separated => assert!(truth.is_empty(), "{a} and {b} meet"),
                     Verdict::Undecided => assert!(budget != Budget::unlimited(), "{a} and {b} are undecided"),
                 }

@@ -229,9 +229,8 @@ impl<'q, 'c> Search<'q, 'c> {
         let stop = query.advance(self.workspace, Some(&mut self.memory), self.deadline);
         self.work += self.workspace.work();
         match self.workspace.verdict(stop) {
-            Verdict::Intersecting { witness } => Ok(Some(witness)),
-            Verdict::Separated => Ok(None),
             Verdict::Undecided => Err(stop),
+            verdict => Ok(verdict.witness()),
         }
     }
 

@@ -219,6 +219,12 @@ impl<'t> DistanceQuery<'t> {
         workspace.run.holds_stopped(&self.key()).is_ok()
     }
 
+    /// Proven by the run in the workspace: the closest triangles found are no farther apart, margins not subtracted. 0 only if
+    /// they intersect.
+    pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
+        workspace.search.interval.high()
+    }
+
     /// Up to which distance the run in the workspace tells more than that it is more; 0 with a limit.
     pub(crate) fn ceiling_in(&self, workspace: &Workspace) -> f64 {
         if self.options.limit < f64::INFINITY { 0.0 } else { workspace.search.interval.ceiling() }

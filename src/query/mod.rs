@@ -113,7 +113,8 @@ use workspace::{Asked, Key};
 /// let mut workspace = Workspace::new();
 /// let outcome = Query::new(&a, &b, Pose::IDENTITY).run(&mut workspace, Budget::work(20_000));
 /// match outcome.verdict {
-///     Verdict::Intersecting { witness } => println!("triangles {witness:?} meet"),
+///     // `Within` is what a scene says of bodies with margins.
+///     Verdict::Intersecting { witness } | Verdict::Within { witness, .. } => println!("triangles {witness:?} meet"),
 ///     Verdict::Separated => println!("no contact"),
 ///     Verdict::Undecided => println!("not known yet"),
 /// }

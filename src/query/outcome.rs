@@ -11,7 +11,7 @@ use core::time::Duration;
 pub const LEVELS: usize = 32;
 
 /// Whether the surfaces meet. Never a bare `bool`: a budget can end before the answer is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 pub enum Verdict {
@@ -20,20 +20,69 @@ pub enum Verdict {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],
     },
-    /// Proven: no triangle of A shares a point with one of B.
+    /// Proven: these triangles are no farther apart than the margins of both bodies together. Said only of bodies of a
+    /// [`crate::Scene`] of which one has a [margin](crate::Body::margin). Whether some triangles share a point is not said.
+    Within {
+        /// Triangle of A, triangle of B.
+        witness: [u32; 2],
+        /// Their distance in A's frame, in the length unit of the meshes, margins not subtracted: proven, the true one is not
+        /// more. Above 0, and at most the sum of the margins.
+        distance: f64,
+    },
+    /// Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes within them.
     Separated,
     /// The budget ended first. [`crate::Query::certificate`] tells what is left open.
     Undecided,
 }
 
-const VERDICTS: [&str; 3] = ["intersecting(A, B)", "separated", "undecided"];
+impl Verdict {
+    /// A verdict on triangles that are no farther apart than the margins: they intersect if their distance is 0.
+    pub(crate) fn of_witness(witness: [u32; 2], distance: f64) -> Self {
+        if distance == 0.0 { Self::Intersecting { witness } } else { Self::Within { witness, distance } }
+    }
 
-/// `intersecting(12, 907)` has its witness with it.
+    /// What it is called in files, without its witness: `intersecting`, `within`, `separated` or `undecided`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Intersecting { .. } => "intersecting",
+            Self::Within { .. } => "within",
+            Self::Separated => "separated",
+            Self::Undecided => "undecided",
+        }
+    }
+
+    /// Whether it is proven that the surfaces meet, thickened by their margins: they intersect, or are within.
+    pub const fn meets(self) -> bool {
+        matches!(self, Self::Intersecting { .. } | Self::Within { .. })
+    }
+
+    /// How far apart the witness is at most, margins not subtracted: 0 if it intersects.
+    pub const fn witness_distance(self) -> Option<f64> {
+        match self {
+            Self::Intersecting { .. } => Some(0.0),
+            Self::Within { distance, .. } => Some(distance),
+            Self::Separated | Self::Undecided => None,
+        }
+    }
+
+    /// The triangles that prove that the surfaces meet.
+    pub const fn witness(self) -> Option<[u32; 2]> {
+        match self {
+            Self::Intersecting { witness } | Self::Within { witness, .. } => Some(witness),
+            Self::Separated | Self::Undecided => None,
+        }
+    }
+}
+
+const VERDICTS: [&str; 4] = ["intersecting(A, B)", "within(A, B, distance)", "separated", "undecided"];
+
+/// `intersecting(12, 907)` and `within(12, 907, 0.25)` have their witnesses with them.
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [_, separated, undecided] = VERDICTS;
+        let [.., separated, undecided] = VERDICTS;
         match self {
             Self::Intersecting { witness: [a, b] } => write!(f, "intersecting({a}, {b})"),
+            Self::Within { witness: [a, b], distance } => write!(f, "within({a}, {b}, {distance})"),
             Self::Separated => f.pad(separated),
             Self::Undecided => f.pad(undecided),
         }
@@ -44,15 +93,21 @@ impl FromStr for Verdict {
     type Err = UnknownName;
 
     fn from_str(name: &str) -> Result<Self, UnknownName> {
-        let witness = || {
+        let intersecting = || {
             let (a, b) = name.strip_prefix("intersecting(")?.strip_suffix(')')?.split_once(", ")?;
             Some(Self::Intersecting { witness: [a.parse().ok()?, b.parse().ok()?] })
         };
-        let [_, separated, undecided] = VERDICTS;
+        let within = || {
+            let (a, rest) = name.strip_prefix("within(")?.strip_suffix(')')?.split_once(", ")?;
+            let (b, distance) = rest.split_once(", ")?;
+            let distance = distance.parse().ok().filter(|&distance| distance > 0.0 && distance < f64::INFINITY)?;
+            Some(Self::Within { witness: [a.parse().ok()?, b.parse().ok()?], distance })
+        };
+        let [.., separated, undecided] = VERDICTS;
         match name {
             _ if name == separated => Ok(Self::Separated),
             _ if name == undecided => Ok(Self::Undecided),
-            _ => witness().ok_or_else(|| UnknownName::new(name, &VERDICTS)),
+            _ => intersecting().or_else(within).ok_or_else(|| UnknownName::new(name, &VERDICTS)),
         }
     }
 }
@@ -158,7 +213,7 @@ impl Stats {
 }
 
 /// The answer of a query. Plain data; the found pairs stay in the workspace ([`crate::Workspace::pairs`]).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]

@@ -6,7 +6,7 @@ use super::ask::distance_requests::DistanceRequests;
 use super::error::SceneError;
 use super::facts::{Change, Facts};
 use super::filter::Filter;
-use super::id::{BodyId, CompoundId, PairKey, bodies_of, pair_key};
+use super::id::{BodyId, CompoundId, PairKey, SceneNumber, bodies_of, pair_key};
 use super::room::reserve;
 use super::spot::Spot;
 use super::waiting::Waiting;
@@ -45,7 +45,7 @@ pub struct Body {
     /// two bodies, and goes before all pairs that are less important.
     pub importance: f32,
     /// How far its surface is thickened, in the length unit of the scene; default 0. A point becomes a ball, a segment a
-    /// capsule. Rays do not see it.
+    /// capsule. Bodies that meet by their margins alone are [within](crate::Verdict::Within) them. Rays do not see it.
     pub margin: f64,
 }
 
@@ -125,6 +125,7 @@ pub(super) fn triangle_ids([a, b]: [&Placed; 2], [x, y]: [u32; 2]) -> Option<[u3
 /// The bodies of a scene, in slots that are used again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bodies {
+    pub scene: SceneNumber,
     slots: Vec<Option<Placed>>,
     pub facts: Vec<Facts>,
     pub spots: Vec<Spot>,
@@ -144,6 +145,8 @@ pub(super) struct Bodies {
     pub weights: Weights,
     /// Whether any body is, or was, [special](Facts::is_special).
     pub has_special: bool,
+    /// Whether any body has, or had, a motion.
+    pub has_motions: bool,
     /// Whether any body is, or was, filtered or a part of a compound.
     has_filtered: bool,
 }
@@ -161,6 +164,11 @@ struct Changing<'b> {
 const YOUTH: u64 = 64;
 
 impl Bodies {
+    /// Of a new scene.
+    pub fn new() -> Self {
+        Self { scene: SceneNumber::new(), ..Self::default() }
+    }
+
     pub fn len(&self) -> usize {
         self.len
     }
@@ -256,8 +264,9 @@ impl Bodies {
     /// A body that something will be new about in `frame`.
     fn begin_change(&mut self, id: BodyId, frame: u64) -> Result<Changing<'_>, SceneError> {
         let index = id.index();
-        let Self { slots, facts, spots, pending, changed, .. } = self;
-        let spot = spots.get_mut(index).filter(|spot| spot.generation == id.generation);
+        let Self { scene, slots, facts, spots, pending, changed, .. } = self;
+        let is_of_it = |spot: &&mut Spot| spot.generation == id.generation && id.scene.may_be(*scene);
+        let spot = spots.get_mut(index).filter(is_of_it);
         let (Some(spot), Some(Some(placed)), Some(facts)) = (spot, slots.get_mut(index), facts.get_mut(index)) else {
             return Err(SceneError::NoSuchBody { body: id });
         };
@@ -283,6 +292,7 @@ impl Bodies {
             (facts.importance, facts.filter, facts.is_part) = (body.importance, body.filter, compound.is_some());
             facts.is_special = facts.is_measured || body.margin > 0.0 || motion.is_some();
             self.has_special |= facts.is_special;
+            self.has_motions |= motion.is_some();
             self.has_filtered |= facts.is_part || facts.filter != Filter::default();
             facts.size = libm::sqrtf(libm::sqrtf(body.tree.mesh().len() as f32));
         }
@@ -356,7 +366,7 @@ impl Bodies {
     }
 
     pub fn get(&self, id: BodyId) -> Result<&Placed, SceneError> {
-        let placed = self.at(id.index).filter(|_| self.id(id.index) == id);
+        let placed = self.at(id.index).filter(|_| self.id(id.index).is(id));
         placed.ok_or(SceneError::NoSuchBody { body: id })
     }
 
@@ -423,7 +433,8 @@ impl Bodies {
     }
 
     pub fn id(&self, index: u32) -> BodyId {
-        BodyId { index, generation: self.spots.get(index as usize).map_or(0, |spot| spot.generation) }
+        let generation = self.spots.get(index as usize).map_or(0, |spot| spot.generation);
+        BodyId { index, generation, scene: self.scene }
     }
 
     pub fn iter(&self) -> impl Iterator<Item = (BodyId, &Body)> {

@@ -25,7 +25,8 @@ pub(super) struct Compounds {
 
 impl Compounds {
     fn get(&self, id: CompoundId) -> Result<&Vec<Part>, SceneError> {
-        self.parts.get(&id).ok_or(SceneError::NoSuchCompound { compound: id })
+        let found = self.parts.get_key_value(&id).filter(|(known, _)| known.is(id));
+        found.map(|(_, parts)| parts).ok_or(SceneError::NoSuchCompound { compound: id })
     }
 
     pub fn forget(&mut self, compound: Option<CompoundId>, body: BodyId) {
@@ -76,7 +77,7 @@ impl Scene {
             checks::body(ids.next().ok_or(SceneError::Full)?, body)?;
         }
         drop(ids);
-        let id = CompoundId(self.compounds.count);
+        let id = CompoundId::new(self.compounds.count, self.bodies.scene);
         let insert = |(place, body)| Ok(Part { body: self.insert_part(body, Some(id))?, place });
         let parts = parts.into_iter().map(insert).collect::<Result<_, _>>()?;
         self.compounds.parts.insert(id, parts);

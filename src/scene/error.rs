@@ -1,7 +1,7 @@
 //! Why a scene refuses something.
 
 use super::ask::PairQuestion;
-use super::id::{BodyId, CompoundId};
+use super::id::{BodyId, CompoundId, MeasureId};
 use crate::math::RayError;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use core::fmt;
@@ -19,6 +19,11 @@ pub enum SceneError {
     NoSuchCompound {
         /// The id that is not valid.
         compound: CompoundId,
+    },
+    /// The distance of these groups is not asked for any more, or by another scene.
+    NoSuchMeasure {
+        /// The id that is not valid.
+        measure: MeasureId,
     },
     /// The matrix of the pose is too far from a rotation for a relative pose of two bodies.
     NotARotation {
@@ -73,6 +78,7 @@ impl fmt::Display for SceneError {
         match self {
             Self::NoSuchBody { body } => write!(f, "{body} is not in the scene"),
             Self::NoSuchCompound { compound } => write!(f, "{compound} is not in the scene"),
+            Self::NoSuchMeasure { measure } => write!(f, "{measure} is not asked for in the scene"),
             Self::NotARotation { body, deviation } => write!(
                 f,
                 "{body}: the matrix is off a rotation by {deviation:e}, allowed is {SCENE_ROTATION_TOLERANCE:e}"

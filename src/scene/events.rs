@@ -100,7 +100,7 @@ fn older(contact: &BodyContact, phase: ContactPhase) -> BodyContact {
 /// What becomes of the contact of a pair that is in the report; `None` if it is none.
 fn listed(pair: &PairReport, before: Option<&BodyContact>) -> Option<BodyContact> {
     let phase = match pair.verdict {
-        Verdict::Intersecting { .. } => ContactPhase::Persists,
+        Verdict::Intersecting { .. } | Verdict::Within { .. } => ContactPhase::Persists,
         Verdict::Separated => ContactPhase::Ended,
         Verdict::Undecided => ContactPhase::Undecided,
     };

@@ -137,7 +137,7 @@ impl Scene {
             is_known: false,
             rest: [0; 2],
             reach: Reach::Here,
-            bodies: Arc::default(),
+            bodies: Arc::new(Bodies::new()),
             broad: Broad::default(),
             pairs: Pairs::default(),
             schedule: Schedule::new(),
@@ -194,10 +194,11 @@ impl Scene {
     /// Takes about 820 bytes a body and 890 a pair.
     pub fn reserve(&mut self, bodies: usize, pairs: usize) {
         self.bodies_mut().reserve(bodies);
-        let Self { bodies, broad, pairs: states, schedule, report, events, .. } = self;
+        let Self { bodies, broad, pairs: states, schedule, report, events, rays, .. } = self;
         broad.reserve(bodies.room());
+        rays.reserve(bodies.room());
         states.reserve(broad, pairs);
-        schedule.reserve(states.room(), report);
+        schedule.reserve(states.room(), bodies, report);
         events.reserve(states.room(), report);
     }
 
@@ -226,7 +227,7 @@ impl Scene {
     /// # Errors
     /// If it is not in it.
     pub fn remove(&mut self, id: BodyId) -> Result<Body, SceneError> {
-        let Placed { body, compound, .. } = self.bodies_mut().remove(id)?;
+        let Placed { body, compound, .. } = self.edit(|bodies| bodies.remove(id))?;
         self.compounds.forget(compound, id);
         Ok(body)
     }
@@ -263,9 +264,25 @@ impl Scene {
         if body.pose != pose || motion.is_some() {
             checks::pose(id, &pose)?;
             let frame = self.next_frame();
-            self.bodies_mut().go(id, frame, &pose)?;
+            self.edit(|bodies| bodies.go(id, frame, &pose))?;
         }
         Ok(())
+    }
+
+    /// Moves several bodies: [`Scene::set_pose`] of each, in this order, or of none.
+    ///
+    /// # Errors
+    /// If a body is not in the scene, or its pose too far from a rotation or too far out; all then stay where they were.
+    pub fn set_poses(
+        &mut self,
+        poses: impl IntoIterator<Item = (BodyId, Pose), IntoIter: Clone>,
+    ) -> Result<(), SceneError> {
+        let mut poses = poses.into_iter();
+        for (id, pose) in poses.clone() {
+            self.bodies.get(id)?;
+            checks::pose(id, &pose)?;
+        }
+        poses.try_for_each(|(id, pose)| self.set_pose(id, pose))
     }
 
     /// Gives a body another tree, of a mesh that was deformed, say.
@@ -302,7 +319,7 @@ impl Scene {
     /// If the body is not in the scene, or the importance is NaN.
     pub fn set_importance(&mut self, id: BodyId, importance: f32) -> Result<(), SceneError> {
         let importance = checks::importance(id, importance)?;
-        self.bodies_mut().set_importance(id, importance)
+        self.edit(|bodies| bodies.set_importance(id, importance))
     }
 
     /// Finds out which bodies meet, within a budget for the whole frame.
@@ -314,7 +331,13 @@ impl Scene {
     /// whole](Report::is_whole) and only time is limited, known pairs are then searched too, and both may last until thirteen
     /// sixteenths of the frame are over. Of what is left the broad phase has up to seven eighths.
     /// Under a budget of work, `B` units are for queries, as if all pairs were known, and the broad phase may do `B + 65,536`
-    /// units of its own ([`Report::broad_phase_work`]); the report is the same on any number of threads and on every machine.
+    /// units of its own ([`Report::broad_phase_work`]).
+    ///
+    /// **Lock-step.** Scenes to which the same was done, frame by frame with the same budgets, report the same bits on any number
+    /// of threads and on every machine, as long as every frame from the first on had a budget of work or none. What a frame finds
+    /// within a budget of time depends on the machine, and later frames, under whatever budget, go on from there: a scene that
+    /// had one such frame is out of step for good, and is to be made anew. Rays may be cast within any budget.
+    ///
     ///
     /// If the broad phase was cut, the report [is not whole](Report::is_whole) and says how many bodies are not placed
     /// ([`Report::unplaced`]), how many have partners that may not be known ([`Report::unpaired`]), and how many known pairs it
@@ -395,10 +418,18 @@ impl Scene {
         self.schedule.calibration = calibration;
     }
 
+    /// The bodies, to be changed in a way that is not refused: the last report may not hold any more.
     fn bodies_mut(&mut self) -> &mut Bodies {
         self.is_known = false;
         // No worker has a share of them between frames, so nothing is copied.
         Arc::make_mut(&mut self.bodies)
+    }
+
+    /// Changes the bodies. If that is refused, which leaves them as they were, the last report holds as long as before.
+    fn edit<R>(&mut self, change: impl FnOnce(&mut Bodies) -> Result<R, SceneError>) -> Result<R, SceneError> {
+        let done = change(Arc::make_mut(&mut self.bodies))?;
+        self.is_known = false;
+        Ok(done)
     }
 
     /// The frame in which a change takes effect.
@@ -409,7 +440,7 @@ impl Scene {
     /// Changes a body in a way that may change its box or its verdicts.
     fn change(&mut self, id: BodyId, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
         let frame = self.next_frame();
-        self.bodies_mut().change(id, frame, change)
+        self.edit(|bodies| bodies.change(id, frame, change))
     }
 }
 

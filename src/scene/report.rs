@@ -19,18 +19,20 @@ pub struct PairReport {
     pub b: BodyId,
     /// Whether their surfaces meet, thickened by their [margins](crate::Body::margin), in this frame.
     pub verdict: Verdict,
-    /// Intersecting pairs of triangles found; at most 1 in [`crate::Mode::Any`].
+    /// Intersecting pairs of triangles found; at most 1 in [`crate::Mode::Any`], and of bodies with margins, whose witness
+    /// counts.
     pub found: u64,
     /// Whether nothing is left to find: decided, in [`crate::Mode::Any`], and its distance or motion known, if that is asked
     /// for; in [`crate::Mode::All`], all have been found. Undecided all the same if rounding hides whether bodies with margins
     /// meet, or bodies in motion at its start.
     pub complete: bool,
-    /// Probability that the surfaces meet: 1 or 0 if that is decided, 0.5 if the pair is complete all the same. Otherwise by
+    /// Probability that the surfaces meet: 1 or 0 if that is decided, whatever else is open, 0.5 if the pair is complete all the same. Otherwise by
     /// [`crate::Query::estimate`] for a pair whose query was stopped, corrected by [`crate::Scene::calibration`], and by what is
     /// remembered and what the boxes have in common for one that had no turn, or in frames of less than 1 ms.
     pub probability: f64,
-    /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, and 0 if nothing was found;
-    /// by [`crate::Query::estimate`] for a query that was stopped, likewise.
+    /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, 0 if nothing was found, and
+    /// between them otherwise: by [`crate::Query::estimate`] for a query that was stopped, or else the share of its expected
+    /// work that is done.
     pub recall: f64,
     /// Frames since it was decided: 0 if it was in this one. A pair that never was counts from the frame before its boxes
     /// met.
@@ -118,7 +120,8 @@ pub enum ContactPhase {
 
 named!(ContactPhase { Began => "began", Persists => "persists", Undecided => "undecided", Ended => "ended" });
 
-/// A contact of two bodies: [`crate::Scene::track_contacts`].
+/// A contact of two bodies: [`crate::Scene::track_contacts`]. They touch as long as their [verdict meets](Verdict::meets),
+/// margins included.
 ///
 /// It begins and ends in frames that prove it: of a pair that is undecided nothing is told but what was proven last. So between
 /// two frames that decided it, bodies may have parted and met again unseen, and a contact shorter than that is not told.
@@ -164,8 +167,12 @@ pub struct Report {
     pub contacts: Vec<BodyContact>,
     /// How many of `pairs` are decided in this frame.
     pub decided: usize,
-    /// How many of `pairs` intersect.
+    /// How many of `pairs` are proven to intersect: [`Verdict::Intersecting`].
     pub intersecting: usize,
+    /// How many of `pairs` are proven to come within their margins: [`Verdict::Within`]. They are not among the intersecting
+    /// ones.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub within: usize,
     /// How many of `pairs` are complete.
     pub complete: usize,
     /// The largest age of a pair in `pairs`.
@@ -196,7 +203,7 @@ impl Report {
         self.distances.clear();
         self.group_distances.clear();
         self.passages.clear();
-        (self.decided, self.intersecting, self.complete) = (0, 0, 0);
+        (self.decided, self.intersecting, self.within, self.complete) = (0, 0, 0, 0);
         (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
     }
 
@@ -210,12 +217,18 @@ impl Report {
     /// Adds a pair of which nothing is left to find, and that was decided so many frames before.
     #[inline(always)]
     pub(super) fn push_complete(&mut self, [a, b]: [BodyId; 2], verdict: Verdict, found: u64, age: u64) {
-        let (is_decided, met) = (verdict != Verdict::Undecided, matches!(verdict, Verdict::Intersecting { .. }));
-        let probability = if is_decided { f64::from(u8::from(met)) } else { 0.5 };
+        let probability = if verdict == Verdict::Undecided { 0.5 } else { f64::from(u8::from(verdict.meets())) };
         self.pairs.push(PairReport { a, b, verdict, found, complete: true, probability, recall: 1.0, age });
-        self.decided += usize::from(is_decided);
-        self.intersecting += usize::from(met);
+        self.count(verdict);
         self.complete += 1;
+    }
+
+    /// Counts a pair that is decided.
+    #[inline(always)]
+    fn count(&mut self, verdict: Verdict) {
+        self.decided += usize::from(verdict != Verdict::Undecided);
+        self.intersecting += usize::from(matches!(verdict, Verdict::Intersecting { .. }));
+        self.within += usize::from(matches!(verdict, Verdict::Within { .. }));
     }
 
     /// Counts what was spent.
@@ -227,27 +240,32 @@ impl Report {
     /// Takes note of what became of a pair, and of the work and BV tests for it.
     pub(super) fn note(&mut self, place: usize, standing: Standing, spent: Spent) {
         self.spend(spent);
-        let Standing { verdict, found, complete } = standing;
+        let Standing { verdict, found, complete, recall } = standing;
         let pair = &mut self.pairs[place];
+        let is_news = verdict != Verdict::Undecided && pair.verdict == Verdict::Undecided;
         if verdict != Verdict::Undecided {
-            let met = verdict != Verdict::Separated;
-            if pair.verdict == Verdict::Undecided {
-                self.decided += 1;
-                self.intersecting += usize::from(met);
-            }
             (pair.verdict, pair.found, pair.age) = (verdict, found, 0);
-            pair.probability = f64::from(u8::from(met));
+            pair.probability = f64::from(u8::from(verdict.meets()));
         } else if complete {
             pair.probability = 0.5;
         }
         self.complete += usize::from(complete && !pair.complete);
         pair.complete |= complete;
-        pair.recall = f64::from(u8::from(pair.complete));
+        pair.recall = if pair.complete { 1.0 } else { recall };
+        if is_news {
+            self.count(verdict);
+        }
     }
 
+    /// Takes note of what is estimated of a stopped query; what is proven of the pair stays.
     pub(super) fn estimate(&mut self, place: usize, estimate: &Estimate) {
         let pair = &mut self.pairs[place];
-        (pair.probability, pair.recall) = (estimate.probability, estimate.recall);
+        if pair.verdict == Verdict::Undecided && !pair.complete {
+            pair.probability = estimate.probability;
+        }
+        if pair.found > 0 && !pair.complete && estimate.recall > 0.0 {
+            pair.recall = estimate.recall.min(1.0 - f64::EPSILON);
+        }
     }
 
     pub(super) fn finish(&mut self) {
@@ -274,14 +292,20 @@ impl Report {
         (self.unplaced, self.unpaired, self.unlisted) == (0, 0, 0)
     }
 
-    /// What it says about two bodies; `None` if they are not in [`Report::pairs`] together.
+    /// What it says about two bodies; `None` if they are not in [`Report::pairs`] together. A report is data: ids of another
+    /// scene to which the same was done name the same here.
     pub fn pair(&self, x: BodyId, y: BodyId) -> Option<&PairReport> {
         let (a, b) = if x.index() < y.index() { (x, y) } else { (y, x) };
         let at = self.pairs.binary_search_by_key(&(a.index(), b.index()), |pair| (pair.a.index(), pair.b.index()));
         self.pairs.get(at.ok()?).filter(|pair| pair.a == a && pair.b == b)
     }
 
-    /// The pairs that intersect.
+    /// The pairs that are proven to meet, thickened by their margins: those that intersect, and those that come within.
+    pub fn meeting_pairs(&self) -> impl Iterator<Item = &PairReport> {
+        self.pairs.iter().filter(|pair| pair.verdict.meets())
+    }
+
+    /// The pairs that are proven to intersect.
     pub fn intersecting_pairs(&self) -> impl Iterator<Item = &PairReport> {
         self.pairs.iter().filter(|pair| matches!(pair.verdict, Verdict::Intersecting { .. }))
     }

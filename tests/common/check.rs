@@ -54,6 +54,7 @@ pub fn assert_sound(outcome: &Outcome, pairs: &[[u32; 2]], truth: &[[u32; 2]]) {
     assert_eq!(outcome.found, pairs.len() as u64, "count of found pairs");
     match outcome.verdict {
         Verdict::Intersecting { witness } => assert!(known(&witness), "false witness {witness:?}"),
+        Verdict::Within { .. } => panic!("a query without margins"),
         Verdict::Separated => {
             assert!(truth.is_empty(), "false Separated, truth {}", truth.len());
             assert_eq!(outcome.stop, StopReason::Finished);

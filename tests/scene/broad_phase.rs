@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::anywhere;
 use crate::common::random::Random;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{
@@ -32,7 +33,7 @@ fn crowd(scenes: &mut [&mut Scene], bodies: usize, half: f64, random: &mut Rando
     let mut insert = |i: usize| {
         let make = if i % 5 == 4 { Body::fixed } else { Body::moving };
         let body = make(Arc::clone(&ball), at(half * random.vector()));
-        scenes.iter_mut().map(|scene| scene.insert(body.clone()).unwrap()).last().unwrap()
+        anywhere(scenes.iter_mut().map(|scene| scene.insert(body.clone()).unwrap()).last().unwrap())
     };
     (0..bodies).map(&mut insert).collect()
 }
@@ -52,11 +53,11 @@ fn assert_honest(scene: &Scene, truth: &Report) {
         assert_eq!(meets(pair), truth.pair(pair.a, pair.b).is_some_and(meets), "{pair:?}");
         assert_eq!(pair.age, 0);
     }
-    let known = |id| scene.partners_known(id).unwrap();
+    let known = |id| scene.partners_known(anywhere(id)).unwrap();
     for pair in truth.pairs.iter().filter(|pair| report.pair(pair.a, pair.b).is_none()) {
         let claimed = known(pair.a) && known(pair.b) && report.unlisted == 0;
         assert!(!claimed && !report.is_whole(), "{pair:?} is lost");
-        assert!(scene.certificate(pair.a, pair.b).unwrap().upper_bound >= pair.found);
+        assert!(scene.certificate(anywhere(pair.a), anywhere(pair.b)).unwrap().upper_bound >= pair.found);
     }
     let open = scene.bodies().filter(|&(id, _)| !known(id)).count();
     assert!(open <= report.unplaced + report.unpaired, "{open} bodies");

@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::common::check::{ENOUGH, run_to_end};
 use crate::distances::{ROUNDING, distance};
 use crate::world::{Group, TOLERANCE, World};
-use crate::{Model, assert_certificates, assert_sound, contacts, rays};
+use crate::{Model, assert_certificates, assert_sound, assert_witness, contacts, rays};
 use punctual::glam::DVec3;
 use punctual::{Body, BodyId, Budget, ManualClock, Mode, Motion, MotionQuery, Query, Report, SceneError, Verdict};
 
@@ -99,9 +99,11 @@ impl World {
             if self.mode == Mode::All && told.complete && is_plain {
                 assert_eq!(told.found, found.len() as u64, "{told:?}");
             }
-            if let Verdict::Intersecting { witness } = told.verdict {
-                assert!(margins > 0.0 || found.contains(&witness), "{told:?}");
+            let is_moving = pair.iter().any(|id| self.motions.contains_key(id));
+            if let (Verdict::Intersecting { witness }, false) = (told.verdict, is_moving) {
+                assert!(found.contains(&witness), "{told:?}");
             }
+            assert_witness(&self.scene, told);
         }
         self.gaps.push(gaps);
         truth
@@ -116,6 +118,11 @@ impl World {
             assert!((0.0..=1.0).contains(&pair.probability) && (0.0..=1.0).contains(&pair.recall), "{pair:?}");
             assert!(
                 !certain || pair.probability == f64::from(u8::from(pair.verdict != Verdict::Separated)),
+                "{pair:?}"
+            );
+            assert_eq!(
+                (pair.recall == 1.0, pair.recall == 0.0),
+                (pair.complete, !pair.complete && pair.found == 0),
                 "{pair:?}"
             );
             assert!(!pair.complete || certain && pair.recall == 1.0, "{pair:?}");

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::common::random::Random;
-use crate::{detect, nudged, pose, trees};
+use crate::{anywhere, detect, nudged, pose, trees};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
     Body, BodyId, Budget, CompoundId, Filter, Motion, PairPassage, Pose, Report, Scene, SceneError, Tree, shapes,
@@ -28,7 +28,7 @@ impl Twins {
                 .map(|_| Body::moving(Arc::clone(&trees[random.below(trees.len())]), pose(1.0, random)))
                 .collect();
             let filter = Filter::new(1 << group, !(1 << group));
-            let alone = |part: &Body| (single.insert(part.clone().filter(filter)).unwrap(), part.pose);
+            let alone = |part: &Body| (anywhere(single.insert(part.clone().filter(filter)).unwrap()), part.pose);
             let bodies = parts.iter().map(alone).collect();
             compounds.push((whole.insert_compound(Pose::IDENTITY, parts).unwrap(), bodies));
         }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::common::random::Random;
-use crate::{detect, nudged, pose, row, swing, trees};
+use crate::{assert_witness, detect, nudged, pose, row, swing, trees};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
     Body, BodyId, Budget, DistanceQuery, Filter, ManualClock, Mode, Pose, Report, Scene, SceneError, Tree, Verdict,
@@ -48,8 +48,9 @@ fn assert_true(scene: &Scene, gaps: &BTreeMap<[BodyId; 2], f64>, complete: bool)
     let report = scene.report();
     for (&[a, b], &gap) in gaps {
         let pair = report.pair(a, b);
+        pair.into_iter().for_each(|pair| assert_witness(scene, pair));
         match pair.map(|pair| pair.verdict) {
-            Some(Verdict::Intersecting { .. }) => assert!(gap <= ROUNDING, "{gap} {pair:?}"),
+            Some(Verdict::Intersecting { .. } | Verdict::Within { .. }) => assert!(gap <= ROUNDING, "{gap} {pair:?}"),
             Some(Verdict::Separated) => assert!(gap >= -ROUNDING, "{gap} {pair:?}"),
             Some(Verdict::Undecided) => assert!(!complete, "{gap} {pair:?}"),
             None => assert!(gap > -ROUNDING || !report.is_whole(), "{gap}"),
@@ -218,7 +219,7 @@ fn bodies_closer_than_the_tolerance_are_known_to_meet_or_not() {
         scene.measure(ids[0], ids[1], 0.1).unwrap();
         let report = scene.detect(Budget::unlimited());
         let pair = report.pair(ids[0], ids[1]).unwrap();
-        assert!(pair.complete && matches!(pair.verdict, Verdict::Intersecting { .. }) == meets, "{gap}: {pair:?}");
+        assert!(pair.complete && pair.verdict.meets() == meets, "{gap}: {pair:?}");
         assert_eq!(pair.verdict == Verdict::Separated, !meets, "{gap}: {pair:?}");
         assert!(report.distances[0].high - report.distances[0].low <= 0.1);
     }

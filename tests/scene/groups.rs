@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use crate::common::random::Random;
 use crate::distances::{LEAST_DISTANCE_WORK, ROUNDING, crowd, distance};
-use crate::{detect, nudged, pose};
+use crate::{assert_witness, detect, nudged, pose};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
     Body, BodyId, Budget, Filter, GroupDistance, ManualClock, MeasureId, Pose, Scene, SceneError, Tree, Verdict,
@@ -110,8 +110,9 @@ fn groups_are_bounded_in_every_frame() {
         }
         for pair in &report.pairs {
             let gap = apart(&scene, pair.a, pair.b, &mut workspace);
+            assert_witness(&scene, pair);
             match pair.verdict {
-                Verdict::Intersecting { .. } => assert!(gap <= ROUNDING, "{gap} {pair:?}"),
+                Verdict::Intersecting { .. } | Verdict::Within { .. } => assert!(gap <= ROUNDING, "{gap} {pair:?}"),
                 Verdict::Separated => assert!(gap > 0.0 || distance(&scene, pair.a, pair.b, &mut workspace) > 0.0),
                 Verdict::Undecided => assert!(budget != Budget::unlimited() || gap < 1e-3, "{gap} {pair:?}"),
             }
@@ -187,7 +188,7 @@ fn groups_come_and_go_with_their_bodies() {
     let mut scene = Scene::new();
     let mut insert = |x: f64| scene.insert(Body::moving(Arc::clone(&ball), at(x))).unwrap();
     let [a, b, c, d] = [0.0, 10.0, 16.0, 30.0].map(&mut insert);
-    assert_eq!(scene.measure_groups(&[a, b], &[c, b], 0.0), Err(SceneError::OneBody { body: b }));
+    assert_eq!(scene.measure_groups(&[b], &[b, b], 0.0), Err(SceneError::OneBody { body: b }));
     assert!(matches!(scene.measure_groups(&[a], &[c], f64::NAN), Err(SceneError::NotALength { .. })));
     let [first, other] = [[a, b], [b, d]].map(|group| scene.measure_groups(&group, &[c], 1e-6).unwrap());
     let lows = |scene: &mut Scene| {
@@ -200,7 +201,7 @@ fn groups_come_and_go_with_their_bodies() {
     scene.remove(b).unwrap();
     assert_eq!(lows(&mut scene), [(first, 14.0), (other, 0.0)]);
     scene.set_filter(a, Filter::new(0, 0)).unwrap();
-    scene.stop_measuring_groups(other);
+    scene.stop_measuring_groups(other).unwrap();
     assert_eq!(lows(&mut scene), [(first, f64::INFINITY)], "no two of them may meet");
     let third = scene.measure_groups(&[d], &[a], 1e-6).unwrap();
     scene.set_filter(a, Filter::default()).unwrap();
@@ -209,8 +210,9 @@ fn groups_come_and_go_with_their_bodies() {
     let new = scene.insert(Body::moving(ball, at(3.0))).unwrap();
     assert_eq!(new.index(), d.index());
     assert_eq!(lows(&mut scene), [(first, 14.0), (third, f64::INFINITY)], "another body is none of it");
-    scene.stop_measuring_groups(first);
-    scene.stop_measuring_groups(third);
+    scene.stop_measuring_groups(first).unwrap();
+    assert_eq!(scene.stop_measuring_groups(first), Err(SceneError::NoSuchMeasure { measure: first }));
+    scene.stop_measuring_groups(third).unwrap();
     assert_eq!(lows(&mut scene), []);
     assert_eq!(scene.report().pairs, []);
 }

@@ -70,7 +70,7 @@ fn nothing_meets_before_it_is_said_to() {
                 assert!(!unlimited || found.touching_at.is_some() == truth.touching_at.is_some());
                 assert!(!unlimited || found.touching_at.is_some() || found.free_until == 1.0);
                 match report.pair(a.0, b.0).unwrap().verdict {
-                    Verdict::Intersecting { .. } => assert_eq!(truth.touching_at, Some(0.0)),
+                    Verdict::Intersecting { .. } | Verdict::Within { .. } => assert_eq!(truth.touching_at, Some(0.0)),
                     Verdict::Separated => assert_ne!(truth.touching_at, Some(0.0)),
                     Verdict::Undecided => assert!(found.free_until == 0.0),
                 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::common::check;
 use crate::common::random::Random;
 use crate::common::reference::posed_triangles;
-use crate::{nudged, pose, trees};
+use crate::{anywhere, nudged, pose, trees};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
     Aabb, Body, BodyId, Budget, BuildOptions, Filter, ManualClock, Mode, Motion, Pose, Query, Reach, Report, Scene,
@@ -421,7 +421,7 @@ fn frames_in_which_nothing_changed_say_what_a_look_at_all_pairs_says() {
                     let body = Body::moving(Arc::clone(&trees[random.below(trees.len())]), pose(2.0, &mut random));
                     let [id, same] = scenes.each_mut().map(|scene| scene.insert(body.clone()).unwrap());
                     assert_eq!(id, same);
-                    ids.push(id);
+                    ids.push(anywhere(id));
                 }
                 2 if !ids.is_empty() => {
                     let id = ids.swap_remove(chosen);
@@ -468,7 +468,7 @@ fn after_a_rest_a_pair_is_as_old_as_if_it_had_been_looked_at() {
         let mut scenes = [Scene::new(), Scene::new()];
         let [ids, _] = scenes.each_mut().map(|scene| {
             scene.track_contacts();
-            [0.0, place].map(|x| scene.insert(Body::moving(Arc::clone(&ball), at(x, x, 0.0))).unwrap())
+            [0.0, place].map(|x| anywhere(scene.insert(Body::moving(Arc::clone(&ball), at(x, x, 0.0))).unwrap()))
         });
         for frame in 0..30 {
             if frame == 12 {

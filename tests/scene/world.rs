@@ -183,7 +183,7 @@ impl World {
             }
             16 | 17 if !self.groups.is_empty() => {
                 let gone = self.groups.swap_remove(random.below(self.groups.len()));
-                scene.stop_measuring_groups(gone.id);
+                scene.stop_measuring_groups(gone.id).unwrap();
             }
             18 if id != other => scene.find_contacts_of(id, other).unwrap(),
             19 if id != other => scene.stop_finding_contacts_of(id, other).unwrap(),

@@ -9,24 +9,36 @@ use std::sync::Arc;
 
 /// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct punctual_body_id {
     /// A small number that no other body now in the scene has; those of removed bodies are given out again.
     pub index: u32,
     /// Tells bodies of the same index apart.
     pub generation: u32,
+    /// Tells scenes of this process apart; no other scene takes the id for one of its own. It is no part of what the id says:
+    /// compare and store `index` and `generation`. 0: every scene takes the id for its own.
+    pub scene: u32,
 }
+
+/// As ids compare in Rust.
+impl PartialEq for punctual_body_id {
+    fn eq(&self, other: &Self) -> bool {
+        (self.index, self.generation) == (other.index, other.generation)
+    }
+}
+
+impl Eq for punctual_body_id {}
 
 impl From<BodyId> for punctual_body_id {
     fn from(id: BodyId) -> Self {
         let bits = id.to_bits();
-        Self { index: bits as u32, generation: (bits >> 32) as u32 }
+        Self { index: bits as u32, generation: (bits >> 32) as u32, scene: id.scene() }
     }
 }
 
 impl From<punctual_body_id> for BodyId {
     fn from(id: punctual_body_id) -> Self {
-        Self::from_bits(u64::from(id.generation) << 32 | u64::from(id.index))
+        Self::from_bits(u64::from(id.generation) << 32 | u64::from(id.index)).of_scene(id.scene)
     }
 }
 

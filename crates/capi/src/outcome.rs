@@ -22,8 +22,11 @@ pub enum punctual_verdict {
     Undecided = 0,
     /// Proven: the witness triangles share a point.
     Intersecting = 1,
-    /// Proven: no triangle of A shares a point with one of B.
+    /// Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes within them.
     Separated = 2,
+    /// Proven: the witness triangles are no farther apart than the margins of both bodies together. Said only of bodies of a
+    /// scene of which one has a margin. Whether some triangles share a point is not said.
+    Within = 3,
 }
 
 /// Why a query returned.
@@ -111,6 +114,7 @@ pub(crate) fn verdict(verdict: Verdict) -> (punctual_verdict, punctual_triangle_
     match verdict {
         Verdict::Undecided => (punctual_verdict::Undecided, [0; 2].into()),
         Verdict::Intersecting { witness } => (punctual_verdict::Intersecting, witness.into()),
+        Verdict::Within { witness, .. } => (punctual_verdict::Within, witness.into()),
         Verdict::Separated => (punctual_verdict::Separated, [0; 2].into()),
     }
 }

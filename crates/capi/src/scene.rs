@@ -46,13 +46,17 @@ pub struct punctual_pair_report {
     /// Whether nothing is left to find. Undecided all the same if rounding hides whether bodies with margins meet, or bodies in
     /// motion at its start.
     pub complete: bool,
-    /// If they meet, two triangles that do; else zeros.
+    /// If they meet, two triangles that do; if they come within their margins, two that do; else zeros.
     pub witness: punctual_triangle_pair,
-    /// Intersecting pairs of triangles found; at most 1 for MODE_ANY.
+    /// How far apart the witness is at most, in the length unit of the scene, margins not subtracted: 0 if they intersect, above
+    /// 0 and no more than the margins if they come within them, and infinite without a witness.
+    pub witness_distance: f64,
+    /// Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with margins, whose witness counts.
     pub found: u64,
     /// Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is complete all the same.
     pub probability: f64,
-    /// Expected share of the intersecting pairs of triangles that was found, 0 to 1; 1 if complete.
+    /// Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if nothing was found, and between
+    /// them otherwise.
     pub recall: f64,
     /// Frames since it was decided: 0 if it was in this one.
     pub age: u64,
@@ -62,9 +66,11 @@ grows!(punctual_pair_report: witness..age);
 
 impl From<&PairReport> for punctual_pair_report {
     fn from(pair: &PairReport) -> Self {
+        let witness_distance = pair.verdict.witness_distance().unwrap_or(f64::INFINITY);
         let (verdict, witness) = verdict(pair.verdict);
         let PairReport { found, complete, probability, recall, age, .. } = *pair;
-        Self { a: pair.a.into(), b: pair.b.into(), verdict, complete, witness, found, probability, recall, age }
+        let [a, b] = [pair.a, pair.b].map(Into::into);
+        Self { a, b, verdict, complete, witness, witness_distance, found, probability, recall, age }
     }
 }
 
@@ -81,8 +87,10 @@ pub struct punctual_report {
     pub pair_count: usize,
     /// How many of them are decided in this frame; the others are undecided.
     pub decided: usize,
-    /// How many of them intersect.
+    /// How many of them are proven to intersect.
     pub intersecting: usize,
+    /// How many of them are proven to come within their margins; not among the intersecting ones.
+    pub within: usize,
     /// How many of them are complete.
     pub complete: usize,
     /// The largest age of a pair.
@@ -115,6 +123,7 @@ impl From<&Report> for punctual_report {
             pair_count: report.pairs.len(),
             decided: report.decided,
             intersecting: report.intersecting,
+            within: report.within,
             complete: report.complete,
             worst_age: report.worst_age,
             unplaced: report.unplaced,

@@ -370,7 +370,7 @@ impl From<&PairPassage> for punctual_pair_passage {
 
 impl From<Option<BodyHit>> for punctual_body_hit {
     fn from(hit: Option<BodyHit>) -> Self {
-        let nobody = punctual_body_id { index: 0, generation: 0 };
+        let nobody = punctual_body_id::default();
         Self { body: hit.map_or(nobody, |hit| hit.body.into()), on_body: hit.map(|hit| hit.on_body).into() }
     }
 }

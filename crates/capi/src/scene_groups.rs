@@ -187,7 +187,9 @@ pub extern "C" fn punctual_scene_remove_compound(scene: Option<&mut punctual_sce
 /// Asks for the least distance between two groups of bodies in every frame from now on; margins count, and pairs that may not
 /// meet by their filters do not. No pair is asked about that is farther apart than the closest less the tolerance, a length.
 ///
-/// Fails with BAD_ARGUMENT if a body is in both groups, or the tolerance not from 0 to 2^1000.
+/// Both groups may have bodies in common, or be one: a body has no distance from itself.
+///
+/// Fails with BAD_ARGUMENT if both are one and the same body, or the tolerance not from 0 to 2^1000.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_scene_measure_groups(
     scene: Option<&mut punctual_scene>,
@@ -209,14 +211,13 @@ pub unsafe extern "C" fn punctual_scene_measure_groups(
     })
 }
 
-/// Asks for the distance of two groups no more. Nothing changes if it was not asked for.
+/// Asks for the distance of two groups no more.
+///
+/// Fails with BAD_ARGUMENT if it is not asked for.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_scene_stop_measuring_groups(scene: Option<&mut punctual_scene>, id: u64) -> punctual_status {
     door("punctual_scene_stop_measuring_groups", || {
-        punctual_scene::change(scene, |scene| {
-            scene.stop_measuring_groups(MeasureId::from_bits(id));
-            Ok(())
-        })
+        punctual_scene::change(scene, |scene| Ok(scene.stop_measuring_groups(MeasureId::from_bits(id))?))
     })
 }
 
@@ -317,7 +318,7 @@ pub extern "C" fn punctual_scene_set_question_importance(
 impl From<&GroupDistance> for punctual_group_distance {
     fn from(found: &GroupDistance) -> Self {
         let GroupDistance { id, low, high, bodies, triangles, open, .. } = *found;
-        let nobody = punctual_body_id { index: 0, generation: 0 };
+        let nobody = punctual_body_id::default();
         let names = bodies.map_or([nobody; 2], |pair| pair.map(Into::into));
         let triangles = triangles.unwrap_or_default().into();
         Self { id: id.to_bits(), low, high, has_bodies: bodies.is_some(), bodies: names, triangles, open }

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use punctual::{Budget, BuildOptions, CostModel, Mode, Order, Pose, Query, Tree, Verdict};
+use punctual::{Budget, BuildOptions, CostModel, Mode, Order, Pose, Query, Tree};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
@@ -164,11 +164,7 @@ fn print_rows(out: &mut impl Write, rows: &[Option<Row>], mode: ModeName) -> std
             writeln!(out, "{i},invalid,-1,0,0,error,,0,0,,,,,,,")?;
             continue;
         };
-        let (hit, verdict) = match outcome.verdict {
-            Verdict::Intersecting { .. } => (1, "intersecting"),
-            Verdict::Separated => (0, "separated"),
-            Verdict::Undecided => (0, "undecided"),
-        };
+        let (hit, verdict) = (u8::from(outcome.verdict.meets()), outcome.verdict.name());
         let pairs = match mode {
             ModeName::Any => -1,
             ModeName::All => i64::try_from(outcome.found).unwrap_or(i64::MAX),

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::ArgGroup;
-use punctual::{Budget, Mode, PairReport, Verdict};
+use punctual::{Budget, Mode, PairReport};
 use punctual_lab::report::{self, Failure};
 use punctual_view::{Frame, Known, Shown, View};
 
@@ -144,12 +144,8 @@ impl Args {
 }
 
 fn write_pair(out: &mut impl Write, frame: usize, pair: &PairReport) -> std::io::Result<()> {
-    let verdict = match pair.verdict {
-        Verdict::Intersecting { .. } => "intersecting",
-        Verdict::Separated => "separated",
-        Verdict::Undecided => "undecided",
-    };
-    let PairReport { a, b, probability, age, .. } = pair;
+    let PairReport { a, b, verdict, probability, age, .. } = pair;
+    let verdict = verdict.name();
     writeln!(out, "{frame},{},{},{verdict},{probability:.4},{age}", a.index(), b.index())
 }
 

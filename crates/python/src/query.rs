@@ -129,23 +129,16 @@ fn estimate(
 /// The verdict as a number for arrays.
 pub fn code(verdict: Verdict) -> i8 {
     match verdict {
+        Verdict::Within { .. } => 2,
         Verdict::Intersecting { .. } => 1,
         Verdict::Separated => 0,
         Verdict::Undecided => -1,
     }
 }
 
-/// Two triangles that meet.
-pub fn witness(verdict: Verdict) -> Option<[u32; 2]> {
-    match verdict {
-        Verdict::Intersecting { witness } => Some(witness),
-        _ => None,
-    }
-}
-
 /// The probability that surfaces meet for which the verdict is known.
 pub fn certainty(verdict: Verdict) -> f64 {
-    if matches!(verdict, Verdict::Intersecting { .. }) { 1.0 } else { 0.0 }
+    if verdict.meets() { 1.0 } else { 0.0 }
 }
 
 #[pymethods]
@@ -153,17 +146,13 @@ impl Collision {
     /// "intersecting" and "separated" are proven; "undecided": the budget ended first.
     #[getter]
     fn verdict(&self) -> &'static str {
-        match self.outcome.verdict {
-            Verdict::Intersecting { .. } => "intersecting",
-            Verdict::Separated => "separated",
-            Verdict::Undecided => "undecided",
-        }
+        self.outcome.verdict.name()
     }
 
     /// Two triangles, of A and of B, that meet; None if none was found.
     #[getter]
     fn witness(&self) -> Option<(u32, u32)> {
-        witness(self.outcome.verdict).map(Into::into)
+        self.outcome.verdict.witness().map(Into::into)
     }
 
     /// The intersecting pairs found, (N, 2): triangle of A, triangle of B. All of them if mode is "all" and the query
@@ -224,9 +213,8 @@ impl Collision {
 
     fn __bool__(&self) -> PyResult<bool> {
         match self.outcome.verdict {
-            Verdict::Intersecting { .. } => Ok(true),
-            Verdict::Separated => Ok(false),
             Verdict::Undecided => Err(undecided("the surfaces meet", self.outcome.stop)),
+            verdict => Ok(verdict.meets()),
         }
     }
 

@@ -5,7 +5,7 @@ use crate::batch::{each, workers};
 use crate::errors::resume_error;
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
-use crate::query::{ModeName, QueryOptions, certainty, code, is_stopped, spend, witness};
+use crate::query::{ModeName, QueryOptions, certainty, code, is_stopped, spend};
 use crate::tree::Tree;
 use numpy::{PyArray1, PyArray2};
 use punctual::Verdict;
@@ -59,7 +59,7 @@ impl CollisionBatch {
         }));
         Ok(Self {
             verdict: column(py, rows.iter().map(|row| code(row.verdict)).collect()).unbind(),
-            witness: table(py, rows.iter().map(|row| witness(row.verdict).unwrap_or_default()))?.unbind(),
+            witness: table(py, rows.iter().map(|row| row.verdict.witness().unwrap_or_default()))?.unbind(),
             found: counts(|row| row.pairs.len() as u64),
             pairs: table(py, rows.iter().flat_map(|row| row.pairs.iter().copied()))?.unbind(),
             offsets: column(py, offsets).unbind(),

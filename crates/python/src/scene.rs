@@ -5,7 +5,7 @@ use crate::batch::check_threads;
 use crate::errors::value_error;
 use crate::limit::Limit;
 use crate::motion::path;
-use crate::query::{ModeName, code, witness};
+use crate::query::{ModeName, code};
 use crate::rays::{not_nan, ray_mode};
 use crate::scene_cast::BodyHits;
 use crate::scene_contacts::ContactPoints;
@@ -23,7 +23,8 @@ use std::sync::Arc;
 /// Bodies that move, and the question which of them meet, asked again every frame within a budget for all of them.
 ///
 /// mode: "any" intersection of each pair, or the number of "all". threads: how many share the queries of a frame; answers
-/// under a budget of work, or none, are the same on any number of them. Bodies are named by integers.
+/// under a budget of work, or none, are the same on any number of them. Bodies are named by integers, which are the same in
+/// all scenes to which the same was done: a scene cannot tell a name of another one from its own.
 ///
 /// Raises ValueError for no threads, and OSError if the system has no more.
 #[pyclass(module = "punctual3d")]
@@ -34,10 +35,14 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The scene, of which the last report does not hold any more.
-    fn changed(&mut self) -> &mut punctual::Scene {
+    /// Changes the scene, so that the last report does not hold any more; unless that is refused.
+    fn change<R>(
+        &mut self,
+        change: impl FnOnce(&mut punctual::Scene) -> Result<R, punctual::SceneError>,
+    ) -> PyResult<R> {
+        let done = change(&mut self.scene).map_err(scene_error)?;
         self.is_current = false;
-        &mut self.scene
+        Ok(done)
     }
 }
 
@@ -49,10 +54,15 @@ pub struct Report {
     frame: u64,
     /// (N, 2) uint64: the two bodies.
     bodies: Py<PyArray2<u64>>,
-    /// (N,) int8: 1 they meet, 0 they do not, both proven; -1 undecided.
+    /// (N,) int8: 1 they intersect, 2 they come within their margins (whether they intersect is not said), 0 neither, all
+    /// proven; -1 undecided. They meet where it is above 0.
     verdict: Py<PyArray1<i8>>,
-    /// (N, 2) uint32: triangles of the two bodies that meet; zeros where verdict is not 1.
+    /// (N, 2) uint32: triangles of the two bodies that intersect, or come within the margins; zeros where verdict is not
+    /// above 0.
     witness: Py<PyArray2<u32>>,
+    /// (N,) float64: how far apart the witness is at most, margins not subtracted: 0 where verdict is 1, above 0 where it is
+    /// 2, infinite elsewhere.
+    witness_distance: Py<PyArray1<f64>>,
     /// (N,) uint64: intersecting pairs of triangles found.
     found: Py<PyArray1<u64>>,
     /// (N,) float64: probability that they meet.
@@ -85,12 +95,14 @@ pub struct Report {
 impl Report {
     fn new(py: Python<'_>, report: &punctual::Report) -> PyResult<Self> {
         let pairs = &report.pairs;
+        let distance = |pair: &PairReport| pair.verdict.witness_distance().unwrap_or(f64::INFINITY);
         let counts = |count: fn(&PairReport) -> u64| column(py, pairs.iter().map(count).collect()).unbind();
         Ok(Self {
             frame: report.frame,
             bodies: names(py, pairs.iter().map(|pair| [pair.a, pair.b]))?,
             verdict: column(py, pairs.iter().map(|pair| code(pair.verdict)).collect()).unbind(),
-            witness: table(py, pairs.iter().map(|pair| witness(pair.verdict).unwrap_or_default()))?.unbind(),
+            witness: table(py, pairs.iter().map(|pair| pair.verdict.witness().unwrap_or_default()))?.unbind(),
+            witness_distance: column(py, pairs.iter().map(distance).collect()).unbind(),
             found: counts(|pair| pair.found),
             probability: column(py, pairs.iter().map(|pair| pair.probability).collect()).unbind(),
             age: counts(|pair| pair.age),
@@ -112,12 +124,12 @@ fn ids(bodies: &[u64]) -> Vec<BodyId> {
     bodies.iter().map(|&body| BodyId::from_bits(body)).collect()
 }
 
-/// A body or a compound that is not in the scene is a missing key.
+/// A body, a compound or a measure that is not in the scene is a missing key.
 fn scene_error(error: punctual::SceneError) -> PyErr {
     match error {
-        punctual::SceneError::NoSuchBody { .. } | punctual::SceneError::NoSuchCompound { .. } => {
-            PyKeyError::new_err(error.to_string())
-        }
+        punctual::SceneError::NoSuchBody { .. }
+        | punctual::SceneError::NoSuchCompound { .. }
+        | punctual::SceneError::NoSuchMeasure { .. } => PyKeyError::new_err(error.to_string()),
         _ => value_error(error),
     }
 }
@@ -159,45 +171,39 @@ impl Scene {
         let (tree, Transform(pose)) = (Arc::clone(&tree.arc), T.unwrap_or_default());
         let body = if fixed { Body::fixed(tree, pose) } else { Body::moving(tree, pose) };
         let body = body.filter(Filter::new(groups, mask)).importance(importance).margin(margin);
-        self.changed().insert(body).map(BodyId::to_bits).map_err(scene_error)
+        self.change(|scene| scene.insert(body)).map(BodyId::to_bits)
     }
 
     /// Takes a body out of the scene. Raises KeyError if it is not in it, as all that name one.
     fn remove(&mut self, body: u64) -> PyResult<()> {
-        self.changed().remove(BodyId::from_bits(body)).map(drop).map_err(scene_error)
+        self.change(|scene| scene.remove(BodyId::from_bits(body))).map(drop)
     }
 
     /// Moves a body, which rests there.
     #[expect(non_snake_case, reason = "the name of the Python argument")]
     fn set_pose(&mut self, body: u64, T: Transform) -> PyResult<()> {
-        self.changed().set_pose(BodyId::from_bits(body), T.0).map_err(scene_error)
+        self.change(|scene| scene.set_pose(BodyId::from_bits(body), T.0))
     }
 
-    /// Moves bodies: N names and (N, 4, 4) matrices. Raises ValueError with the row of a matrix that is not rigid,
-    /// before any body is moved.
+    /// Moves bodies: N names and (N, 4, 4) matrices, or none of them: raises ValueError with the row of a matrix that is not
+    /// rigid, and KeyError for a body that is not in the scene.
     fn set_poses(&mut self, bodies: Vec<u64>, poses: Transforms) -> PyResult<()> {
         let Transforms(poses) = poses;
         if bodies.len() != poses.len() {
             return Err(value_error(format_args!("{} bodies, but {} poses", bodies.len(), poses.len())));
         }
-        for &body in &bodies {
-            self.scene.body(BodyId::from_bits(body)).map_err(scene_error)?;
-        }
-        bodies
-            .into_iter()
-            .zip(poses)
-            .try_for_each(|(body, pose)| self.changed().set_pose(BodyId::from_bits(body), pose).map_err(scene_error))
+        self.change(|scene| scene.set_poses(ids(&bodies).into_iter().zip(poses)))
     }
 
     /// Gives a body another tree.
     fn set_tree(&mut self, body: u64, tree: PyRef<'_, Tree>) -> PyResult<()> {
-        self.changed().set_tree(BodyId::from_bits(body), Arc::clone(&tree.arc)).map_err(scene_error)
+        self.change(|scene| scene.set_tree(BodyId::from_bits(body), Arc::clone(&tree.arc)))
     }
 
-    /// Thickens a body by a margin, a length: bodies meet when they come within the sum of theirs. Then the witness is
-    /// the closest pair of triangles that was found. Raises ValueError for a margin that is not from 0 to 2^1000.
+    /// Thickens a body by a margin, a length: bodies meet when they come within the sum of theirs. Then the verdict is 2,
+    /// unless triangles were found that intersect, and the witness is the closest pair of triangles that was found. Raises ValueError for a margin that is not from 0 to 2^1000.
     fn set_margin(&mut self, body: u64, margin: f64) -> PyResult<()> {
-        self.changed().set_margin(BodyId::from_bits(body), margin).map_err(scene_error)
+        self.change(|scene| scene.set_margin(BodyId::from_bits(body), margin))
     }
 
     /// From the next frame on `Report.contacts` tells which pairs of bodies begin to touch, go on, and part.
@@ -240,7 +246,7 @@ impl Scene {
         point: Option<[f64; 3]>,
     ) -> PyResult<()> {
         let motion = path(T, to, [velocity, turn, point])?;
-        self.changed().set_motion(BodyId::from_bits(body), motion).map_err(scene_error)
+        self.change(|scene| scene.set_motion(BodyId::from_bits(body), motion))
     }
 
     /// Puts bodies into the scene as the parts of one compound, which move as one and never meet each other; returns the
@@ -262,7 +268,7 @@ impl Scene {
             Body::moving(Arc::clone(&tree.arc), *place).margin(margin)
         };
         let Transform(pose) = T.unwrap_or_default();
-        self.changed().insert_compound(pose, parts.iter().map(body)).map(CompoundId::to_bits).map_err(scene_error)
+        self.change(|scene| scene.insert_compound(pose, parts.iter().map(body))).map(CompoundId::to_bits)
     }
 
     /// The names of the parts of a compound. Raises KeyError if it is not in the scene, as all that name one.
@@ -280,7 +286,7 @@ impl Scene {
     /// Moves all parts of a compound.
     #[expect(non_snake_case, reason = "the name of the Python argument")]
     fn set_compound_pose(&mut self, compound: u64, T: Transform) -> PyResult<()> {
-        self.changed().set_compound_pose(CompoundId::from_bits(compound), T.0).map_err(scene_error)
+        self.change(|scene| scene.set_compound_pose(CompoundId::from_bits(compound), T.0))
     }
 
     /// Gives all parts of a compound one motion, about one axis; arguments as of `set_motion`.
@@ -296,25 +302,28 @@ impl Scene {
         point: Option<[f64; 3]>,
     ) -> PyResult<()> {
         let motion = path(T, to, [velocity, turn, point])?;
-        self.changed().set_compound_motion(CompoundId::from_bits(compound), motion).map_err(scene_error)
+        self.change(|scene| scene.set_compound_motion(CompoundId::from_bits(compound), motion))
     }
 
     /// Takes a compound out of the scene, with all of its parts.
     fn remove_compound(&mut self, compound: u64) -> PyResult<()> {
-        self.changed().remove_compound(CompoundId::from_bits(compound)).map_err(scene_error)
+        self.change(|scene| scene.remove_compound(CompoundId::from_bits(compound)))
     }
 
     /// Asks for the least distance between two groups of bodies in every frame from now on (`Report.group_distances`):
     /// a robot and what stands around it, say. Returns a name for it. Margins count. tolerance: a length.
     ///
-    /// Raises ValueError for a body in both groups, and a tolerance that is not from 0 to 2^1000.
+    /// Both groups may have bodies in common, or be one: the distance within a robot, of all its pairs that may meet. A body
+    /// has no distance from itself.
+    ///
+    /// Raises ValueError if both groups are one and the same body, and for a tolerance that is not from 0 to 2^1000.
     fn measure_groups(&mut self, x: Vec<u64>, y: Vec<u64>, tolerance: f64) -> PyResult<u64> {
         self.scene.measure_groups(&ids(&x), &ids(&y), tolerance).map(MeasureId::to_bits).map_err(scene_error)
     }
 
-    /// Asks for the distance of two groups no more.
-    fn stop_measuring_groups(&mut self, measure: u64) {
-        self.scene.stop_measuring_groups(MeasureId::from_bits(measure));
+    /// Asks for the distance of two groups no more. Raises KeyError if it is not asked for.
+    fn stop_measuring_groups(&mut self, measure: u64) -> PyResult<()> {
+        self.scene.stop_measuring_groups(MeasureId::from_bits(measure)).map_err(scene_error)
     }
 
     /// Finds where bodies touch from the next frame on (`contact_points`): of all pairs that meet, or of two bodies.

@@ -146,6 +146,56 @@ def test_distances_are_those_of_single_queries(ball, ring):
     assert len(scene.step().distances) == 0
 
 
+def test_within_margins_is_another_word(ball):
+    scene = punctual.Scene()
+    a, b = scene.insert(ball, margin=0.1), scene.insert(ball, placed(2.05))
+    report = scene.step()
+    assert (report.verdict.tolist(), report.probability.tolist(), report.found.tolist()) == ([2], [1.0], [1])
+    at = [ball.vertices[ball.faces[triangle]] for triangle in report.witness[0]]
+    alone = punctual.distance(*(punctual.Tree(corners, [[0, 1, 2]]) for corners in at), placed(2.05))
+    assert report.witness_distance[0] == pytest.approx(alone.high, rel=1e-9) and 0.0 < alone.high <= 0.1
+    scene.set_pose(b, placed(1.5))
+    report = scene.step()
+    assert report.verdict[0] > 0 and (report.verdict[0] == 1) == (report.witness_distance[0] == 0.0)
+    scene.set_margin(a, 0.0)
+    report = scene.step()
+    assert (report.verdict.tolist(), report.witness_distance.tolist()) == ([1], [0.0])
+    scene.set_pose(b, placed(2.05))
+    report = scene.step()
+    assert (report.verdict.tolist(), report.witness_distance.tolist()) in (([0], [np.inf]), ([], []))
+
+
+def test_the_distance_within_a_group(ball):
+    scene = punctual.Scene()
+    links = [scene.insert(ball, placed(x)) for x in (0.0, 3.0, 7.0)]
+    scene.measure_groups(links, links, 1e-3)
+    found = scene.step().group_distances
+    assert found.bodies == [(links[0], links[1])] and 0.99 < found.low[0] <= found.high[0] < 1.01
+    with pytest.raises(ValueError, match="no distance from itself"):
+        scene.measure_groups(links[:1], links[:1], 1e-3)
+    with pytest.raises(KeyError, match="measure 7 is not asked for"):
+        scene.stop_measuring_groups(7)
+
+
+def test_a_refused_call_leaves_the_last_report(ball):
+    scene = punctual.Scene()
+    a, b = scene.insert(ball), scene.insert(ball, placed(1.0))
+    scene.step()
+    far = placed(2.0**995)
+    for call in (
+        lambda: scene.remove(99),
+        lambda: scene.set_pose(99, np.eye(4)),
+        lambda: scene.set_poses([a, 99], [placed(5.0), placed(6.0)]),
+        lambda: scene.set_poses([a, b], [placed(5.0), far]),
+        lambda: scene.insert(ball, far),
+        lambda: scene.set_margin(a, -1.0),
+    ):
+        with pytest.raises((KeyError, ValueError)):
+            call()
+    scene.view()
+    assert scene.step().verdict.tolist() == [1]
+
+
 def test_passages_are_those_of_single_queries(ball, ring):
     starts, ends = random_poses(20, 4.0, seed=5), random_poses(20, 4.0, seed=6)
     random = np.random.default_rng(7)

@@ -100,12 +100,7 @@ impl Stepwise for Steps<'_> {
         let narrowed = self.query.narrowed_certificate(&self.workspace, &mut self.aside, aside(&outcome.stats))?;
         let estimate = self.query.estimate(&self.workspace, None)?;
         let (boxes, open, remark) = stage.open_boxes(&narrowed);
-        let verdict = match outcome.verdict {
-            Verdict::Intersecting { .. } => "intersecting",
-            Verdict::Separated => "separated",
-            Verdict::Undecided => "undecided",
-        };
-        let (mut facts, mut remarks) = (vec![fact("Verdict", verdict)], Vec::from_iter(remark));
+        let (mut facts, mut remarks) = (vec![fact("Verdict", outcome.verdict.name())], Vec::from_iter(remark));
         if outcome.verdict == Verdict::Undecided {
             facts.push(fact("Probability to meet", percent(estimate.probability)));
         }

@@ -61,14 +61,16 @@ impl Known {
         (self.unlisted, self.unpaired) == (0, 0)
     }
 
-    /// The pairs that are known to meet and those of which it is not known, by the places of their bodies.
-    fn meeting_and_open(&self, places: &HashMap<usize, usize>) -> [Vec<[usize; 2]>; 2] {
-        let mut pairs = [Vec::new(), Vec::new()];
+    /// The pairs that intersect, those within their margins, and those of which it is not known, by the places of their
+    /// bodies.
+    fn told(&self, places: &HashMap<usize, usize>) -> [Vec<[usize; 2]>; 3] {
+        let mut pairs = [const { Vec::new() }; 3];
         for ([a, b], verdict) in &self.pairs {
             let (Some(&a), Some(&b)) = (places.get(a), places.get(b)) else { continue };
             match verdict {
                 Verdict::Intersecting { .. } => pairs[0].push([a, b]),
-                Verdict::Undecided => pairs[1].push([a, b]),
+                Verdict::Within { .. } => pairs[1].push([a, b]),
+                Verdict::Undecided => pairs[2].push([a, b]),
                 Verdict::Separated => {}
             }
         }
@@ -103,14 +105,15 @@ pub fn scene(title: String, bodies: &[Shown], frames: &[Frame]) -> View {
     let places: HashMap<usize, usize> = bodies.iter().enumerate().map(|(place, shown)| (shown.index, place)).collect();
     let [drawn, listed] = [0; 2].map(|_| stage.arrays.add());
     let steps = frames.iter().map(|frame| {
-        let [meeting, open] = frame.known.meeting_and_open(&places);
-        let layers = layers(bodies, frame.known.is_whole(), &meeting, &open);
+        let [intersecting, within, open] = frame.known.told(&places);
+        let layers = layers(bodies, frame.known.is_whole(), [&open, &within, &intersecting]);
+        let meeting = [intersecting, within].concat();
         let draw = |i: usize| {
             let pose = stage.pose(meshes[i], &frame.poses[i]);
             stage.whole(layers[i], [meshes[i], pose])
         };
         let surfaces: Vec<_> = (0..bodies.len()).map(draw).collect();
-        let met = (0..bodies.len()).filter(|&i| layers[i] == "b");
+        let met = (0..bodies.len()).filter(|&i| ["b", "within"].contains(&layers[i]));
         let around = met.fold(Aabb::EMPTY, |around, i| around.union(&lying(frame, i)));
         let long = NORMAL * stage.radius();
         let normals = frame.contacts.iter().map(|&[point, normal]| [point, point + long * normal]);
@@ -127,11 +130,13 @@ pub fn scene(title: String, bodies: &[Shown], frames: &[Frame]) -> View {
         json!({ "name": name, "facts": facts, "surfaces": surfaces, "lines": lines, "pairs": pairs, "focus": focus })
     });
     let steps = steps.collect();
+    let has_margins = bodies.iter().any(|shown| shown.body.margin > 0.0);
     let has_open =
         frames.iter().flat_map(|frame| &frame.known.pairs).any(|(_, verdict)| *verdict == Verdict::Undecided);
     let key = [
         ("a", "meets no other: proven", true),
         ("b", "meets another: proven", true),
+        ("within", "within the margins of another: proven", has_margins),
         ("doubt", "not known", true),
         ("fixed", "fixed bodies", true),
         ("open", "lines between bodies of which it is not known", has_open),
@@ -151,11 +156,13 @@ fn guess_up(bodies: &[Shown], frames: &[Frame]) -> Guess {
 }
 
 /// The layer of each body: what is known of all its pairs together.
-fn layers(bodies: &[Shown], is_whole: bool, meeting: &[[usize; 2]], open: &[[usize; 2]]) -> Vec<&'static str> {
+fn layers(bodies: &[Shown], is_whole: bool, pairs: [&[[usize; 2]]; 3]) -> Vec<&'static str> {
     let alone = if is_whole { "a" } else { "doubt" };
     let mut layers = vec![alone; bodies.len()];
-    open.iter().flatten().for_each(|&i| layers[i] = "doubt");
-    meeting.iter().flatten().for_each(|&i| layers[i] = "b");
+    // What is told of one pair hides what is told of another by those before.
+    for (layer, pairs) in ["doubt", "within", "b"].into_iter().zip(pairs) {
+        pairs.iter().flatten().for_each(|&i| layers[i] = layer);
+    }
     let fixed = (0..bodies.len()).filter(|&i| bodies[i].body.kind == BodyKind::Fixed);
     fixed.for_each(|i| layers[i] = "fixed");
     layers

@@ -280,6 +280,7 @@ fn start(
     );
     let witness = [outcome.witness.a, outcome.witness.b];
     match outcome.verdict {
+        punctual_verdict::Within => panic!("a query without margins"),
         punctual_verdict::Intersecting => assert!(truth.binary_search(&witness).is_ok(), "a false witness"),
         punctual_verdict::Separated => assert!(truth.is_empty() && witness == [0; 2], "they meet"),
         punctual_verdict::Undecided => assert!(!unlimited && outcome.found == 0),
@@ -317,7 +318,7 @@ fn left(world: &World, desk: usize, bytes: &mut Unstructured) -> Result<()> {
         let run = run.expect("the call took it");
         assert!((0.0..=1.0).contains(&said.probability) && (0.0..=1.0).contains(&said.recall), "{said:?}");
         match run.outcome.verdict {
-            punctual_verdict::Intersecting => assert_eq!(said.probability, 1.0),
+            punctual_verdict::Intersecting | punctual_verdict::Within => assert_eq!(said.probability, 1.0),
             punctual_verdict::Separated => assert_eq!(said.probability, 0.0),
             punctual_verdict::Undecided => {}
         }

@@ -289,6 +289,7 @@ impl Stage {
         let witness = [pair.witness.a, pair.witness.b];
         match pair.verdict {
             punctual_verdict::Intersecting => assert!(truth.binary_search(&witness).is_ok(), "a false witness"),
+            punctual_verdict::Within => assert!(x.margin > 0.0 || y.margin > 0.0, "within no margins"),
             punctual_verdict::Separated => assert!(truth.is_empty() && witness == [0; 2], "they meet"),
             punctual_verdict::Undecided => assert!(!unlimited, "undecided"),
         }

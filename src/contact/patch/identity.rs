@@ -36,6 +36,16 @@ impl PatchMemory {
         self.known.clear();
         self.ids.clear();
     }
+
+    /// The next id that is given out.
+    pub fn next(&self) -> u64 {
+        self.next
+    }
+
+    /// Gives out ids from this one on.
+    pub fn begin_at(&mut self, next: u64) {
+        self.next = next;
+    }
 }
 
 /// A triangle of a patch, and how many contacts it has there.

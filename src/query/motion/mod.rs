@@ -212,6 +212,11 @@ impl<'t> MotionQuery<'t> {
         self.spend(&self.course(), workspace, memory, deadline)
     }
 
+    /// Proven by the run in the workspace: the triangles that meet first are no farther apart then. 0 only if they intersect.
+    pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
+        workspace.motion.contact().map_or(f64::INFINITY, |contact| contact.distance)
+    }
+
     /// Whether the workspace holds a stopped run of this query.
     pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         workspace.run.holds_stopped(&self.key()).is_ok() && workspace.motion.options == Some(self.options)

@@ -49,6 +49,8 @@ pub(super) const MOMENTS: [f64; 4] = [0.0, 1.0, 1.0 / 2.0, 1.0 / 16.0];
 pub(crate) struct Contact {
     pub time: f64,
     pub pair: [u32; 2],
+    /// Proven: these are no farther apart then. 0 only if they intersect.
+    pub distance: f64,
 }
 
 /// What is known of a motion, times from 0 to 1.

@@ -318,9 +318,9 @@ impl Traversal<'_, '_, Sweep<'_>> {
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST + if *margin > 0.0 { WORK_PER_CLOSEST_POINTS } else { 0 };
         let time = from + longest * MOMENTS[moment];
-        if meet(a, &placed(course, of_b, time), *margin) {
+        if let Some(distance) = meet(a, &placed(course, of_b, time), *margin) {
             state.pass(from);
-            state.touch(Contact { time, pair });
+            state.touch(Contact { time, pair, distance });
             self.question.update(&self.workspace.motion);
             return None;
         }
@@ -357,9 +357,12 @@ fn placed(course: &Course, corners: &[DVec3; 3], time: f64) -> [DVec3; 3] {
     corners.map(|corner| pose.transform_point(corner))
 }
 
-/// Whether two triangles, thickened by a margin together, meet.
-fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> bool {
-    triangles_intersect(a, b) || margin > 0.0 && closest(a, b).high <= margin
+/// If two triangles meet, thickened by a margin together: how far apart they are at most, and 0 only if they intersect.
+fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> Option<f64> {
+    if triangles_intersect(a, b) {
+        return Some(0.0);
+    }
+    (margin > 0.0).then(|| closest(a, b).high).filter(|&distance| distance <= margin)
 }
 
 /// Where the children of an opened pair go. If they are alike, all have the first key of the table.

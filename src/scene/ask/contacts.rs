@@ -96,7 +96,9 @@ impl Scene {
     /// If a body is not in the scene, or both are the same.
     pub fn stop_finding_contacts_of(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
-        self.bodies_mut().contact_requests.chosen.remove(&key);
+        if self.bodies.contact_requests.chosen.contains(&key) {
+            self.bodies_mut().contact_requests.chosen.remove(&key);
+        }
         Ok(())
     }
 

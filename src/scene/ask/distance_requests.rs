@@ -1,6 +1,7 @@
 //! The pairs of bodies whose distances are asked for, by themselves or as pairs of two groups.
 
-use crate::scene::id::{MeasureId, PairKey, bodies_of};
+use crate::scene::error::SceneError;
+use crate::scene::id::{MeasureId, PairKey, SceneNumber, bodies_of};
 use crate::scene::pair::bounds::{Bounds, Near};
 use alloc::vec::Vec;
 
@@ -58,6 +59,8 @@ impl Group {
 pub(crate) struct DistanceRequests {
     /// Ascending, each with its tolerance.
     pairs: Vec<(PairKey, Asker, f64)>,
+    /// How many of them ask by themselves.
+    pub of_pairs: usize,
     pub groups: Vec<Group>,
     /// How many groups there were.
     count: u64,
@@ -100,19 +103,23 @@ impl DistanceRequests {
     pub fn insert(&mut self, key: PairKey, asker: Asker, tolerance: f64) {
         match self.place(key, asker) {
             Ok(at) => self.pairs[at].2 = tolerance,
-            Err(at) => self.pairs.insert(at, (key, asker, tolerance)),
+            Err(at) => {
+                self.pairs.insert(at, (key, asker, tolerance));
+                self.of_pairs += usize::from(asker == Asker::Pair);
+            }
         }
     }
 
     pub fn remove(&mut self, key: PairKey, asker: Asker) {
         if let Ok(at) = self.place(key, asker) {
             self.pairs.remove(at);
+            self.of_pairs -= usize::from(asker == Asker::Pair);
         }
     }
 
     /// Asks for the least distance of pairs of bodies, ascending.
-    pub fn insert_groups(&mut self, keys: &[PairKey], tolerance: f64) -> MeasureId {
-        let id = MeasureId(self.count);
+    pub fn insert_groups(&mut self, keys: &[PairKey], tolerance: f64, scene: SceneNumber) -> MeasureId {
+        let id = MeasureId::new(self.count, scene);
         self.count += 1;
         let free = self.groups.iter().position(|group| group.id.is_none());
         let number = free.unwrap_or_else(|| {
@@ -126,23 +133,26 @@ impl DistanceRequests {
     }
 
     /// Asks for it no more; the bodies of these pairs.
-    pub fn remove_groups(&mut self, id: MeasureId) -> Vec<u32> {
-        let Some(number) = self.groups.iter().position(|group| group.id == Some(id)) else { return Vec::new() };
+    pub fn remove_groups(&mut self, id: MeasureId) -> Result<Vec<u32>, SceneError> {
+        let number = self.groups.iter().position(|group| group.id.is_some_and(|known| known.is(id)));
+        let number = number.ok_or(SceneError::NoSuchMeasure { measure: id })?;
         self.groups[number] = Group::FREE;
         let of_it = Asker::Groups(number as u32);
         let mut bodies: Vec<_> = self.keys(of_it).flat_map(bodies_of).collect();
         bodies.sort_unstable();
         bodies.dedup();
         self.pairs.retain(|&(_, asker, _)| asker != of_it);
-        bodies
+        Ok(bodies)
     }
 
     pub fn forget(&mut self, body: u32) {
-        let Self { pairs, groups, .. } = self;
+        let Self { pairs, groups, of_pairs, .. } = self;
         pairs.retain(|&(key, asker, _)| {
             let stays = !bodies_of(key).contains(&body);
-            if let (false, Asker::Groups(number)) = (stays, asker) {
-                groups[number as usize].forget(key);
+            match asker {
+                _ if stays => {}
+                Asker::Groups(number) => groups[number as usize].forget(key),
+                Asker::Pair => *of_pairs -= 1,
             }
             stays
         });

@@ -9,12 +9,15 @@ use crate::scene::checks;
 use crate::scene::error::SceneError;
 use crate::scene::facts::Change;
 use crate::scene::id::{BodyId, MeasureId, bodies_of, pair_key};
+use crate::scene::room::reserve;
 use alloc::vec::Vec;
 
 impl Scene {
-    /// Thickens a body by a margin, a length: [`Body::margin`](crate::Body::margin). Pairs of it are said to meet when they come
-    /// within the sum of their margins; then the witness is the closest pair of triangles that was found, and one contact is
-    /// counted in [`crate::Mode::All`] too.
+    /// Thickens a body by a margin, a length: [`Body::margin`](crate::Body::margin). Pairs of it meet when they come within the
+    /// sum of their margins. Then the witness is the closest pair of triangles that was found, and the verdict is
+    /// [`Verdict::Within`](crate::Verdict::Within) with its distance, or
+    /// [`Verdict::Intersecting`](crate::Verdict::Intersecting) if these intersect. The search ends with the first pair within
+    /// the margins: that some others intersect is found only by chance. One contact is counted in [`crate::Mode::All`] too.
     ///
     /// ```
     /// use punctual::glam::DMat3;
@@ -25,9 +28,11 @@ impl Scene {
     /// let mut scene = Scene::new();
     /// let id = scene.insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY))?;
     /// scene.insert(Body::moving(ball, Pose::new(DMat3::IDENTITY, [2.5, 0.0, 0.0])?).margin(0.25))?;
-    /// assert_eq!(scene.detect(Budget::unlimited()).intersecting, 0);
+    /// assert_eq!(scene.detect(Budget::unlimited()).within, 0);
     /// scene.set_margin(id, 0.3)?;
-    /// assert_eq!(scene.detect(Budget::unlimited()).intersecting, 1);
+    /// let report = scene.detect(Budget::unlimited());
+    /// assert_eq!((report.intersecting, report.within), (0, 1));
+    /// assert!(report.pairs[0].verdict.witness_distance().is_some_and(|distance| 0.5 <= distance && distance <= 0.55));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
@@ -41,6 +46,10 @@ impl Scene {
     /// Asks for the distance of two bodies in every frame from now on, wherever they are, if they may meet by their filters
     /// and are not parts of one compound: [`crate::Report::distances`]. `tolerance`: a length, as of
     /// [`crate::DistanceQuery::absolute_tolerance`]. Their margins count.
+    ///
+    /// A pair is asked either how far apart it is or until when it is free: while its distance is asked for, by itself or for
+    /// groups, it has no [passage](crate::Report::passages), though a body [moves](Scene::set_motion), and `low` and `high` are
+    /// those at the beginning of the motion. Who needs both asks a [`crate::MotionQuery`] besides.
     ///
     /// The pair is in [`crate::Report::pairs`] as well, and shares the budget like any other, by importance and in its turn; a
     /// run that is cut short goes on in the next frame while both bodies rest. The bounds that the last run proved stay, with
@@ -73,22 +82,27 @@ impl Scene {
         bodies.renew(x.index, true, frame)?;
         bodies.renew(y.index, true, frame)?;
         self.pairs.insert(&[key]);
+        reserve(&mut self.report.distances, self.bodies.distance_requests.of_pairs);
         Ok(())
     }
 
-    /// Asks for the distance of two bodies no more.
+    /// Asks for the distance of two bodies no more. A no-op if it was not asked for.
     ///
     /// # Errors
     /// If a body is not in the scene, or both are the same.
     pub fn stop_measuring(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
+        if !self.bodies.distance_requests.askers(key).any(|(asker, _)| asker == Asker::Pair) {
+            return Ok(());
+        }
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
         bodies.distance_requests.remove(key, Asker::Pair);
         [x, y].into_iter().try_for_each(|id| bodies.stop_measuring(id.index, frame))
     }
 
     /// Asks for the least distance between two groups of bodies in every frame from now on: a robot and what stands around it,
-    /// say. [`crate::Report::group_distances`] has bounds that hold in each frame, whatever the budget reached. `tolerance`: a
+    /// say. Both may have bodies in common, or be one, as the links of a robot for the distance within it: a body has no distance
+    /// from itself, and links that are joined are kept apart by their filters, or are parts of one compound. [`crate::Report::group_distances`] has bounds that hold in each frame, whatever the budget reached. `tolerance`: a
     /// length; no pair is asked about that is farther apart than the closest less this. The margins of bodies count; pairs that
     /// may not meet by their filters do not.
     ///
@@ -116,7 +130,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// If a body is not in the scene or in both groups, or the tolerance is not from 0 to 2^1000.
+    /// If a body is not in the scene, both groups are one and the same body, or the tolerance is not from 0 to 2^1000.
     pub fn measure_groups(&mut self, x: &[BodyId], y: &[BodyId], tolerance: f64) -> Result<MeasureId, SceneError> {
         let mut keys = Vec::with_capacity(x.len() * y.len());
         for &id in x.iter().chain(y) {
@@ -124,28 +138,31 @@ impl Scene {
             checks::length(id, tolerance)?;
         }
         for &a in x {
-            if y.contains(&a) {
-                return Err(SceneError::OneBody { body: a });
-            }
-            keys.extend(y.iter().map(|b| pair_key(a.index, b.index)));
+            keys.extend(y.iter().filter(|&&b| b != a).map(|b| pair_key(a.index, b.index)));
+        }
+        if let ([a, ..], [_, ..], []) = (x, y, &keys[..]) {
+            return Err(SceneError::OneBody { body: *a });
         }
         keys.sort_unstable();
         keys.dedup();
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
-        let id = bodies.distance_requests.insert_groups(&keys, tolerance);
+        let id = bodies.distance_requests.insert_groups(&keys, tolerance, bodies.scene);
         x.iter().chain(y).try_for_each(|body| bodies.renew(body.index, true, frame))?;
         self.pairs.insert(&keys);
         self.schedule.reserve_groups(self.bodies.distance_requests.groups.len(), &mut self.report);
         Ok(id)
     }
 
-    /// Asks for the distance of two groups no more; if that is asked for. Of the pairs of their bodies what is known is found anew
-    /// once.
-    pub fn stop_measuring_groups(&mut self, id: MeasureId) {
-        let (frame, bodies) = (self.next_frame(), self.bodies_mut());
-        for body in bodies.distance_requests.remove_groups(id) {
-            let _ = bodies.stop_measuring(body, frame);
-        }
+    /// Asks for the distance of two groups no more. Of the pairs of their bodies what is known is found anew once.
+    ///
+    /// # Errors
+    /// If it is not asked for, or was by another scene.
+    pub fn stop_measuring_groups(&mut self, id: MeasureId) -> Result<(), SceneError> {
+        let frame = self.next_frame();
+        self.edit(|bodies| {
+            let stopped = bodies.distance_requests.remove_groups(id)?;
+            stopped.into_iter().try_for_each(|body| bodies.stop_measuring(body, frame))
+        })
     }
 }
 

@@ -114,6 +114,12 @@ impl Broad {
         pair.into_iter().any(|body| bodies.facts(body).is_another() || self.is_another(body))
     }
 
+    /// Whether a pair is compared without its distance being asked for, by what was placed last: one of its bodies moves.
+    #[inline(always)]
+    pub fn compares(&self, [a, b]: [u32; 2]) -> bool {
+        self.proxies[a as usize].moving | self.proxies[b as usize].moving
+    }
+
     /// Whether the portion at hand is all that is found of its generation.
     pub fn has_found_all(&self) -> bool {
         !self.purged && self.stage == (Stage::Merge { last: true })

@@ -45,7 +45,15 @@ impl Scene {
     /// [`SceneError::NoRay`].
     pub fn cast_with(&mut self, ray: &SceneRay, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
         let Self { bodies, broad, scratch, rays, .. } = self;
-        Casting { asked: ray, bodies, broad, workspace: scratch, rays }.run(budget, clock)
+        // A refused cast leaves the hits of the one before.
+        let before = rays.hits.len();
+        let cast = Casting { asked: ray, bodies, broad, workspace: scratch, rays }.run(budget, clock);
+        match cast {
+            Ok(_) => drop(rays.hits.drain(..before)),
+            Err(_) => rays.hits.truncate(before),
+        }
+        rays.hits.reserve(rays.hits.len());
+        cast
     }
 
     /// The hits of the last cast with [`RayMode::All`]: of one body after the other, in order of discovery.
@@ -92,9 +100,7 @@ impl Casting<'_> {
         deadline.leave(MAX_STEP_WORK);
         let limit = deadline.work_left();
         self.rays.queue.clear();
-        // Each body may wait in a node of the tree, and as one that has left its place there.
-        self.rays.queue.reserve_exact(2 * self.bodies.room());
-        self.rays.hits.clear();
+        self.rays.reserve(self.bodies.room());
         let free_until = f64::INFINITY;
         let mut known =
             SceneCast { hit: None, found: 0, free_until, stop: StopReason::Finished, work: 0, elapsed: None };
@@ -219,6 +225,12 @@ impl Casting<'_> {
 }
 
 impl Rays {
+    /// Makes room for the casts of a scene of so many bodies.
+    pub fn reserve(&mut self, bodies: usize) {
+        // Each body may wait in a node of the tree, and as one that has left its place there.
+        self.queue.reserve_exact((2 * bodies).saturating_sub(self.queue.len()));
+    }
+
     /// Queues what the ray enters.
     fn push(&mut self, line: &Line, what: What, bounds: &Aabb) {
         self.queue.extend(line.enter(bounds).map(|enter| Reverse(Entry { enter: enter.to_bits(), what })));

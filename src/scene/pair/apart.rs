@@ -184,7 +184,7 @@ impl Turn {
                     self.state.apart = until(bodies, key, pair, bounds.low, frame);
                     break answer;
                 }
-                Verdict::Intersecting { .. } if round.mode == Mode::Any => break answer,
+                verdict if verdict.meets() && round.mode == Mode::Any => break answer,
                 // They are likely to be half as far apart as was found.
                 Verdict::Undecided if bounds.high < limit => limit = bounds.high / 2.0,
                 _ => return None,

@@ -41,10 +41,11 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
-    /// They meet now if the upper bound is 0, and do not if the lower one is more.
-    fn bounded(stop: StopReason, bounds: Bounds) -> Self {
+    /// They meet now if the upper bound is 0, and do not if the lower one is more. `distance`: that of the witness, without
+    /// margins.
+    fn bounded(stop: StopReason, bounds: Bounds, distance: f64) -> Self {
         let verdict = match bounds.triangles {
-            Some(witness) if bounds.high == 0.0 => Verdict::Intersecting { witness },
+            Some(witness) if bounds.high == 0.0 => Verdict::of_witness(witness, distance),
             _ if bounds.low > 0.0 => Verdict::Separated,
             _ => Verdict::Undecided,
         };
@@ -162,7 +163,8 @@ impl<'t> Question<'t> {
                 deadline.leave(MAX_STEP_WORK);
                 let triangles = nearest.map(|nearest| nearest.triangles);
                 let below = if stop.is_final() { query.ceiling_in(workspace) } else { 0.0 };
-                let mut answer = Answer::bounded(stop, Bounds { low, high, triangles, below, ..Bounds::NOTHING });
+                let bounds = Bounds { low, high, triangles, below, ..Bounds::NOTHING };
+                let mut answer = Answer::bounded(stop, bounds, query.witness_distance(workspace));
                 if stop.is_final() && high > 0.0 && query.decides_contact() {
                     answer.verdict = Verdict::Separated;
                 }
@@ -174,7 +176,8 @@ impl<'t> Question<'t> {
                     query.advance(workspace, Some(memory), deadline);
                 deadline.leave(MAX_STEP_WORK);
                 let high = touching_at.unwrap_or(f64::INFINITY);
-                Answer::bounded(stop, Bounds { low: free_until, high, triangles, are_times: true, ..Bounds::NOTHING })
+                let bounds = Bounds { low: free_until, high, triangles, are_times: true, ..Bounds::NOTHING };
+                Answer::bounded(stop, bounds, query.witness_distance(workspace))
             }
             Self::Contacts(query) => {
                 deadline.leave_after(MAX_DISTANCE_STEP_WORK, LEAST_PATCHED * WORK_PER_PATCHED_CONTACT);
@@ -182,7 +185,7 @@ impl<'t> Question<'t> {
                 deadline.leave(MAX_STEP_WORK);
                 let nearest = workspace.contacts().next().filter(|contact| query.is_within(contact));
                 let verdict = match nearest {
-                    Some(contact) => Verdict::Intersecting { witness: contact.triangles },
+                    Some(contact) => Verdict::of_witness(contact.triangles, contact.distance),
                     None if stop.is_final() && workspace.found() == 0 => Verdict::Separated,
                     None => Verdict::Undecided,
                 };

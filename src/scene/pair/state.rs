@@ -43,6 +43,8 @@ pub(crate) struct Standing {
     pub found: u64,
     /// Whether the frame ran it to its end.
     pub complete: bool,
+    /// Expected share of what is to be found.
+    pub recall: f64,
 }
 
 /// The turn of a pair in a batch. All that is needed to deal and to collect it is here: its state is out of cache by then, or in
@@ -133,7 +135,7 @@ impl Marks {
 impl Turn {
     /// Of a pair about which nothing is to be asked yet.
     pub fn new(key: PairKey, state: Box<PairState>, marks: Marks) -> Self {
-        let standing = Standing { verdict: Verdict::Undecided, found: 0, complete: false };
+        let standing = Standing { verdict: Verdict::Undecided, found: 0, complete: false, recall: 0.0 };
         let (kind, spent) = (TurnKind::Meet, Spent::default());
         let (is_new, teaches, next) = (false, false, None);
         Self { state, key, index: 0, median: 0, kind, is_new, next, teaches, spent, standing, marks }
@@ -243,7 +245,7 @@ impl PairState {
     /// Whether it met when it was last decided.
     #[inline]
     pub fn met(&self) -> bool {
-        matches!(self.verdict, Verdict::Intersecting { .. })
+        self.verdict.meets()
     }
 
     /// What the list of pairs is told of it in `frame`.
@@ -275,7 +277,20 @@ impl PairState {
     /// What is known of it in `frame`.
     pub fn standing(&self, frame: u64) -> Standing {
         let verdict = if self.decided == frame { self.verdict } else { Verdict::Undecided };
-        Standing { verdict, found: self.found, complete: self.completed == frame }
+        let complete = self.completed == frame;
+        let recall = match complete {
+            true => 1.0,
+            false if verdict.meets() => self.share_done(),
+            false => 0.0,
+        };
+        Standing { verdict, found: self.found, complete, recall }
+    }
+
+    /// The share of the expected work of its run that is done: above 0, at most 1/2.
+    #[cold]
+    fn share_done(&self) -> f64 {
+        // Twice what an unfinished run has spent is expected at least.
+        self.pending.work.max(1) as f64 / f64::from(self.search.max(2)).max(2.0 * self.pending.work as f64)
     }
 
     /// Whether the contacts of bodies that were last new in `changed` are known.

@@ -99,8 +99,13 @@ pub(crate) struct Touches {
     #[allow(clippy::vec_box, reason = "they move in and out by their pointers")]
     free: Vec<Box<Touch>>,
     lent: usize,
-    /// Contacts of so many pairs there is room for.
+    /// Contacts of so many pairs there is room for; and room that was made so far, which is what it costs.
     room: Room,
+    made: usize,
+    /// Ids of patches of pairs that get room begin here, above all of those that gave theirs back before this frame, whichever
+    /// room they had: it depends on the threads which pair gets which.
+    next_id: u64,
+    highest_id: u64,
 }
 
 impl Touches {
@@ -117,6 +122,7 @@ impl Touches {
 
     /// Makes room for more than are in use or soon will be.
     pub fn grow(&mut self, touching: usize, young: bool, deadline: &mut Deadline) {
+        self.next_id = self.highest_id;
         if self.any() {
             self.room.grow(self.lent.max(touching), young);
             self.fill(deadline);
@@ -125,18 +131,25 @@ impl Touches {
 
     fn fill(&mut self, deadline: &mut Deadline) {
         reserve(&mut self.free, self.room.pairs);
-        while self.free.len() + self.lent < self.room.pairs && deadline.has_room(WORK_PER_TOUCH) {
+        while self.made < self.room.pairs && deadline.has_room(WORK_PER_TOUCH) {
             deadline.spend(WORK_PER_TOUCH);
-            self.free.push(Touch::new());
+            self.made += 1;
+            // Some may have been made when they were needed.
+            if self.free.len() + self.lent < self.made {
+                self.free.push(Touch::new());
+            }
         }
     }
 
     pub fn lend(&mut self) -> Box<Touch> {
         self.lent += 1;
-        self.free.pop().unwrap_or_else(Touch::new)
+        let mut touch = self.free.pop().unwrap_or_else(Touch::new);
+        touch.memory.begin_at(self.next_id);
+        touch
     }
 
     pub fn take_back(&mut self, mut touch: Box<Touch>) {
+        self.highest_id = self.highest_id.max(touch.memory.next());
         touch.clear();
         self.lent -= 1;
         self.free.push(touch);

@@ -2,7 +2,6 @@
 
 use super::job::Job;
 use super::pairs::Pairs;
-use crate::model::calibration::Calibration;
 use crate::scene::ask::TurnKind;
 use crate::scene::pair::batch::Batch;
 use crate::scene::pair::frame::Frame;
@@ -166,17 +165,14 @@ impl Deal<'_> {
 pub(crate) fn take_back(
     batch: &mut Batch,
     jobs: &mut [Job],
-    calibration: &mut Calibration,
     frame: &Frame,
     pairs: &mut Pairs,
     report: &mut Report,
 ) -> usize {
     let mut ended = 0;
-    for mut turn in batch.turns.drain(..) {
-        if turn.teaches {
-            turn.state.teach(calibration);
-        }
+    for turn in batch.turns.drain(..) {
         let job = &mut jobs[turn.index as usize];
+        job.teaches |= turn.teaches;
         job.open = turn.next.is_some();
         ended += usize::from(!job.open);
         if let Some(next) = turn.next.filter(|&next| next != job.kind) {

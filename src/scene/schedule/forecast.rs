@@ -29,10 +29,10 @@ impl Forecast {
     pub fn new(state: &PairState, sizes: [f32; 2], part: f32, frame: &Frame) -> Self {
         let age = (frame.number - frame.decided(state)) as f32;
         let probability = match state.verdict {
-            Verdict::Intersecting { .. } if state.is_lost(frame.number) => {
+            Verdict::Intersecting { .. } | Verdict::Within { .. } if state.is_lost(frame.number) => {
                 LEAST_OF_LOST + (MOST_OF_LOST - LEAST_OF_LOST) * saturating(part, HALF_PART)
             }
-            Verdict::Intersecting { .. } => (1.0 - PARTED * age).max(LEAST_OF_MET),
+            Verdict::Intersecting { .. } | Verdict::Within { .. } => (1.0 - PARTED * age).max(LEAST_OF_MET),
             Verdict::Undecided => saturating(part * part, NEVER_DECIDED),
             Verdict::Separated => {
                 let search = state.search as f32 + MORE_WORK;
@@ -121,7 +121,8 @@ mod tests {
     fn chances_are_chances_whatever_is_remembered() {
         let (clock, bodies) = (ManualClock::new(), Arc::new(Bodies::default()));
         let (mode, budget, crew) = (Mode::Any, Budget::unlimited(), Alone(&clock));
-        let verdicts = [Verdict::Undecided, Verdict::Separated, Verdict::Intersecting { witness: [0; 2] }];
+        let within = Verdict::Within { witness: [0; 2], distance: 1.0 };
+        let verdicts = [Verdict::Undecided, Verdict::Separated, Verdict::Intersecting { witness: [0; 2] }, within];
         let mut cases = 0;
         for verdict in verdicts {
             for (number, search, refuted) in [(1, 0, 0), (9, 85, 9), (1 << 40, u32::MAX, 0)] {
@@ -150,6 +151,6 @@ mod tests {
                 }
             }
         }
-        assert_eq!(cases, 54);
+        assert_eq!(cases, 72);
     }
 }

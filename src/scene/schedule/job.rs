@@ -25,6 +25,8 @@ pub(crate) struct Job {
     pub measures: bool,
     /// Whether a body has moved, and the state of the pair was not told when it was listed.
     pub is_new: bool,
+    /// Whether probabilities were reported of it whose truth is known now.
+    pub teaches: bool,
     /// Whether it is neither in a batch nor at its end.
     pub open: bool,
 }
@@ -33,7 +35,8 @@ impl Job {
     /// Of a question that is open; `places`: in the report, and among the known pairs.
     pub fn new(key: PairKey, [listed, place]: [usize; 2], kind: TurnKind, (forecast, rank): (Forecast, u64)) -> Self {
         let (listed, place, home) = (listed as u32, place as u32, None);
-        Self { key, listed, place, forecast, rank, home, kind, measures: false, is_new: false, open: true }
+        let (measures, is_new, teaches) = (false, false, false);
+        Self { key, listed, place, forecast, rank, home, kind, measures, is_new, teaches, open: true }
     }
 
     pub fn median(&self) -> u64 {

@@ -16,6 +16,7 @@ use crate::scene::body::Bodies;
 use crate::scene::broad::Broad;
 use crate::scene::id::{BodyId, PairKey, bodies_of};
 use crate::scene::pair::frame::Frame;
+use crate::scene::pair::spent::Spent;
 use crate::scene::report::Report;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
@@ -248,7 +249,9 @@ impl<'l> Listing<'l> {
             state.forget_told();
         }
         let complete = state.completed >= changed;
-        if complete && state.verdict != Verdict::Undecided {
+        // What was proven of bodies that rest since holds, though more may be left to find.
+        let holds = state.verdict != Verdict::Undecided && (complete || state.decided >= changed);
+        if holds {
             state.decided = number;
         }
         let touches = state.met() && bodies.contact_requests.has(key);
@@ -269,13 +272,18 @@ impl<'l> Listing<'l> {
             self.jobs.push(Job { measures, ..Job::new(key, [self.report.pairs.len(), place], kind, outlook) });
         }
         let (verdict, found, age) = (state.verdict, state.found, number - self.frame.decided(state));
+        let standing = (holds && !complete).then(|| state.standing(number));
         if complete {
             let (verdict, found) = if age == 0 { (verdict, found) } else { (Verdict::Undecided, 0) };
             self.report.push_complete(pair.ids, verdict, found, age);
         } else if look.is_apart {
             self.report.push_complete(pair.ids, Verdict::Separated, 0, 0);
         } else {
+            let listed = self.report.pairs.len();
             self.report.push_open(pair.ids, probability, age);
+            if let Some(standing) = standing {
+                self.report.note(listed, standing, Spent::default());
+            }
         }
         true
     }
@@ -315,10 +323,14 @@ impl<'l> Listing<'l> {
     }
 
     /// Whether the boxes of a pair may overlap, of which `overlap` says whether they did when they were made. `None` if that
-    /// cannot be said: one of the bodies is not the one that it was, may not meet the other now, or is not where its box is.
+    /// cannot be said: one of the bodies is not the one that it was, may not meet the other now, or is not where its box is; nor
+    /// is it said of two fixed bodies whose distance was asked for.
     fn may_overlap(&self, pair: Candidate, overlap: bool) -> Option<bool> {
         let (bodies, both) = (self.frame.bodies, bodies_of(pair.key));
         if self.broad.is_of_another(bodies, both) || !bodies.may_meet(both) {
+            return None;
+        }
+        if !self.broad.compares(both) && !bodies.distance_requests.has(pair.key) {
             return None;
         }
         if both.into_iter().all(|body| !bodies.facts(body).is_changed()) {

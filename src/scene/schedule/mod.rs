@@ -54,7 +54,7 @@ use super::room::reserve;
 use crate::math::{Pose, nanoseconds};
 use crate::model::calibration::Calibration;
 use crate::model::cost::{LEAST_WORK, WORK_PER_PLANNED_PAIR};
-use crate::query::{Deadline, Mode, Query, Workspace};
+use crate::query::{Deadline, Mode, Query, Verdict, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -122,9 +122,11 @@ impl Schedule {
         Self { batches: (0..BATCHES).map(|_| Batch::new()).collect(), ..Self::default() }
     }
 
-    pub fn reserve(&mut self, pairs: usize, report: &mut Report) {
+    pub fn reserve(&mut self, pairs: usize, bodies: &Bodies, report: &mut Report) {
         reserve(&mut self.jobs, pairs);
         reserve(&mut report.pairs, pairs);
+        reserve(&mut report.passages, if bodies.has_motions { pairs } else { 0 });
+        reserve(&mut report.distances, bodies.distance_requests.of_pairs);
         reserve(&mut self.order, pairs);
         self.revisit.reserve(pairs);
         for (number, batch) in self.batches.iter_mut().enumerate() {
@@ -252,6 +254,7 @@ impl Schedule {
         estimates: Option<Duration>,
         mut lap: Option<Duration>,
     ) -> Option<Duration> {
+        self.learn(frame, found.pairs);
         let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, found.pairs, report));
         self.turns.end_frame(&self.jobs);
         found.pairs.tell_bounds(frame, found.broad, report);
@@ -265,6 +268,13 @@ impl Schedule {
             self.rest.learn(nanoseconds(took), most);
         }
         lap
+    }
+
+    /// Learns from the pairs that were decided, one after the other, whichever thread was done with which first.
+    fn learn(&mut self, frame: &Frame, pairs: &mut Pairs) {
+        for job in self.jobs.iter().filter(|job| job.teaches) {
+            pairs.state(job.place as usize, frame).teach(&mut self.calibration);
+        }
     }
 
     fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) {
@@ -328,7 +338,10 @@ impl Schedule {
             };
             let state = pairs.state(place as usize, frame);
             if let Ok(mut estimate) = query.estimate_while(workspace, Some(&state.memory), &goes_on) {
-                state.tell(estimate.probability);
+                // Of what is known already nothing is to be learned.
+                if report.pairs[listed as usize].verdict == Verdict::Undecided {
+                    state.tell(estimate.probability);
+                }
                 estimate.probability = self.calibration.apply(estimate.probability);
                 report.estimate(listed as usize, &estimate);
             }
@@ -360,7 +373,7 @@ impl Schedule {
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
         }
         let Found { broad, pairs, events } = found;
-        let Self { jobs, turns, tallies, revisit, batches, calibration, .. } = self;
+        let Self { jobs, turns, tallies, revisit, batches, .. } = self;
         tallies.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
         let is_free = frame.budget.is_unlimited();
@@ -393,13 +406,13 @@ impl Schedule {
             frame.crew.begin(at, &mut batches[at..=at], &round, frame.bodies);
             if alone {
                 frame.crew.finish(&mut batches[..1], &round, frame.bodies, scratch, &mut |batch| {
-                    ended += take_back(batch, list.jobs, calibration, frame, list.pairs, list.report);
+                    ended += take_back(batch, list.jobs, frame, list.pairs, list.report);
                 });
             }
         });
         if begins && !alone {
             frame.crew.finish(batches, &round, frame.bodies, scratch, &mut |batch| {
-                ended += take_back(batch, jobs, calibration, frame, pairs, report);
+                ended += take_back(batch, jobs, frame, pairs, report);
             });
         }
         self.open = self.jobs.len() - ended;
@@ -407,7 +420,7 @@ impl Schedule {
         let listed = report.pairs.len() + kept;
         let used = if revisit.is_full { listed.max(pairs.room() + 1) } else { listed };
         pairs.grow(broad, [used, touching], frame.bodies.is_young(frame.number), deadline);
-        self.reserve(pairs.room(), report);
+        self.reserve(pairs.room(), frame.bodies, report);
         events.reserve(pairs.room(), report);
     }
 
@@ -437,7 +450,7 @@ impl Schedule {
         }
         let before = report.work;
         for batch in &mut self.batches {
-            self.open -= take_back(batch, &mut self.jobs, &mut self.calibration, frame, pairs, report);
+            self.open -= take_back(batch, &mut self.jobs, frame, pairs, report);
         }
         report.work - before
     }

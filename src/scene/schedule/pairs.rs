@@ -42,6 +42,9 @@ pub(crate) struct Pairs {
     pub(super) merge: Merge,
     /// A state is away while its pair is run.
     states: Vec<Option<Box<PairState>>>,
+    /// How many of them were made for pairs to come, which is what it costs. Others were made when they were needed: it depends on
+    /// the threads how many at once.
+    made: usize,
     free: Vec<u32>,
     touches: Touches,
     /// What stands for the state of a pair that has none.
@@ -59,6 +62,7 @@ impl Default for Pairs {
             merged: Vec::new(),
             merge: Merge::default(),
             states: Vec::new(),
+            made: 0,
             free: Vec::new(),
             touches: Touches::default(),
             blank: PairState::blank(),
@@ -367,10 +371,13 @@ impl Pairs {
         let most = self.room[1].pairs;
         reserve(&mut self.states, most);
         reserve(&mut self.free, most);
-        while self.states.len() < most && deadline.has_room(WORK_PER_STATE) {
+        while self.made < most && deadline.has_room(WORK_PER_STATE) {
             deadline.spend(WORK_PER_STATE);
-            self.free.push(self.states.len() as u32);
-            self.states.push(Some(Box::new(PairState::blank())));
+            self.made += 1;
+            if self.states.len() < self.made {
+                self.free.push(self.states.len() as u32);
+                self.states.push(Some(Box::new(PairState::blank())));
+            }
         }
     }
 }

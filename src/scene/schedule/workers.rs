@@ -66,6 +66,8 @@ struct Tasks {
     asleep: usize,
     /// Whether the caller sleeps until a task ends.
     caller_sleeps: bool,
+    /// How many workers have begun to wait for tasks.
+    begun: usize,
     /// Whether no more will come.
     closed: bool,
 }
@@ -158,8 +160,10 @@ impl Shared {
     }
 
     /// Runs tasks until no more will come.
-    fn work(&self) {
-        let (mut scratch, mut calls, mut next) = (workspace(), 0, None);
+    fn work(&self, mut scratch: Box<Workspace>) {
+        let (mut calls, mut next) = (0, None);
+        self.lock().begun += 1;
+        self.end.notify_one();
         while let Some(task) = next.or_else(|| self.next(&mut calls)) {
             // The caller waits for every task, so even a panic has to come back to it.
             let ended = catch_unwind(AssertUnwindSafe(|| task.run(&mut scratch)));
@@ -204,8 +208,14 @@ impl Workers {
         drop(tasks);
         for _ in 0..threads {
             let shared = Arc::clone(&workers.shared);
-            workers.threads.push(Builder::new().name("punctual".into()).spawn(move || shared.work())?);
+            let scratch = workspace();
+            workers.threads.push(Builder::new().name("punctual".into()).spawn(move || shared.work(scratch))?);
         }
+        // What the system allocates when a thread begins is not left to a frame.
+        let tasks = workers.shared.lock();
+        drop(
+            workers.shared.end.wait_while(tasks, |tasks| tasks.begun < threads).unwrap_or_else(PoisonError::into_inner),
+        );
         Ok(workers)
     }
 }

@@ -97,6 +97,18 @@ static void groups_and_compounds(punctual_scene *scene, const punctual_tree *cub
         "punctual_scene_remove_compound: compound 0 is not in the scene");
 }
 
+static void within_margins(punctual_scene *scene, const punctual_body_id ids[2]) {
+  punctual_pair_report pair;
+  bool listed;
+  OK(punctual_scene_set_margin(scene, ids[0], 0.1));
+  OK(punctual_scene_set_pose(scene, ids[1], at(2.05)));
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
+  OK(punctual_scene_pair(scene, ids[0], ids[1], &pair, sizeof pair, &listed));
+  CHECK(listed && pair.verdict == PUNCTUAL_VERDICT_WITHIN && pair.probability == 1);
+  CHECK(pair.witness_distance >= 2.05 - 2 && pair.witness_distance < 0.051);
+  OK(punctual_scene_set_margin(scene, ids[0], 0));
+}
+
 static void contact_points(punctual_scene *scene, const punctual_body_id ids[2]) {
   punctual_contact_point points[16];
   punctual_contact_points found = {.size = sizeof found};
@@ -166,6 +178,7 @@ void scene_answers(void) {
   groups_and_compounds(scene, cube, ids);
   contact_points(scene, ids);
   settings(scene, cube, ids);
+  within_margins(scene, ids);
   punctual_scene_free(scene);
   punctual_tree_free(cube);
   punctual_mesh_free(mesh);

@@ -137,6 +137,6 @@ pub fn raw(pose: &Pose) -> punctual_pose {
 }
 
 /// A body id that no scene has given out.
-pub const NOBODY: punctual_body_id = punctual_body_id { index: 7, generation: 3 };
+pub const NOBODY: punctual_body_id = punctual_body_id { index: 7, generation: 3, scene: 0 };
 
 pub const NO_POINT: punctual_point = punctual_point { x: 0.0, y: 0.0, z: 0.0 };

@@ -31,6 +31,7 @@ pub fn told(verdict: Verdict) -> (punctual_verdict, [u32; 2]) {
         Verdict::Undecided => (punctual_verdict::Undecided, [0; 2]),
         Verdict::Separated => (punctual_verdict::Separated, [0; 2]),
         Verdict::Intersecting { witness } => (punctual_verdict::Intersecting, witness),
+        Verdict::Within { witness, .. } => (punctual_verdict::Within, witness),
     }
 }
 

@@ -222,3 +222,51 @@ fn answers_refuse_what_is_not_there() {
     let status = punctual_scene_set_motion(Some(scene), id, punctual_motion { velocity: far, ..motion });
     assert_eq!(status, Status::BadArgument, "{}", last_error());
 }
+
+#[test]
+fn bodies_within_their_margins_say_how_far_apart_the_witness_is() {
+    let mut both = Both::new();
+    both.go(1, 2.0);
+    for (x, verdict) in
+        [(2.005, punctual_verdict::Within), (1.5, punctual_verdict::Within), (2.5, punctual_verdict::Separated)]
+    {
+        both.go(1, x);
+        both.detect(u64::MAX);
+        let (scene, ids) = (&both.scene, &both.ids);
+        let mut listed = MaybeUninit::uninit();
+        let mut pair = MaybeUninit::uninit();
+        let status = punctual_scene_pair(Some(scene), ids[0].0, ids[1].0, Some(&mut pair), Some(&mut listed));
+        // SAFETY: written by the call.
+        let (status, listed) = (status, unsafe { listed.assume_init() });
+        assert_eq!(status, Status::Ok);
+        let native = both.native.report();
+        let Some(expected) = native.pair(ids[0].1, ids[1].1) else {
+            assert!(!listed && verdict == punctual_verdict::Separated);
+            continue;
+        };
+        // SAFETY: written, as it is listed.
+        let pair = unsafe { pair.assume_init() };
+        let report = made(|report| punctual_scene_report(Some(scene), report));
+        assert_eq!((report.within, report.intersecting), (native.within, native.intersecting));
+        let distance = expected.verdict.witness_distance().unwrap_or(f64::INFINITY);
+        assert_eq!(
+            (pair.witness_distance, [pair.witness.a, pair.witness.b]),
+            (distance, expected.verdict.witness().unwrap_or_default())
+        );
+        let is_within = pair.verdict == punctual_verdict::Within;
+        assert_eq!(is_within, distance > 0.0 && distance <= 0.02, "{pair:?}");
+        assert!(is_within || x != 2.005 && (pair.verdict == punctual_verdict::Intersecting) == (distance == 0.0));
+    }
+}
+
+#[test]
+fn an_id_of_another_scene_is_refused() {
+    let [mut one, other] = [Both::new(), Both::new()];
+    let (ours, theirs) = (one.ids[0].0, other.ids[0].0);
+    assert_eq!(ours, theirs);
+    assert_eq!(punctual_scene_set_margin(Some(&mut one.scene), theirs, 0.5), Status::NoSuchBody);
+    assert!(last_error().ends_with("body 0 (generation 0) is not in the scene"));
+    assert_eq!(punctual_scene_set_margin(Some(&mut one.scene), ours, 0.5), Status::Ok);
+    let stored = punctual_body_id { scene: 0, ..theirs };
+    assert_eq!(punctual_scene_set_margin(Some(&mut one.scene), stored, 0.5), Status::Ok);
+}

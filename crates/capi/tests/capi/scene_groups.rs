@@ -50,7 +50,7 @@ fn compounds_and_groups_are_those_of_rust() {
         assert!(work < u64::MAX || found[0].open == 0 && found[0].bodies[0] == x[1]);
     }
     assert_eq!(punctual_scene_stop_measuring_groups(Some(&mut both.scene), groups), Status::Ok);
-    both.native.stop_measuring_groups(expected);
+    both.native.stop_measuring_groups(expected).unwrap();
     let way = punctual_motion_straight(raw(&at(14.0)), punctual_point { x: -6.0, ..NO_POINT });
     assert_eq!(punctual_scene_set_compound_motion(Some(&mut both.scene), compound, way), Status::Ok);
     both.native.set_compound_motion(theirs, Motion::straight(at(14.0), [-6.0, 0.0, 0.0]).unwrap()).unwrap();

@@ -132,7 +132,7 @@ pub fn play(
             let mut row = FrameRow {
                 broad_pairs: report.pairs.len() + report.unlisted,
                 decided: report.decided,
-                hits: report.intersecting,
+                hits: report.intersecting + report.within,
                 worst_age: report.worst_age,
                 wall,
                 cpu,
@@ -170,7 +170,7 @@ fn compare(pairs: &[PairReport], truth: &[[u32; 2]], known: impl Fn(u32) -> bool
     for pair in pairs {
         let meets = truth.binary_search(&[pair.a.index() as u32, pair.b.index() as u32]).is_ok();
         match pair.verdict {
-            Verdict::Intersecting { .. } if meets => row.true_found += 1,
+            verdict if verdict.meets() && meets => row.true_found += 1,
             Verdict::Separated if !meets => {}
             Verdict::Undecided => {}
             _ => row.wrong += 1,

@@ -48,6 +48,7 @@ pub(crate) struct Meeting {
 impl Meeting {
     /// Of a pair of which this was found.
     fn new(key: PairKey, verdict: Verdict) -> Option<Self> {
+        // Of bodies with margins nothing is found: they are not plain.
         let Verdict::Intersecting { witness } = verdict else { return None };
         Some(Self { key, witness })
     }
@@ -329,5 +330,6 @@ impl Revisit {
 #[inline(always)]
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
-    !bodies.is_special(key) && bodies.may_meet(pair) && !broad.is_of_another(bodies, pair)
+    // Two fixed bodies may be known whose distance was asked for.
+    !bodies.is_special(key) && broad.compares(pair) && bodies.may_meet(pair) && !broad.is_of_another(bodies, pair)
 }
