@@ -11,9 +11,11 @@ mod distance;
 mod exact_distance;
 use common::reference;
 
+mod bracket;
 mod clearance;
 mod estimates;
 mod files;
 mod finished;
+mod kinds;
 mod memory;
 mod stops;
