@@ -11,6 +11,7 @@ use crate::truth::{ENOUGH, listed, run};
 
 fn contacts(a: &Tree, b: &Tree, pose: Pose, margin: f64, budget: Budget) -> Vec<Contact> {
     let mut workspace = Workspace::new();
+    workspace.reserve_contacts(60_000);
     let _ = run(&ContactQuery::new(a, b, pose).margin(margin), &mut workspace, budget);
     listed(&workspace)
 }
@@ -182,6 +183,104 @@ fn ids_last_while_triangles_are_shared() {
     patches.forget();
     let others = at(2.1, 0.01, 0.0, &mut patches);
     assert!(others.values().all(|id| !first.values().chain(again.values()).any(|known| known == id)));
+}
+
+/// Parallel strips along y, each a row of `cells` squares of two triangles.
+fn strips(count: u32, cells: u32, height: f32, turned: bool) -> Tree {
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for strip in 0..count {
+        let x = strip as f32;
+        for row in 0..=cells {
+            let y = (count as f32 + 3.0) * row as f32 / cells as f32 - 2.0;
+            vertices.extend([x, x + 0.5].map(|x| if turned { [y, x, height] } else { [x, y, height] }));
+        }
+        let first = strip * 2 * (cells + 1);
+        triangles
+            .extend((0..cells).map(|row| first + 2 * row).flat_map(|i| [[i, i + 1, i + 2], [i + 2, i + 1, i + 3]]));
+    }
+    Tree::new(Mesh::new(vertices, triangles).unwrap())
+}
+
+/// The ids of patches by the crossing that each is at, of strips that were moved by `(x, y)`.
+fn crossings(trees: [&Tree; 2], [x, y]: [f64; 2], patches: &mut Patches) -> BTreeMap<[i64; 2], u64> {
+    patches.update(trees[0], trees[1], &contacts(trees[0], trees[1], moved(x, y, 0.0), 0.02, ENOUGH));
+    let place = |patch: &Patch| [patch.bounds.center().x, patch.bounds.center().y - y].map(|x| x.floor() as i64);
+    let ids: BTreeMap<_, _> = patches.as_slice().iter().map(|patch| (place(patch), patch.id)).collect();
+    assert_eq!(ids.len(), patches.as_slice().len(), "two at one crossing");
+    ids
+}
+
+/// However many patches have a triangle in common, at rest and on the move.
+#[test]
+fn crossing_strips_keep_all_ids() {
+    for (count, cells) in [(5, 1), (9, 3), (40, 2), (70, 1)] {
+        let trees = [&strips(count, cells, 0.0, false), &strips(count, cells, 0.01, true)];
+        let mut patches = Patches::new();
+        let first = crossings(trees, [0.0, 0.0], &mut patches);
+        assert_eq!(first.len() as u32, count * count);
+        // Each step the contacts of some crossings are others.
+        for step in 0..6 {
+            let way = 0.13 * f64::from(step);
+            assert_eq!(crossings(trees, [way, 0.5 * way], &mut patches), first, "{count} strips, step {step}");
+        }
+    }
+}
+
+/// Feet of one triangle each on one large triangle, and all of another large triangle: nothing else is in common.
+#[test]
+fn patches_with_one_triangle_in_common_share_out_the_ids() {
+    let spikes = |count: u32, shift: f32| {
+        let corner = |i: u32| [(i % 20) as f32 + shift, (i / 20) as f32, 0.01];
+        let vertices = (0..count).flat_map(|i| {
+            [[0.0; 3], [0.2, 0.0, 0.3], [0.0, 0.2, 0.3]].map(|d: [f32; 3]| {
+                let corner = corner(i);
+                [0, 1, 2].map(|axis| corner[axis] + d[axis])
+            })
+        });
+        Mesh::new(vertices.collect::<Vec<_>>(), (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<_>>())
+    };
+    let floor =
+        Tree::new(Mesh::new([[-99.0f32, -99.0, 0.0], [299.0, -99.0, 0.0], [-99.0, 299.0, 0.0]], [[0, 1, 2]]).unwrap());
+    let feet = Tree::new(spikes(300, 0.0).unwrap());
+    let given = contacts(&floor, &feet, Pose::IDENTITY, 0.02, ENOUGH);
+    assert_eq!(given.len(), 300);
+    let ids = |patches: &Patches| patches.as_slice().iter().map(|patch| patch.id).collect::<BTreeSet<_>>();
+    let mut patches = Patches::new();
+    patches.update(&floor, &feet, &given[..200]);
+    let first = ids(&patches);
+    // Other feet take the place of all: the floor is all that is in common.
+    patches.update(&floor, &feet, &given[200..]);
+    let second = ids(&patches);
+    assert!(second.len() == 100 && second.is_subset(&first), "{second:?}");
+    patches.update(&floor, &feet, &given);
+    assert!(ids(&patches).is_superset(&second) && patches.as_slice().len() == 300);
+    // Of feet that stay, each keeps its own.
+    let by_foot = |patches: &Patches| -> BTreeMap<u32, u64> {
+        let foot = |patch: &Patch| patches.contacts_of(patch)[0].triangles[1];
+        patches.as_slice().iter().map(|patch| (foot(patch), patch.id)).collect()
+    };
+    let all = by_foot(&patches);
+    patches.update(&floor, &feet, given.iter().step_by(2));
+    assert!(by_foot(&patches).iter().all(|(foot, id)| all[foot] == *id));
+}
+
+/// The curve of a ball in a plate: all points of a large patch, in the time of some sorts.
+#[test]
+fn any_number_of_points_is_chosen() {
+    let (ball, plate) = (Tree::new(shapes::icosphere(6)), floor());
+    let given = contacts(&plate, &ball, moved(0.1, 0.2, 0.3), 0.01, ENOUGH);
+    let mut patches = Patches::new().point_limit(usize::MAX);
+    patches.update(&plate, &ball, &given);
+    let patch = &patches.as_slice()[0];
+    let points: Vec<_> = patches.points_of(patch).collect();
+    let distinct: BTreeSet<_> = points.iter().map(|point| point.triangles).collect();
+    assert!(points.len() > 100 && distinct.len() == points.len(), "{} points", points.len());
+    for limit in [1, 2, 3, 4, 5, 17, points.len() + 1] {
+        let mut few = Patches::new().point_limit(limit);
+        few.update(&plate, &ball, &given);
+        let chosen: Vec<_> = few.points_of(&few.as_slice()[0]).collect();
+        assert_eq!(chosen, points[..limit.min(points.len())]);
+    }
 }
 
 #[test]

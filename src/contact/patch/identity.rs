@@ -1,4 +1,7 @@
 //! Ids of patches: a patch keeps the id of the one of the frame before with which it has most triangles in common.
+//!
+//! Each triangle links each patch before that has it with each one now. Of a triangle that many patches have, such as a floor
+//! under many feet, only contacts with the same triangle of the other side link. So there are at most a few links a contact.
 
 use super::Patch;
 use crate::contact::Contact;
@@ -9,7 +12,7 @@ use alloc::vec::Vec;
 pub(super) struct Identities {
     pub before: PatchMemory,
     /// The triangles of the patches of the frame at hand.
-    now: Vec<Share>,
+    now: Vec<Part>,
     /// How much a patch of the frame at hand has in common with one before.
     links: Vec<Link>,
 }
@@ -18,7 +21,7 @@ pub(super) struct Identities {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PatchMemory {
     /// Sorted.
-    known: Vec<Share>,
+    known: Vec<Part>,
     /// In the order of the patches.
     ids: Vec<u64>,
     next: u64,
@@ -48,13 +51,14 @@ impl PatchMemory {
     }
 }
 
-/// A triangle of a patch, and how many contacts it has there.
+/// One side of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Share {
+struct Part {
     /// The triangles of A come first.
     triangle: (u8, u32),
     patch: u32,
-    contacts: u32,
+    /// The triangle of the other side.
+    other: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -64,74 +68,79 @@ struct Link {
     contacts: u32,
 }
 
-/// A triangle that is in more pairs of patches than this is ignored.
-const MOST_LINKS: usize = 4096;
+/// A triangle links all patches that have it, if it makes no more links than so many for each of these patches.
+const LINKS_PER_PATCH: usize = 4;
+
+/// The id of a patch that has none yet, or has given it away.
+const NO_ID: u64 = u64::MAX;
 
 impl Identities {
     /// Makes room for the patches of so many contacts.
     pub fn reserve(&mut self, contacts: usize) {
         self.before.reserve(contacts);
         self.now.reserve(2 * contacts);
-        // Some of the triangles that a few contacts have may be in many patches.
-        self.links.reserve(4 * contacts + 2 * MOST_LINKS);
+        // Each contact has two triangles, and in each frame as many patches have one of them.
+        self.links.reserve(4 * LINKS_PER_PATCH * contacts);
     }
 
     /// Gives ids to patches with these contacts, and remembers them.
     pub fn assign(&mut self, patches: &mut [Patch], contacts: &[Contact]) {
         self.list(patches, contacts);
         self.link();
-        let PatchMemory { known, ids, next } = &mut self.before;
-        patches.iter_mut().for_each(|patch| patch.id = u64::MAX);
-        for link in &self.links {
-            let (patch, id) = (&mut patches[link.now as usize], &mut ids[link.before as usize]);
-            if patch.id == u64::MAX && *id != u64::MAX {
-                patch.id = core::mem::replace(id, u64::MAX);
+        let Self { before: PatchMemory { known, ids, next }, now, links } = self;
+        patches.iter_mut().for_each(|patch| patch.id = NO_ID);
+        for link in links {
+            hand_down(&mut ids[link.before as usize], &mut patches[link.now as usize]);
+        }
+        if patches.iter().any(|patch| patch.id == NO_ID) {
+            // Those left have only triangles of many patches in common, and no contacts: these take turns.
+            for [before, now] in common(known, now) {
+                let mut left = before.iter().map(|part| part.patch as usize);
+                for part in now.iter() {
+                    let patch = &mut patches[part.patch as usize];
+                    if patch.id != NO_ID {
+                        continue;
+                    }
+                    let Some(free) = left.find(|&patch| ids[patch] != NO_ID) else { break };
+                    hand_down(&mut ids[free], patch);
+                }
             }
         }
         ids.clear();
         for patch in patches {
-            if patch.id == u64::MAX {
+            if patch.id == NO_ID {
                 patch.id = *next;
                 *next += 1;
             }
             ids.push(patch.id);
         }
-        core::mem::swap(known, &mut self.now);
+        core::mem::swap(known, now);
     }
 
-    /// The triangles of all patches, each once, sorted.
+    /// Both sides of all contacts, sorted.
     fn list(&mut self, patches: &[Patch], contacts: &[Contact]) {
         self.now.clear();
         for (patch, of) in (0..).zip(patches) {
-            for contact in &contacts[of.range()] {
-                let share = |(side, triangle)| Share { triangle: (side, triangle), patch, contacts: 1 };
-                self.now.extend((0..).zip(contact.triangles).map(share));
+            for &Contact { triangles: [a, b], .. } in &contacts[of.range()] {
+                self.now.push(Part { triangle: (0, a), patch, other: b });
+                self.now.push(Part { triangle: (1, b), patch, other: a });
             }
         }
         self.now.sort_unstable();
-        self.now.dedup_by(|next, kept| {
-            let is_same = (next.triangle, next.patch) == (kept.triangle, kept.patch);
-            kept.contacts += u32::from(is_same);
-            is_same
-        });
     }
 
     /// What patches of both frames have in common, most first.
     fn link(&mut self) {
         let Self { before, now, links } = self;
         links.clear();
-        let mut rest = &before.known[..];
-        for of_now in now.chunk_by(|x, y| x.triangle == y.triangle) {
-            let triangle = of_now[0].triangle;
-            rest = &rest[rest.partition_point(|share| share.triangle < triangle)..];
-            let of_before = &rest[..rest.partition_point(|share| share.triangle == triangle)];
-            if of_now.len() * of_before.len() > MOST_LINKS {
-                continue;
-            }
-            for before in of_before {
-                let contacts = |now: &Share| before.contacts.min(now.contacts);
-                let link = |now: &Share| Link { before: before.patch, now: now.patch, contacts: contacts(now) };
-                links.extend(of_now.iter().map(link));
+        for [before, now] in common(&mut before.known, now) {
+            let [patches_before, patches_now] = [&*before, &*now].map(|parts| by_patch(parts).count());
+            if patches_before * patches_now <= LINKS_PER_PATCH * (patches_before + patches_now) {
+                for before in by_patch(before) {
+                    links.extend(by_patch(now).map(|now| Link::new(before[0], now[0], before.len().min(now.len()))));
+                }
+            } else {
+                link_contacts(before, now, links);
             }
         }
         links.sort_unstable_by_key(|link| (link.before, link.now));
@@ -142,4 +151,53 @@ impl Identities {
         });
         links.sort_unstable_by_key(|link| (core::cmp::Reverse(link.contacts), link.before, link.now));
     }
+}
+
+impl Link {
+    fn new(before: Part, now: Part, contacts: usize) -> Self {
+        Self { before: before.patch, now: now.patch, contacts: contacts as u32 }
+    }
+}
+
+/// Gives an id that is still there to a patch that has none.
+fn hand_down(id: &mut u64, patch: &mut Patch) {
+    if patch.id == NO_ID {
+        patch.id = core::mem::replace(id, NO_ID);
+    }
+}
+
+/// The parts of a triangle, patch by patch.
+fn by_patch(parts: &[Part]) -> impl Iterator<Item = &[Part]> {
+    parts.chunk_by(|x, y| x.patch == y.patch)
+}
+
+/// The parts of each triangle that patches of both frames have, before and now.
+fn common<'p>(before: &'p mut [Part], now: &'p mut [Part]) -> impl Iterator<Item = [&'p mut [Part]; 2]> {
+    let mut rest = before;
+    now.chunk_by_mut(|x, y| x.triangle == y.triangle).filter_map(move |now| {
+        let triangle = now[0].triangle;
+        let from = core::mem::take(&mut rest);
+        let start = from.partition_point(|part| part.triangle < triangle);
+        let end = start + from[start..].partition_point(|part| part.triangle == triangle);
+        let (head, tail) = from.split_at_mut(end);
+        rest = tail;
+        (start < end).then(|| [&mut head[start..], now])
+    })
+}
+
+/// Links patches by the contacts of a triangle that are there in both frames.
+fn link_contacts(before: &mut [Part], now: &mut [Part], links: &mut Vec<Link>) {
+    before.sort_unstable_by_key(|part| part.other);
+    now.sort_unstable_by_key(|part| part.other);
+    let mut rest = &before[..];
+    for part in now.iter() {
+        rest = &rest[rest.partition_point(|before| before.other < part.other)..];
+        if let [first, after @ ..] = rest
+            && first.other == part.other
+        {
+            links.push(Link::new(*first, *part, 1));
+            rest = after;
+        }
+    }
+    now.sort_unstable();
 }

@@ -2,7 +2,7 @@
 //!
 //! Two contacts are neighbors if their triangles of A have a corner in common (or are the same) and their triangles of B too; a
 //! patch is what neighbors connect ([`join`]). So the feet of a table are a patch each, though they stand on one large
-//! triangle. Expected time linear in the number of contacts.
+//! triangle. Expected time `O(n log n)` in the number of contacts, whatever the number of points.
 
 mod identity;
 mod join;
@@ -17,6 +17,7 @@ use glam::DVec3;
 use identity::Identities;
 pub(crate) use identity::PatchMemory;
 use join::Joined;
+use reduce::Reduction;
 use smallvec::SmallVec;
 
 /// Contacts that hang together: [`Patches`]. Lengths are in the unit of the meshes, all else in A's frame.
@@ -73,6 +74,7 @@ pub struct Patches {
     /// In the order in which they came.
     given: Vec<Contact>,
     joined: Joined,
+    reduction: Reduction,
     identities: Identities,
 }
 
@@ -92,11 +94,12 @@ impl Patches {
             contacts: Vec::new(),
             given: Vec::new(),
             joined: Joined::default(),
+            reduction: Reduction::default(),
             identities: Identities::default(),
         }
     }
 
-    /// At most so many points for each patch from the next update on; at least 1.
+    /// At most so many points for each patch from the next update on; 0 counts as 1.
     #[must_use]
     pub fn point_limit(mut self, points: usize) -> Self {
         self.limit = points.max(1);
@@ -113,6 +116,7 @@ impl Patches {
         self.contacts.reserve(contacts);
         self.given.reserve(contacts);
         self.joined.reserve(contacts);
+        self.reduction.reserve(contacts);
         self.identities.reserve(contacts);
     }
 
@@ -124,7 +128,9 @@ impl Patches {
     /// Makes the patches of these contacts, nearest first, of the meshes of `a` and `b`. Contacts of a stopped query will do.
     ///
     /// A patch gets the id of the patch of the last update with which it has most triangles in common, if it has any and
-    /// that id has not gone to one that has more; otherwise a new one.
+    /// that id has not gone to one that has more; otherwise a new one. Of a triangle that many patches have (a floor under many
+    /// feet), only contacts with the same triangle count for that; which of such patches gets which id is arbitrary if they
+    /// have nothing else in common.
     pub fn update<'c>(&mut self, a: &Tree, b: &Tree, contacts: impl IntoIterator<Item = &'c Contact>) {
         self.given.clear();
         self.given.extend(contacts.into_iter().copied());
@@ -135,7 +141,7 @@ impl Patches {
             let first = self.contacts.len();
             self.contacts.extend(members.iter().map(|&i| self.given[i as usize]));
             let contacts = first as u32..self.contacts.len() as u32;
-            self.patches.push(Patch::new(&self.contacts[first..], contacts, self.limit));
+            self.patches.push(Patch::new(&self.contacts[first..], contacts, &mut self.reduction, self.limit));
         }
         self.identities.assign(&mut self.patches, &self.contacts);
     }
@@ -152,8 +158,9 @@ impl Patches {
         self.contacts.get(patch.range()).unwrap_or_default()
     }
 
-    /// The contacts that stand for one of these patches: the nearest, the one farthest from that, and then always the one that
-    /// adds most to the area of the polygon of all before, seen along the normal; fewer where nothing more is added.
+    /// The contacts that stand for one of these patches, seen along the normal: the nearest, the one farthest from that, and then
+    /// always the one that spans the largest triangle with an edge of the convex polygon of all before; fewer where nothing
+    /// more is added.
     pub fn points_of<'p>(&'p self, patch: &'p Patch) -> impl ExactSizeIterator<Item = &'p Contact> + Clone {
         let contacts = self.contacts_of(patch);
         // A patch that was read with `serde` may name others.
@@ -165,7 +172,7 @@ impl Patches {
 
 impl Patch {
     /// Of these contacts, nearest first, at least one.
-    fn new(contacts: &[Contact], range: Range<u32>, limit: usize) -> Self {
+    fn new(contacts: &[Contact], range: Range<u32>, reduction: &mut Reduction, limit: usize) -> Self {
         let length_of = |contact: &Contact| contact.segment.map_or(0.0, |[start, end]| length(end - start));
         let whole: f64 = contacts.iter().map(length_of).sum();
         let weight = |contact: &Contact| {
@@ -186,7 +193,7 @@ impl Patch {
             normal,
             length: whole,
             is_closed: whole > 0.0 && length(sum) <= CLOSED * whole,
-            points: reduce::points(contacts, normal, limit),
+            points: reduction.points(contacts, normal, limit),
             contacts: range,
         }
     }

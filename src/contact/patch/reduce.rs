@@ -1,46 +1,216 @@
 //! A few contacts that stand for a patch: the nearest, and those that span most of its area.
 
 use crate::contact::Contact;
+use alloc::collections::BinaryHeap;
+use alloc::vec::Vec;
+use core::cmp::Ordering;
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
 
-/// Which of these contacts, nearest first, stand for all: at most `limit`, at least one.
-///
-/// Seen along the normal: the first, the one farthest from it, and then always the one that adds most to the area of
-/// the polygon of those before. Of equal ones the first is taken, and none that adds less than a rounding.
-pub(super) fn points(contacts: &[Contact], normal: DVec3, limit: usize) -> SmallVec<[u32; 4]> {
-    let (x, y) = normal.any_orthonormal_pair();
-    let middle = |contact: &Contact| 0.5 * contact.points[0] + 0.5 * contact.points[1];
-    let from_first = |contact: &Contact| middle(contact) - middle(&contacts[0]);
-    let reach = contacts.iter().map(|contact| from_first(contact).abs().max_element()).fold(0.0, f64::max);
-    // In a unit of which no square is too large or too small.
-    let places = || contacts.iter().map(|contact| from_first(contact) / reach).map(|v| DVec2::new(x.dot(v), y.dot(v)));
-    let mut chosen: SmallVec<[u32; 4]> = smallvec![0];
-    // Corners of the polygon, counterclockwise once there are three.
-    let mut polygon: SmallVec<[DVec2; 4]> = smallvec![DVec2::ZERO];
-    while chosen.len() < limit && reach > 0.0 {
-        let gains =
-            places().map(|place| if chosen.len() == 1 { (place.length(), 1) } else { outside(&polygon, place) });
-        let best = (0..).zip(gains).reduce(|best, other| if other.1.0 > best.1.0 { other } else { best });
-        let Some((next, (_, at))) = best.filter(|(_, (gain, _))| *gain > ROUNDING) else { break };
-        chosen.push(next);
-        polygon.extend(places().nth(next as usize));
-        polygon[at..].rotate_right(1);
-    }
-    chosen
+/// The buffers that it takes to choose points.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Reduction {
+    /// The middles of all contacts, seen along the normal, from the first one, in a unit of which no square is too large or small.
+    places: Vec<DVec2>,
+    /// The polygon of the chosen, counterclockwise: for each of them the one before and the one after.
+    ring: Vec<[u32; 2]>,
+    /// Edges of the polygon that a contact is outside of, and some that were edges before.
+    edges: BinaryHeap<Edge>,
+    /// How many edges have looked at contacts.
+    looks: usize,
+    hull: Hull,
 }
+
+/// An edge of the polygon, and the contact that is farthest outside of it.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    /// Twice the area of the triangle of the edge and the contact.
+    gain: f64,
+    contact: u32,
+    /// Its ends, in the order in which they were chosen.
+    ends: [u32; 2],
+}
+
+/// By what is gained; of equal ones that of the contact that came first.
+impl Ord for Edge {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let key = |edge: &Self| (edge.contact, edge.ends);
+        self.gain.total_cmp(&other.gain).then_with(|| key(other).cmp(&key(self)))
+    }
+}
+
+impl PartialOrd for Edge {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Edge {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Edge {}
 
 /// What adds less than this, relative to the extent or its square, is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// The largest triangle of a point with an edge of the polygon that it is outside of, twice its area, and where in the list of
-/// corners the point belongs. The two edges of a polygon of two corners run both ways.
-fn outside(polygon: &[DVec2], point: DVec2) -> (f64, usize) {
-    let edges = (0..polygon.len()).map(|i| {
-        let (from, to) = (polygon[i], polygon[(i + 1) % polygon.len()]);
-        ((point - from).perp_dot(to - from), i + 1)
-    });
-    edges.fold((0.0, 0), |best, other| if other.0 > best.0 { other } else { best })
+/// So many edges look at all contacts, the others at the convex hull: a few looks take less than to find it.
+const LOOKS: usize = 4;
+
+impl Reduction {
+    pub fn reserve(&mut self, contacts: usize) {
+        self.places.reserve(contacts);
+        self.ring.reserve(LOOKS);
+        self.edges.reserve(2 * LOOKS);
+    }
+
+    /// Which of these contacts, nearest first, stand for all: at most `limit`, at least one.
+    ///
+    /// Seen along the normal: the first, the one farthest from it, and then always the one with the largest triangle on an edge of
+    /// the convex polygon of those before. Of equal ones the first is taken, and none that adds less than a rounding.
+    /// `O(n)` for up to four points, `O(n log n)` for any number.
+    pub fn points(&mut self, contacts: &[Contact], normal: DVec3, limit: usize) -> SmallVec<[u32; 4]> {
+        let mut chosen: SmallVec<[u32; 4]> = smallvec![0];
+        if limit == 1 || !self.place(contacts, normal) {
+            return chosen;
+        }
+        let lengths = (0..).zip(self.places.iter().map(|place| place.length()));
+        let farthest = lengths.reduce(|best, other| if other.1 > best.1 { other } else { best });
+        let Some((second, _)) = farthest.filter(|(_, length)| *length > ROUNDING) else { return chosen };
+        chosen.push(second);
+        self.ring.extend([[1, 1], [0, 0]]);
+        self.look([[0, 1], [1, 0]], &chosen);
+        while chosen.len() < limit
+            && let Some(Edge { contact, ends, .. }) = self.edges.pop()
+        {
+            if self.ring[ends[0] as usize][1] == ends[1] {
+                let new = chosen.len() as u32;
+                chosen.push(contact);
+                let ends = self.insert(new, ends, &chosen);
+                if chosen.len() < limit {
+                    self.look([[ends[0], new], [new, ends[1]]], &chosen);
+                }
+            }
+        }
+        chosen
+    }
+
+    /// Empties the buffers but for the places. Returns whether there is more than one.
+    fn place(&mut self, contacts: &[Contact], normal: DVec3) -> bool {
+        self.ring.clear();
+        self.edges.clear();
+        self.places.clear();
+        self.hull.clear();
+        self.looks = 0;
+        let (x, y) = normal.any_orthonormal_pair();
+        let middle = |contact: &Contact| 0.5 * contact.points[0] + 0.5 * contact.points[1];
+        let from_first = |contact: &Contact| middle(contact) - middle(&contacts[0]);
+        let reach = contacts.iter().map(|contact| from_first(contact).abs().max_element()).fold(0.0, f64::max);
+        let places = contacts.iter().map(|contact| from_first(contact) / reach);
+        self.places.extend(places.map(|v| DVec2::new(x.dot(v), y.dot(v))));
+        reach > 0.0
+    }
+
+    /// Queues new edges that contacts are outside of.
+    fn look(&mut self, edges: [[u32; 2]; 2], chosen: &[u32]) {
+        for ends in edges {
+            let [from, to] = ends.map(|i| self.places[chosen[i as usize] as usize]);
+            let gain = |place: DVec2| (place - from).perp_dot(to - from);
+            self.looks += 1;
+            let contact = if self.looks <= LOOKS {
+                let gains = (0..).zip(self.places.iter().map(|&place| gain(place)));
+                gains.fold((0, 0.0), |best, other| if other.1 > best.1 { other } else { best }).0
+            } else {
+                self.hull.farthest(&self.places, to - from)
+            };
+            let gain = gain(self.places[contact as usize]);
+            if gain > ROUNDING {
+                self.edges.push(Edge { gain, contact, ends });
+            }
+        }
+    }
+
+    /// Puts a chosen contact into the polygon, in place of an edge and of the corners next to it that it covers. Returns its
+    /// neighbors there.
+    fn insert(&mut self, new: u32, [mut from, mut to]: [u32; 2], chosen: &[u32]) -> [u32; 2] {
+        let place = |i: u32| self.places[chosen[i as usize] as usize];
+        let is_outside = |from: u32, to: u32| (place(new) - place(from)).perp_dot(place(to) - place(from)) > 0.0;
+        loop {
+            let [before, _] = self.ring[from as usize];
+            if before == to || !is_outside(before, from) {
+                break;
+            }
+            self.ring[from as usize] = [from; 2];
+            from = before;
+        }
+        loop {
+            let [_, after] = self.ring[to as usize];
+            if after == from || !is_outside(to, after) {
+                break;
+            }
+            self.ring[to as usize] = [to; 2];
+            to = after;
+        }
+        self.ring.push([from, to]);
+        self.ring[from as usize][1] = new;
+        self.ring[to as usize][0] = new;
+        [from, to]
+    }
+}
+
+/// The convex hull of places: from left to right below, and from right to left above.
+#[derive(Clone, Debug, Default)]
+struct Hull {
+    sorted: Vec<u32>,
+    chains: [Vec<u32>; 2],
+}
+
+impl Hull {
+    fn clear(&mut self) {
+        self.sorted.clear();
+    }
+
+    fn find(&mut self, places: &[DVec2]) {
+        let Self { sorted, chains } = self;
+        let place = |i: u32| places[i as usize];
+        sorted.extend(0..places.len() as u32);
+        let order = |p: DVec2, q: DVec2| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y));
+        sorted.sort_unstable_by(|&i, &j| order(place(i), place(j)).then(i.cmp(&j)));
+        sorted.dedup_by(|next, kept| place(*next) == place(*kept));
+        for chain in chains {
+            chain.clear();
+            for &i in &*sorted {
+                while let [.., j, k] = chain[..]
+                    && (place(k) - place(j)).perp_dot(place(i) - place(k)) <= 0.0
+                {
+                    chain.pop();
+                }
+                chain.push(i);
+            }
+            sorted.reverse();
+        }
+    }
+
+    /// The place that is farthest to the right of a direction.
+    fn farthest(&mut self, places: &[DVec2], direction: DVec2) -> u32 {
+        if self.sorted.is_empty() {
+            self.find(places);
+        }
+        let chain = &self.chains[usize::from(direction.x < 0.0)];
+        let place = |i: usize| places[chain[i] as usize];
+        let (mut first, mut last) = (0, chain.len() - 1);
+        while first < last {
+            let middle = (first + last) / 2;
+            if (place(middle + 1) - place(middle)).perp_dot(direction) > 0.0 {
+                first = middle + 1;
+            } else {
+                last = middle;
+            }
+        }
+        chain[first]
+    }
 }
 
 #[cfg(test)]
@@ -63,19 +233,72 @@ mod tests {
         let mut contacts: Vec<_> = (0..49).map(|i| at(f64::from(i % 7), f64::from(i / 7))).collect();
         // The nearest is in the middle.
         contacts.swap(0, 24);
-        let mut chosen = points(&contacts, DVec3::Z, 5);
+        let mut chosen = Reduction::default().points(&contacts, DVec3::Z, 5);
         assert_eq!(chosen[0], 0);
         chosen.sort_unstable();
         assert_eq!(chosen[..], [0, 6, 24, 42, 48], "index 24 holds what was first: a corner");
         for limit in 1..5 {
-            assert_eq!(points(&contacts, DVec3::Z, limit).len(), limit);
+            assert_eq!(Reduction::default().points(&contacts, DVec3::Z, limit).len(), limit);
         }
     }
 
     #[test]
     fn a_line_has_two_ends_and_a_point_is_alone() {
         let line: Vec<_> = (0..9).map(|i| at(0.1 * f64::from(i), 0.3 * f64::from(i))).collect();
-        assert_eq!(points(&line, DVec3::Z, 4)[..], [0, 8]);
-        assert_eq!(points(&[at(1.0, 2.0); 3], DVec3::Z, 4)[..], [0]);
+        assert_eq!(Reduction::default().points(&line, DVec3::Z, 4)[..], [0, 8]);
+        assert_eq!(Reduction::default().points(&[at(1.0, 2.0); 3], DVec3::Z, 4)[..], [0]);
+    }
+
+    /// All contacts and all edges of the polygon of the chosen, each time again.
+    fn naive(places: &[DVec2], limit: usize) -> Vec<u32> {
+        let place = |i: u32| places[i as usize];
+        let gain = |i: u32, [from, to]: [u32; 2]| (place(i) - place(from)).perp_dot(place(to) - place(from));
+        let best = |best: (u32, f64), other: (u32, f64)| if other.1 > best.1 { other } else { best };
+        let all = 0..places.len() as u32;
+        let mut chosen = Vec::from([0, all.clone().map(|i| (i, place(i).length())).fold((0, 0.0), best).0]);
+        while chosen.len() < limit {
+            let pairs = chosen.iter().flat_map(|&i| chosen.iter().map(move |&j| [i, j]));
+            let is_edge = |&[from, to]: &[u32; 2]| from != to && chosen.iter().all(|&k| gain(k, [from, to]) < 1e-13);
+            let edges: Vec<_> = pairs.filter(is_edge).collect();
+            let most = |i| edges.iter().map(|&edge| gain(i, edge)).fold(0.0, f64::max);
+            let (next, gain) = all.clone().map(|i| (i, most(i))).fold((0, 0.0), best);
+            if gain < 1e-10 {
+                break;
+            }
+            chosen.push(next);
+        }
+        chosen
+    }
+
+    #[test]
+    fn the_largest_triangle_each_time_for_any_limit() {
+        let mut state = 1_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f64 / (1 << 23) as f64 - 1.0
+        };
+        let mut longest = 0;
+        for trial in 0..60 {
+            // In a square, about a circle, and about a narrow ellipse.
+            let place = |_| match (trial % 3, random(), random()) {
+                (0, x, y) => DVec2::new(x, y),
+                (kind, angle, depth) => {
+                    let (sin, cos) = (core::f64::consts::PI * angle).sin_cos();
+                    (1.0 - 0.03 * depth * depth) * DVec2::new(cos, if kind == 1 { sin } else { 0.01 * sin })
+                }
+            };
+            let mut places: Vec<DVec2> = (0..60).map(place).collect();
+            let first = places[0];
+            places.iter_mut().for_each(|place| *place -= first);
+            let contacts: Vec<_> = places.iter().map(|place| at(place.x, place.y)).collect();
+            let mut reduction = Reduction::default();
+            let all = reduction.points(&contacts, DVec3::Z, usize::MAX);
+            assert_eq!(all[..], naive(&reduction.places, usize::MAX), "trial {trial}");
+            for limit in 1..all.len() {
+                assert_eq!(reduction.points(&contacts, DVec3::Z, limit)[..], all[..limit]);
+            }
+            longest = longest.max(all.len());
+        }
+        assert!(longest > 30, "{longest} points at most");
     }
 }
