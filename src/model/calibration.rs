@@ -169,6 +169,7 @@ impl TryFrom<Unchecked> for Calibration {
     type Error = alloc::string::String;
 
     fn try_from(Unchecked { offset, slope, evidence }: Unchecked) -> Result<Self, Self::Error> {
-        Self::checked(offset, slope, evidence).map_err(|(name, value)| alloc::format!("{name} {value:?} is out of range"))
+        Self::checked(offset, slope, evidence)
+            .map_err(|(name, value)| alloc::format!("{name} {value:?} is out of range"))
     }
 }

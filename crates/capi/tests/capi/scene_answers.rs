@@ -235,9 +235,13 @@ fn bodies_within_their_margins_say_how_far_apart_the_witness_is() {
         let (scene, ids) = (&both.scene, &both.ids);
         let mut listed = MaybeUninit::uninit();
         let mut pair = MaybeUninit::uninit();
-        let status = punctual_scene_pair(Some(scene), ids[0].0, ids[1].0, Some(&mut pair), Some(&mut listed));
-        // SAFETY: written by the call.
-        let (status, listed) = (status, unsafe { listed.assume_init() });
+        let size = size_of::<punctual_pair_report>();
+        // SAFETY: of the size that is said, and `listed` is written by the call.
+        let (status, listed) = unsafe {
+            let status =
+                punctual_scene_pair(Some(scene), ids[0].0, ids[1].0, row(Some(&mut pair)), size, Some(&mut listed));
+            (status, listed.assume_init())
+        };
         assert_eq!(status, Status::Ok);
         let native = both.native.report();
         let Some(expected) = native.pair(ids[0].1, ids[1].1) else {
@@ -246,7 +250,8 @@ fn bodies_within_their_margins_say_how_far_apart_the_witness_is() {
         };
         // SAFETY: written, as it is listed.
         let pair = unsafe { pair.assume_init() };
-        let report = made(|report| punctual_scene_report(Some(scene), report));
+        // SAFETY: of the size that it says.
+        let report = made(|report| unsafe { punctual_scene_report(Some(scene), slot(report)) });
         assert_eq!((report.within, report.intersecting), (native.within, native.intersecting));
         let distance = expected.verdict.witness_distance().unwrap_or(f64::INFINITY);
         assert_eq!(
