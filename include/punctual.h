@@ -3303,7 +3303,7 @@ punctual_status punctual_scene_use_threads(struct punctual_scene *scene,
 
 /**
  * Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do. Within this room
- * `punctual_scene_detect` does not allocate. Takes about 820 bytes a body and as many a pair.
+ * `punctual_scene_detect` does not allocate. Takes about 850 bytes a body and 970 a pair.
  *
  * Fails with OUT_OF_MEMORY if there is not so much; the scene has the room that it had then.
  */

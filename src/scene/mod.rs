@@ -164,7 +164,7 @@ impl Scene {
         (self.reach, self.is_known) = (reach, false);
     }
 
-    /// The most pairs of near bodies that are kept; by default 1,048,576. A pair takes 72 bytes, and about 430 more from its
+    /// The most pairs of near bodies that are kept; by default 1,048,576. A pair takes 72 bytes, and about 450 more from its
     /// first turn on.
     ///
     /// Pairs beyond that are left out, and [`Report::is_full`] says so, until an eighth of the room is free again. Those that
@@ -191,7 +191,7 @@ impl Scene {
 
     /// Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do: the boxes of moving
     /// bodies are widened by a twentieth of their longest edge. Within this room [`Scene::detect`] does not allocate.
-    /// Takes about 820 bytes a body and 890 a pair.
+    /// Takes about 850 bytes a body and 970 a pair.
     pub fn reserve(&mut self, bodies: usize, pairs: usize) {
         self.bodies_mut().reserve(bodies);
         let Self { bodies, broad, pairs: states, schedule, report, events, rays, .. } = self;

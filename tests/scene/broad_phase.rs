@@ -156,7 +156,7 @@ fn moving_bodies_with_a_cut_broad_phase_never_give_a_false_verdict() {
                         let new = Body::moving(Arc::clone(&ball), at(7.0 * random.vector()));
                         for scene in [&mut scene, &mut free] {
                             scene.remove(id).unwrap();
-                            *slot = scene.insert(new.clone()).unwrap();
+                            *slot = anywhere(scene.insert(new.clone()).unwrap());
                         }
                         continue;
                     }

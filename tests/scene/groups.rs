@@ -216,3 +216,36 @@ fn groups_come_and_go_with_their_bodies() {
     assert_eq!(lows(&mut scene), []);
     assert_eq!(scene.report().pairs, []);
 }
+
+/// One group and itself, and groups that have bodies in common: all pairs of two bodies, each once.
+#[test]
+fn groups_may_have_bodies_in_common() {
+    let mut random = Random::new(78);
+    let (mut scene, ids) = crowd(9, &mut random);
+    for (body, &id) in ids.iter().enumerate() {
+        scene.set_pose(id, Pose::new(random.rotation(), DVec3::X * (3.0 * body as f64)).unwrap()).unwrap();
+    }
+    // Links that are joined are kept apart by their filters.
+    scene.set_filter(ids[0], Filter::new(1, !1)).unwrap();
+    scene.set_filter(ids[1], Filter::new(1, !1)).unwrap();
+    let groups = [(&ids[..], &ids[..]), (&ids[..6], &ids[3..]), (&ids[2..4], &ids[2..4])];
+    let measures = groups.map(|(x, y)| scene.measure_groups(x, y, 1e-6).unwrap());
+    let mut workspace = Workspace::new();
+    for frame in 0..6 {
+        for &id in &ids {
+            let next = nudged(&scene.body(id).unwrap().pose, &mut random);
+            scene.set_pose(id, next).unwrap();
+        }
+        let budget = if frame % 2 == 0 { Budget::unlimited() } else { Budget::work(20_000) };
+        let report = detect(&mut scene, budget).clone();
+        for ((x, y), id) in groups.iter().zip(measures) {
+            let pairs = x.iter().flat_map(|&a| y.iter().map(move |&b| (a, b))).filter(|(a, b)| a != b);
+            let may_meet = |&(a, b): &(BodyId, BodyId)| a.index() + b.index() != 1;
+            let truth = pairs.filter(may_meet).map(|(a, b)| apart(&scene, a, b, &mut workspace));
+            let truth = truth.fold(f64::INFINITY, f64::min).max(0.0);
+            let found = report.group_distances.iter().find(|found| found.id == id).unwrap();
+            assert!(found.low <= truth + ROUNDING && truth <= found.high + ROUNDING, "{found:?} {truth}");
+            assert!(budget != Budget::unlimited() || found.high - found.low <= 1.1e-6, "{found:?}");
+        }
+    }
+}
