@@ -30,7 +30,8 @@ pub(crate) fn parse(bytes: &[u8], notices: &mut Notices) -> Result<Surface, Read
     let room = (bytes.len() - HEADER) / BYTES_PER_TRIANGLE;
     // Programs that write while they compute leave the number of triangles open.
     if room > 0 && (count == 0 || count == u32::MAX as usize) {
-        notices.add(None, format!("the header leaves the number of triangles open; the file has room for {room}"));
+        let what = format!("the header leaves the number of triangles open; the file has room for {room}");
+        notices.add(Place::Byte(HEADER - 4), what);
     } else if expected > bytes.len() {
         let what = format!("binary STL of {count} triangles has {expected} bytes, this file has {}", bytes.len());
         return Err(ReadError::new(what));

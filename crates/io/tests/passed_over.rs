@@ -128,7 +128,7 @@ fn bytes_that_are_too_many_or_uncounted_are_told() {
     for count in [0, u32::MAX] {
         let mut uncounted = stl.clone();
         uncounted[80..84].copy_from_slice(&count.to_le_bytes());
-        let what = "the header leaves the number of triangles open; the file has room for 20";
+        let what = "byte 80: the header leaves the number of triangles open; the file has room for 20";
         assert_eq!(told(Format::Stl, &uncounted), (20, vec![what.into()]));
         uncounted.push(0);
         let rest = "byte 1084: 1 bytes after the last triangle passed over";
