@@ -118,18 +118,19 @@ class SoftwarePainter {
     }
   }
 
+  // Row by row, or column by column, whichever it crosses more of: so each pixel is drawn once, also where it is seen through.
   segment(p, i, wide, shade) {
     const { width, height } = this.canvas;
-    const [x, y, z] = [p[i], p[i + 1], p[i + 2]];
-    const [dx, dy, dz] = [p[i + 3] - x, p[i + 4] - y, p[i + 5] - z];
-    const steps = Math.min(Math.ceil(Math.max(Math.abs(dx), Math.abs(dy))), 4000);
-    for (let k = 0; k <= steps; k++) {
-      const s = steps ? k / steps : 0;
-      const [left, top] = [Math.round(x + s * dx - wide / 2), Math.round(y + s * dy - wide / 2)];
-      for (let row = Math.max(0, top); row < Math.min(height, top + wide); row++) {
-        for (let column = Math.max(0, left); column < Math.min(width, left + wide); column++) {
-          this.plot(row * width + column, z + s * dz - 1e-4, shade);
-        }
+    const long = Math.abs(p[i + 4] - p[i + 1]) > Math.abs(p[i + 3] - p[i]) ? 1 : 0;
+    const [start, end, aside, turn] = [p[i + long], p[i + 3 + long], p[i + 1 - long], p[i + 4 - long] - p[i + 1 - long]];
+    const [size, reach] = long ? [height, width] : [width, height];
+    const first = Math.max(0, Math.round(Math.min(start, end) - wide / 2));
+    const last = Math.min(size, Math.round(Math.max(start, end) + wide / 2));
+    for (let at = first; at < last; at++) {
+      const s = end === start ? 0 : Math.min(Math.max((at + 0.5 - start) / (end - start), 0), 1);
+      const from = Math.round(aside + s * turn - wide / 2);
+      for (let k = Math.max(0, from); k < Math.min(reach, from + wide); k++) {
+        this.plot(long ? at * width + k : k * width + at, p[i + 2] + s * (p[i + 5] - p[i + 2]) - 1e-4, shade);
       }
     }
   }
