@@ -252,6 +252,9 @@ pub fn with_workspace<R>(run: impl FnOnce(&mut Workspace) -> R) -> R {
 
 /// Whether, and where, the surfaces of two trees meet.
 ///
+/// a, b: trees; as in all calls, a mesh with `vertices` and `faces`, such as a trimesh.Trimesh, is taken in place of one, and a
+/// tree is built from it for this call, which takes longer than most questions.
+///
 /// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. mode: "any" stops at the
 /// first intersection, "all" finds every intersecting pair of triangles. budget: seconds; work: units of work, for the
 /// same answer on every machine; without either the query finishes. memory: what it learned at the pose before. early:

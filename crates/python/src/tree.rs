@@ -113,7 +113,8 @@ impl Tree {
         built(py, mesh(vertices, faces)?, options).map(Self::from)
     }
 
-    /// The tree of a trimesh.Trimesh, or of anything else with `vertices` and `faces`.
+    /// The tree of a trimesh.Trimesh, or of anything else with `vertices` and `faces`. All calls take such a mesh in place of a
+    /// tree, but then it is built in each of them.
     #[classmethod]
     #[pyo3(signature = (mesh, *, effort="normal", neighbors=false, extremes=false))]
     fn from_trimesh(
