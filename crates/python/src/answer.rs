@@ -1,17 +1,19 @@
 //! What all answers have in common: why they were given and what they took, and of what.
 
 use crate::errors::value_error;
-use crate::tree::Tree;
+use crate::tree::{Surface, Tree};
 use crate::view::View;
 use punctual::{Pose, ResumeError, Stats, StopReason};
 use punctual_view::Bodies;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::PathBuf;
 use std::time::Duration;
 
 /// What every answer has, whatever was asked.
 #[pyclass(module = "punctual3d", frozen, subclass)]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Answer {
     pub stop: StopReason,
     pub work: u64,
@@ -57,8 +59,8 @@ pub struct Asked {
 }
 
 impl Asked {
-    pub fn new(a: PyRef<'_, Tree>, b: PyRef<'_, Tree>, pose: Pose) -> Self {
-        let known = |tree: PyRef<'_, Tree>| {
+    pub fn new(a: Surface<'_>, b: Surface<'_>, pose: Pose) -> Self {
+        let known = |Surface(tree): Surface<'_>| {
             let refits = tree.refits;
             (tree.into(), refits)
         };
@@ -70,14 +72,19 @@ impl Asked {
     }
 
     /// The page that `show` makes of the trees, saved if a file is named. Made without the interpreter's lock.
+    ///
+    /// An answer that was pickled has none.
     pub fn view(
-        &self,
+        asked: &Option<Self>,
         py: Python<'_>,
         path: Option<PathBuf>,
-        show: impl FnOnce(&Bodies<'_>) -> Result<punctual_view::View, ResumeError> + Send,
+        show: impl FnOnce(&Bodies<'_>, &Pose) -> Result<punctual_view::View, ResumeError> + Send,
     ) -> PyResult<View> {
+        let Some(Self { trees: known, pose }) = asked else {
+            return Err(value_error("the answer was pickled, which leaves the trees behind: it cannot be shown"));
+        };
         let mut trees = Vec::new();
-        for (name, (tree, refits)) in ["a", "b"].into_iter().zip(&self.trees) {
+        for (name, (tree, refits)) in ["a", "b"].into_iter().zip(known) {
             let tree = tree.try_borrow(py)?;
             if tree.refits != *refits {
                 return Err(value_error(format_args!("{name} was refitted since it was asked about")));
@@ -88,7 +95,7 @@ impl Asked {
             let trees = [&*trees[0], &*trees[1]];
             let name =
                 |tree: &punctual::Tree| format!("mesh of {} triangles", punctual_view::count(tree.mesh().len() as u64));
-            show(&Bodies::new(trees.map(name), trees)).map_err(io::Error::other)?.html()
+            show(&Bodies::new(trees.map(name), trees), pose).map_err(io::Error::other)?.html()
         })
     }
 }

@@ -52,32 +52,79 @@ fn rows<'py, T: Element, D: Copy>(
     what: &str,
     convert: impl Fn(ArrayView1<T>) -> D,
 ) -> PyResult<Vec<D>> {
+    let py = array.py();
     let array = array.try_readonly()?;
     let array = array.as_array();
     if array.ncols() != 3 {
         return Err(value_error(format_args!("{what}: shape {:?}, expected (N, 3)", array.shape())));
     }
-    Ok(array.rows().into_iter().map(convert).collect())
+    each(py, array.rows().into_iter(), |_, row| Ok(convert(row)))
+}
+
+/// Rows that are converted between two looks whether the user cancels the call: some milliseconds.
+const BETWEEN_LOOKS: usize = 1 << 18;
+
+/// Converts rows, of which there may be millions.
+pub fn each<R, D>(
+    py: Python<'_>,
+    rows: impl ExactSizeIterator<Item = R>,
+    mut convert: impl FnMut(usize, R) -> PyResult<D>,
+) -> PyResult<Vec<D>> {
+    let mut converted = Vec::with_capacity(rows.len());
+    for (at, row) in rows.enumerate() {
+        if at % BETWEEN_LOOKS == BETWEEN_LOOKS - 1 {
+            py.check_signals()?;
+        }
+        converted.push(convert(at, row)?);
+    }
+    Ok(converted)
+}
+
+/// Whether an array has no rows. It may be of any type: `numpy.asarray([])` has floats.
+fn has_no_rows(array: &Bound<'_, PyUntypedArray>) -> bool {
+    array.shape().first() == Some(&0)
 }
 
 /// Points or vectors, `(N, 3)`.
 pub fn vectors(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<[f64; 3]>> {
-    // What is empty has any type and shape: `numpy.asarray([])` is a row of floats.
-    if as_array(given)?.is_empty() {
+    let array = as_array(given)?;
+    if has_no_rows(&array) {
         return Ok(Vec::new());
     }
-    rows(&floats(given, what, "(N, 3)")?, what, |row| [row[0], row[1], row[2]])
+    rows(&floats(&array, what, "(N, 3)")?, what, |row| [row[0], row[1], row[2]])
+}
+
+/// Points or vectors, `(N, 3)`, or one for all, `(3,)`.
+pub fn vectors_or_one(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<[f64; 3]>> {
+    let array = as_array(given)?;
+    if array.shape() == [3] { Ok(vec![numbers(&array, what)?]) } else { vectors(&array, what) }
+}
+
+/// `N` numbers, such as a vector.
+pub fn numbers<const N: usize>(given: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; N]> {
+    let expected = format!("({N},)");
+    let array: Bound<'_, PyArray1<f64>> = floats(given, what, &expected)?;
+    let read: [Option<f64>; N] = core::array::from_fn(|at| array.get_owned(at));
+    if array.len() != N || read.contains(&None) {
+        return Err(value_error(format_args!("{what}: shape {:?}, expected {expected}", array.shape())));
+    }
+    Ok(read.map(Option::unwrap_or_default))
+}
+
+/// `N` numbers, if they are given.
+pub fn numbers_if<const N: usize>(given: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Option<[f64; N]>> {
+    given.map(|given| numbers(given, what)).transpose()
 }
 
 /// Triangles of a mesh, `(N, 3)` integers of any type; checked against the number of vertices where they do not fit.
 fn triangles(given: &Bound<'_, PyAny>, vertices: usize) -> PyResult<Vec<[u32; 3]>> {
     let array = as_array(given)?;
-    if array.is_empty() {
+    if has_no_rows(&array) {
         return Ok(Vec::new());
     }
     let wide: Bound<'_, PyArray2<i64>> = converted(&array, "faces", b"iu", "(N, 3)")?;
     let wide = rows(&wide, "faces", |row| [row[0], row[1], row[2]])?;
-    let narrow = |(triangle, corners): (usize, &[i64; 3])| {
+    let narrow = |triangle: usize, corners: &[i64; 3]| {
         let mut narrow = [0; 3];
         for (corner, &index) in corners.iter().enumerate() {
             narrow[corner] = u32::try_from(index).map_err(|_| {
@@ -88,7 +135,7 @@ fn triangles(given: &Bound<'_, PyAny>, vertices: usize) -> PyResult<Vec<[u32; 3]
         }
         Ok(narrow)
     };
-    wide.iter().enumerate().map(narrow).collect()
+    each(given.py(), wide.iter(), narrow)
 }
 
 /// The mesh of vertices and faces, checked.
@@ -131,23 +178,28 @@ fn pose(at: impl Fn(usize, usize) -> f64) -> Result<Pose, String> {
     Pose::from_row_major(core::array::from_fn(|entry| at(entry / 4, entry % 4))).map_err(|error| error.to_string())
 }
 
-/// Poses, `(N, 4, 4)`.
+/// Poses, `(N, 4, 4)`, or one, `(4, 4)`.
 pub struct Transforms(pub Vec<Pose>);
 
 impl<'py> FromPyObject<'_, 'py> for Transforms {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        let array = floats::<Ix3>(&given, "poses", "(N, 4, 4)")?.try_readonly()?;
-        let view = array.as_array();
-        if view.shape()[1..] != [4, 4] {
-            return Err(value_error(format_args!("poses: shape {:?}, expected (N, 4, 4)", view.shape())));
+        let array = as_array(&given)?;
+        if has_no_rows(&array) {
+            return Ok(Self(Vec::new()));
         }
-        let checked = view.outer_iter().enumerate().map(|(row, matrix)| {
+        let rows = if array.ndim() == 2 { array.get_item(None::<()>)?.cast_into()? } else { array.clone() };
+        let rows = floats::<Ix3>(&rows, "poses", "(N, 4, 4)")?.try_readonly()?;
+        let view = rows.as_array();
+        if view.shape()[1..] != [4, 4] {
+            return Err(value_error(format_args!("poses: shape {:?}, expected (N, 4, 4) or (4, 4)", array.shape())));
+        }
+        let checked = each(given.py(), view.outer_iter(), |row, matrix| {
             let at = |row, column| matrix[[row, column]];
             pose(at).map_err(|fault| value_error(format_args!("pose {row}: {fault}")))
         });
-        checked.collect::<PyResult<_>>().map(Self)
+        checked.map(Self)
     }
 }
 
@@ -174,4 +226,38 @@ pub fn points<const M: usize>(
     let flat: Vec<f64> = blocks.into_iter().flatten().flatten().collect();
     let count = flat.len() / (3 * M);
     column(py, flat).reshape([count, M, 3])
+}
+
+/// Arrays to and from bytes, for pickles.
+pub mod bytes {
+    use numpy::ndarray::{ArrayD, Dimension};
+    use numpy::{Element, PyArray, PyArrayMethods};
+    use pyo3::prelude::*;
+    use serde::de::{Deserialize, Deserializer, Error as _};
+    use serde::ser::{Error as _, Serialize, Serializer};
+
+    pub fn serialize<T, D, S>(array: &Py<PyArray<T, D>>, serializer: S) -> Result<S::Ok, S::Error>
+    where
+        T: Element + Serialize,
+        D: Dimension,
+        S: Serializer,
+    {
+        Python::attach(|py| {
+            let array = array.bind(py).try_readonly().map_err(S::Error::custom)?;
+            let array = array.as_array();
+            (array.shape(), array.iter().collect::<Vec<_>>()).serialize(serializer)
+        })
+    }
+
+    pub fn deserialize<'de, T, D, S>(deserializer: S) -> Result<Py<PyArray<T, D>>, S::Error>
+    where
+        T: Element + Deserialize<'de>,
+        D: Dimension,
+        S: Deserializer<'de>,
+    {
+        let (shape, elements) = <(Vec<usize>, Vec<T>)>::deserialize(deserializer)?;
+        let array = ArrayD::from_shape_vec(shape, elements).map_err(S::Error::custom)?;
+        let array = array.into_dimensionality::<D>().map_err(S::Error::custom)?;
+        Ok(Python::attach(|py| PyArray::from_owned_array(py, array).unbind()))
+    }
 }

@@ -1,17 +1,15 @@
 //! Many poses in one call, on as many threads as asked for.
 
 use crate::errors::value_error;
-use punctual::{PairMemory, Workspace};
+use crate::interrupt::{Attentive, BETWEEN_LOOKS, Interrupt};
+use punctual::{Clock, PairMemory, Workspace};
 use pyo3::prelude::*;
 use std::sync::Mutex;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
-use std::time::{Duration, Instant};
 
 /// Poses that a thread takes at a time.
 const BLOCK: usize = 16;
-
-/// How often the calling thread looks whether the user wants to end the call.
-const SIGNALS: Duration = Duration::from_millis(100);
 
 /// What a thread of a batch needs.
 pub struct Worker<'m> {
@@ -37,48 +35,55 @@ pub fn workers(threads: usize, poses: usize, memory: Option<&mut PairMemory>) ->
 }
 
 /// Calls `answer` for each number below `count`, without the interpreter's lock: the answers in order. Ends early at an
-/// error, if the user asks for that (Ctrl-C) or there is no thread.
+/// error, if the user cancels the call (Ctrl-C) or there is no thread.
 pub fn each<'m, R: Clone + Default + Send>(
     py: Python<'_>,
     count: usize,
     mut workers: Vec<Worker<'m>>,
-    answer: impl Fn(&mut Worker<'m>, usize) -> PyResult<R> + Sync,
+    answer: impl Fn(&mut Worker<'m>, &dyn Clock, usize) -> PyResult<R> + Sync,
 ) -> PyResult<Vec<R>> {
     let mut rows = vec![R::default(); count];
     let blocks = Mutex::new(rows.chunks_mut(BLOCK).enumerate());
-    let next = || blocks.lock().ok()?.next();
-    // Leaves nothing to do for the others.
-    let end = |_: &PyErr| while next().is_some() {};
-    let work = |worker: &mut Worker<'m>, look: &mut dyn FnMut() -> PyResult<()>| {
-        while let Some((block, rows)) = next() {
-            for (row, at) in rows.iter_mut().zip(block * BLOCK..) {
-                *row = answer(worker, at).inspect_err(end)?;
+    let interrupt = Interrupt::default();
+    let work = |worker: &mut Worker<'m>, clock: &dyn Clock| {
+        while let Some((block, rows)) = blocks.lock().ok().and_then(|mut blocks| blocks.next()) {
+            if clock.is_cancelled() {
+                break;
             }
-            look().inspect_err(end)?;
+            for (row, at) in rows.iter_mut().zip(block * BLOCK..) {
+                *row = answer(worker, clock, at).inspect_err(|_| interrupt.set(None))?;
+                if interrupt.is_set() {
+                    break;
+                }
+            }
         }
         Ok::<_, PyErr>(())
     };
-    let mut looked = Instant::now();
-    let mut look = || {
-        if looked.elapsed() < SIGNALS {
-            return Ok(());
-        }
-        looked = Instant::now();
-        Python::attach(|py| py.check_signals())
-    };
     py.detach(|| {
+        let clock = Attentive::new(&interrupt);
         thread::scope(|scope| {
             let (own, others) = workers.split_first_mut().ok_or_else(|| value_error("no worker"))?;
-            let others = others
-                .iter_mut()
-                .map(|worker| thread::Builder::new().spawn_scoped(scope, || work(worker, &mut || Ok(()))));
-            let others: Vec<_> = others.map(|other| Ok(other?)).collect::<PyResult<_>>().inspect_err(end)?;
-            work(own, &mut look)?;
+            let (working, ended) = mpsc::channel::<()>();
+            let spawn = |other| {
+                let (working, work, interrupt) = (working.clone(), &work, &interrupt);
+                thread::Builder::new().spawn_scoped(scope, move || {
+                    let _working = working;
+                    work(other, interrupt)
+                })
+            };
+            let others: Result<Vec<_>, _> = others.iter_mut().map(spawn).collect();
+            let others = others.inspect_err(|_| interrupt.set(None))?;
+            drop(working);
+            work(own, &clock)?;
+            // The user may cancel what the others still do.
+            while ended.recv_timeout(BETWEEN_LOOKS) == Err(RecvTimeoutError::Timeout) {
+                let _ = clock.is_cancelled();
+            }
             for other in others {
                 other.join().map_err(|_| value_error("a thread of the batch ended early"))??;
             }
             Ok::<_, PyErr>(())
         })
     })?;
-    Ok(rows)
+    interrupt.end(rows)
 }

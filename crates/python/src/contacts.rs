@@ -4,13 +4,14 @@ use crate::answer::{Answer, Asked};
 use crate::arrays::{Transform, column, points, table};
 use crate::errors::{not_negative, value_error};
 use crate::limit::Limit;
-use crate::query::WORKSPACE;
-use crate::tree::Tree;
+use crate::query::with_workspace;
+use crate::tree::Surface;
 use crate::view::View;
 use numpy::{PyArray1, PyArray2, PyArray3};
 use punctual::glam::DVec3;
-use punctual::{Contact, ContactQuery, Pose, StopReason, Workspace};
+use punctual::{Clock, Contact, ContactQuery, Pose, StopReason, Workspace};
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// The pairs of triangles within a margin of each other, the nearest first: a row for each in all arrays, in A's frame.
@@ -18,17 +19,20 @@ use std::path::PathBuf;
 /// All of them if `stop` is "finished"; of a stopped query the part found so far, and every other contact is at least
 /// `low` apart.
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
+#[derive(Serialize, Deserialize)]
 pub struct Contacts {
     answer: punctual::Contacts,
     found: Vec<Contact>,
     /// The unit normals of both triangles, if they have any.
     faces: Vec<[Option<DVec3>; 2]>,
-    asked: Asked,
+    #[serde(skip)]
+    asked: Option<Asked>,
+    #[serde(skip)]
     options: Options,
 }
 
 /// All that a query of contacts is asked, but the trees and the pose.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Options {
     margin: f64,
     most: usize,
@@ -88,14 +92,14 @@ impl Contacts {
 
     /// A page that shows where surfaces meet or come close, saved if a path is given. The query is run anew for it.
     ///
-    /// Raises ValueError if a tree was refitted since, and OSError if the file cannot be written.
+    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
         let Self { answer, asked, options, .. } = self;
-        self.asked.view(py, path, |bodies| {
+        Asked::view(asked, py, path, |bodies, pose| {
             let [a, b] = bodies.trees();
             let most = (options.most < usize::MAX).then_some(options.most);
-            punctual_view::contacts(bodies, options.query(a, b, asked.pose), &asked.pose, most, answer)
+            punctual_view::contacts(bodies, options.query(a, b, *pose), pose, most, answer)
         })
     }
 
@@ -112,14 +116,14 @@ impl Contacts {
 fn spend(
     query: &ContactQuery<'_>,
     workspace: &mut Workspace,
-    limit: Limit,
+    (limit, clock): (Limit, &dyn Clock),
     most: usize,
 ) -> (punctual::Contacts, Vec<Contact>) {
-    let mut answer = query.run(workspace, limit.budget());
+    let mut answer = query.run_with(workspace, limit.budget(), clock);
     let mut found: Vec<Contact> = workspace.drain_contacts().collect();
-    while answer.stop == StopReason::PairsFull && found.len() < most {
+    while answer.stop == StopReason::PairsFull && found.len() < most && !clock.is_cancelled() {
         let left = limit.left(&punctual::Stats::default(), &answer.stats);
-        let Ok(next) = query.resume(workspace, left.budget()) else { break };
+        let Ok(next) = query.resume_with(workspace, left.budget(), clock) else { break };
         answer = next;
         found.extend(workspace.drain_contacts());
     }
@@ -143,8 +147,8 @@ fn spend(
 #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
 pub fn contacts<'py>(
     py: Python<'py>,
-    a: PyRef<'py, Tree>,
-    b: PyRef<'py, Tree>,
+    a: Surface<'py>,
+    b: Surface<'py>,
     T: Option<Transform>,
     margin: f64,
     limit: Option<usize>,
@@ -159,10 +163,13 @@ pub fn contacts<'py>(
     let spent = Limit::new(budget, work)?;
     let (options, pose) = (Options { margin, most }, T.unwrap_or_default().0);
     let query = options.query(&a.arc, &b.arc, pose);
-    let (answer, found) =
-        spent.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| spend(&query, workspace, spent, most)));
+    let run = |clock: &dyn Clock| {
+        let (answer, found) = with_workspace(|workspace| spend(&query, workspace, (spent, clock), most));
+        let faces = found.iter().map(|contact| query.face_normals(contact.triangles)).collect();
+        (answer, found, faces)
+    };
+    let (answer, found, faces) = spent.run(py, run)?;
     let base = Answer::new(answer.stop, &answer.stats);
-    let faces = found.iter().map(|contact| query.face_normals(contact.triangles)).collect();
-    let asked = Asked::new(a, b, pose);
+    let asked = Some(Asked::new(a, b, pose));
     Bound::new(py, (Contacts { answer, found, faces, asked, options }, base))
 }

@@ -1,23 +1,24 @@
 //! How far apart two meshes are at a pose.
 
 use crate::answer::{Answer, Asked};
-use crate::arrays::{Transform, table};
+use crate::arrays::{Transform, numbers_if, table};
 use crate::errors::{not_negative, resume_error, undecided};
 use crate::estimate::{Certificate, DistanceEstimate, Quantiles};
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
-use crate::query::WORKSPACE;
-use crate::tree::Tree;
+use crate::query::with_workspace;
+use crate::tree::Surface;
 use crate::view::View;
 use numpy::PyArray2;
-use punctual::{PairMemory, Pose, Workspace};
+use punctual::{Clock, Pose, Workspace};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// All that a distance query is asked, but the trees and the pose.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub struct DistanceOptions {
     absolute: Option<f64>,
     relative: Option<f64>,
@@ -29,11 +30,11 @@ pub struct DistanceOptions {
 impl DistanceOptions {
     pub fn new(
         [absolute, relative]: [Option<f64>; 2],
-        margins: Option<[f64; 2]>,
+        margins: Option<&Bound<'_, PyAny>>,
         limit: Option<f64>,
         leave_contact_open: bool,
     ) -> PyResult<Self> {
-        let margins = margins.unwrap_or_default();
+        let margins = numbers_if(margins, "margins")?.unwrap_or_default();
         let numbers = [
             ("absolute_tolerance", absolute),
             ("relative_tolerance", relative),
@@ -61,27 +62,19 @@ impl DistanceOptions {
     }
 }
 
-/// Runs a distance query within a limit.
-pub fn spend(
-    query: &punctual::DistanceQuery<'_>,
-    workspace: &mut Workspace,
-    memory: Option<&mut PairMemory>,
-    limit: Limit,
-) -> punctual::Distance {
-    match memory {
-        Some(memory) => query.run_with_memory(workspace, memory, limit.budget()),
-        None => query.run(workspace, limit.budget()),
-    }
-}
-
 /// What a distance query says, wherever it stopped: low <= distance <= high, both proven.
 ///
 /// Its truth value is the answer to `closer_than`; it raises UndecidedError while that is not known, and TypeError if
 /// it was not asked.
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
+#[derive(Serialize, Deserialize)]
 pub struct Distance {
     answer: punctual::Distance,
-    asked: Asked,
+    /// The length of `closer_than`.
+    limit: Option<f64>,
+    #[serde(skip)]
+    asked: Option<Asked>,
+    #[serde(skip)]
     options: DistanceOptions,
 }
 
@@ -92,7 +85,8 @@ impl Distance {
         asked: Asked,
         options: DistanceOptions,
     ) -> PyResult<Bound<'_, Self>> {
-        Bound::new(py, (Self { answer, asked, options }, Answer::new(answer.stop, &answer.stats)))
+        let base = Answer::new(answer.stop, &answer.stats);
+        Bound::new(py, (Self { answer, limit: options.limit, asked: Some(asked), options }, base))
     }
 }
 
@@ -132,18 +126,18 @@ impl Distance {
 
     /// A page that shows the closest points found, saved if a path is given. The query is run anew for it.
     ///
-    /// Raises ValueError if a tree was refitted since, and OSError if the file cannot be written.
+    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
-        let Self { answer, asked, options } = self;
-        asked.view(py, path, |bodies| {
+        let Self { answer, asked, options, .. } = self;
+        Asked::view(asked, py, path, |bodies, pose| {
             let [a, b] = bodies.trees();
-            punctual_view::distance(bodies, options.query(a, b, asked.pose), &asked.pose, answer)
+            punctual_view::distance(bodies, options.query(a, b, *pose), pose, answer)
         })
     }
 
     fn __bool__(&self) -> PyResult<bool> {
-        let Some(limit) = self.options.limit else {
+        let Some(limit) = self.limit else {
             return Err(PyTypeError::new_err("a distance has no truth value: compare its bounds low and high"));
         };
         let what = format!("the surfaces are closer than {limit}");
@@ -158,7 +152,7 @@ impl Distance {
 
 fn ask<'py>(
     py: Python<'py>,
-    [a, b]: [PyRef<'py, Tree>; 2],
+    [a, b]: [Surface<'py>; 2],
     pose: Pose,
     options: DistanceOptions,
     limit: Limit,
@@ -166,7 +160,8 @@ fn ask<'py>(
 ) -> PyResult<Bound<'py, Distance>> {
     let query = options.query(&a.arc, &b.arc, pose);
     let memory = lent(&mut memory);
-    let answer = limit.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| spend(&query, workspace, memory, limit)));
+    let run = |clock: &dyn Clock| with_workspace(|workspace| query.run_with(workspace, memory, limit.budget(), clock));
+    let answer = limit.run(py, run)?;
     Distance::new(py, answer, Asked::new(a, b, pose), options)
 }
 
@@ -185,12 +180,12 @@ fn ask<'py>(
 #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
 pub fn distance<'py>(
     py: Python<'py>,
-    a: PyRef<'py, Tree>,
-    b: PyRef<'py, Tree>,
+    a: Surface<'py>,
+    b: Surface<'py>,
     T: Option<Transform>,
     absolute_tolerance: Option<f64>,
     relative_tolerance: Option<f64>,
-    margins: Option<[f64; 2]>,
+    margins: Option<&Bound<'py, PyAny>>,
     leave_contact_open: bool,
     budget: Option<f64>,
     work: Option<u64>,
@@ -207,11 +202,11 @@ pub fn distance<'py>(
 #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
 pub fn closer_than<'py>(
     py: Python<'py>,
-    a: PyRef<'py, Tree>,
-    b: PyRef<'py, Tree>,
+    a: Surface<'py>,
+    b: Surface<'py>,
     length: f64,
     T: Option<Transform>,
-    margins: Option<[f64; 2]>,
+    margins: Option<&Bound<'py, PyAny>>,
     budget: Option<f64>,
     work: Option<u64>,
     memory: Option<PyRefMut<'_, Memory>>,
@@ -246,12 +241,12 @@ impl DistanceQuery {
         closer_than=None, leave_contact_open=false))]
     #[expect(non_snake_case, clippy::too_many_arguments, reason = "the name of the Python argument")]
     fn new(
-        a: PyRef<'_, Tree>,
-        b: PyRef<'_, Tree>,
+        a: Surface<'_>,
+        b: Surface<'_>,
         T: Option<Transform>,
         absolute_tolerance: Option<f64>,
         relative_tolerance: Option<f64>,
-        margins: Option<[f64; 2]>,
+        margins: Option<&Bound<'_, PyAny>>,
         closer_than: Option<f64>,
         leave_contact_open: bool,
     ) -> PyResult<Self> {
@@ -274,7 +269,7 @@ impl DistanceQuery {
         let limit = Limit::new(budget, work)?;
         let Self { trees: [a, b], asked, options, workspace, .. } = self;
         let (query, memory) = (options.query(a, b, asked.pose), lent(&mut memory));
-        let answer = limit.unlocked(py, || spend(&query, workspace, memory, limit));
+        let answer = limit.run(py, |clock| query.run_with(workspace, memory, limit.budget(), clock))?;
         Distance::new(py, answer, asked.clone_ref(py), *options)
     }
 
@@ -290,7 +285,8 @@ impl DistanceQuery {
         let limit = Limit::new(budget, work)?;
         let Self { trees: [a, b], asked, options, workspace, .. } = self;
         let query = options.query(a, b, asked.pose);
-        let answer = limit.unlocked(py, || query.resume(workspace, limit.budget())).map_err(resume_error)?;
+        let resume = |clock: &dyn Clock| query.resume_with(workspace, None, limit.budget(), clock);
+        let answer = limit.run(py, resume)?.map_err(resume_error)?;
         Distance::new(py, answer, asked.clone_ref(py), *options)
     }
 
@@ -319,5 +315,10 @@ impl DistanceQuery {
         let query = options.query(a, b, asked.pose);
         let open = query.narrowed_certificate(workspace, aside.get_or_insert_default(), work);
         Ok(open.map_err(resume_error)?.into())
+    }
+
+    fn __repr__(&self) -> String {
+        let [a, b] = self.trees.each_ref().map(|tree| tree.mesh().len());
+        format!("<punctual3d.DistanceQuery of {a} and {b} triangles>")
     }
 }

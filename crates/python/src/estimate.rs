@@ -3,10 +3,11 @@
 use crate::arrays::points;
 use numpy::PyArray3;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// An uncertain number: its median, and its 10 % and 90 % quantiles.
 #[pyclass(module = "punctual3d", frozen, get_all)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Quantiles {
     /// Below this with probability 10 %.
     p10: f64,
@@ -31,7 +32,7 @@ impl Quantiles {
 
 /// What a query, or the rest of one, is expected to take.
 #[pyclass(module = "punctual3d", frozen, get_all)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Prediction {
     /// BV tests.
     bv_tests: Quantiles,
@@ -54,9 +55,18 @@ impl Prediction {
     }
 }
 
+#[pymethods]
+impl Prediction {
+    fn __repr__(&self) -> String {
+        let [bv_tests, triangle_tests, work, time] =
+            [self.bv_tests, self.triangle_tests, self.work, self.time].map(|number| number.__repr__());
+        format!("Prediction(bv_tests={bv_tests}, triangle_tests={triangle_tests}, work={work}, time={time})")
+    }
+}
+
 /// What can be said of a stopped query. Not proven: only the verdict and the certificate are.
 #[pyclass(module = "punctual3d", frozen, get_all)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Estimate {
     /// Probability that the surfaces meet.
     pub probability: f64,
@@ -73,8 +83,17 @@ impl Estimate {
     }
 }
 
+#[pymethods]
+impl Estimate {
+    fn __repr__(&self) -> String {
+        let Self { probability, recall, remaining } = self;
+        format!("Estimate(probability={probability:.4}, recall={recall:.4}, remaining={})", remaining.__repr__())
+    }
+}
+
 /// What can be said of a stopped distance query. Not proven: only its bounds and the certificate are.
 #[pyclass(module = "punctual3d", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
 pub struct DistanceEstimate {
     /// The distance, in the length unit of the meshes.
     distance: Quantiles,
@@ -88,8 +107,17 @@ impl From<punctual::DistanceEstimate> for DistanceEstimate {
     }
 }
 
+#[pymethods]
+impl DistanceEstimate {
+    fn __repr__(&self) -> String {
+        let [distance, remaining] = [self.distance, self.remaining].map(|number| number.__repr__());
+        format!("DistanceEstimate(distance={distance}, remaining={remaining})")
+    }
+}
+
 /// What is proven about that which a stopped query has not looked at.
 #[pyclass(module = "punctual3d", frozen)]
+#[derive(Serialize, Deserialize)]
 pub struct Certificate {
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed.
     #[pyo3(get)]
@@ -122,5 +150,12 @@ impl Certificate {
     #[getter]
     fn boxes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         points(py, self.boxes.iter().copied())
+    }
+
+    fn __repr__(&self) -> String {
+        let Self { open_pairs, upper_bound, largest_extent, .. } = self;
+        format!(
+            "<punctual3d.Certificate: {open_pairs} open pairs, upper bound {upper_bound}, largest extent {largest_extent}>"
+        )
     }
 }

@@ -3,8 +3,10 @@
 //! A thin face. Here are the arrays, the interpreter's lock and the exceptions; `python/punctual3d` has the rest of the
 //! package: its names, its types, and a drop-in for trimesh's `CollisionManager`.
 //!
-//! **The interpreter's lock.** Builds, batches, and queries without a budget of time run without it. A query with such
-//! a budget keeps it: to get it back from another thread may take 5 ms, much longer than the budget.
+//! **The interpreter's lock.** Builds, batches and queries run without it, but a query with a budget of less than 50 ms: to
+//! get the lock back from another thread may take 5 ms, much longer than the budget.
+//!
+//! **Ctrl-C.** Every call that may take longer looks for it every 50 ms (`interrupt`).
 
 #![deny(missing_docs, unsafe_code)]
 
@@ -16,6 +18,7 @@ mod distance;
 mod distance_batch;
 mod errors;
 mod estimate;
+mod interrupt;
 mod limit;
 mod memory;
 mod motion;
@@ -23,6 +26,7 @@ mod push_out;
 mod query;
 mod query_batch;
 mod rays;
+mod record;
 mod scene;
 mod scene_cast;
 mod scene_contacts;
@@ -61,6 +65,8 @@ mod _punctual3d {
     use super::query_batch::{CollisionBatch, collide_batch};
     #[pymodule_export]
     use super::rays::{RayHits, rays};
+    #[pymodule_export]
+    use super::record::{_restore, _state};
     #[pymodule_export]
     use super::scene::{Report, Scene};
     #[pymodule_export]

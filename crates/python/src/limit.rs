@@ -1,8 +1,9 @@
 //! What a call may spend, and whether it keeps the interpreter's lock.
 
 use crate::errors::value_error;
+use crate::interrupt::{BETWEEN_LOOKS, cancellable};
 use core::time::Duration;
-use punctual::{Budget, Stats};
+use punctual::{Budget, Clock, Stats, SystemClock};
 use pyo3::prelude::*;
 
 /// The budget of a call: seconds, units of work, or neither.
@@ -47,11 +48,12 @@ impl Limit {
         }
     }
 
-    /// Runs without the interpreter's lock, unless the time is limited: to get the lock back may take longer.
-    pub fn unlocked<R: Send>(self, py: Python<'_>, run: impl FnOnce() -> R + Send) -> R {
+    /// Runs a call by a clock. Without the interpreter's lock, unless the time is short: to get the lock back from another thread
+    /// may take as long. Raises what the user cancels the call with.
+    pub fn run<R: Send>(self, py: Python<'_>, run: impl FnOnce(&dyn Clock) -> R + Send) -> PyResult<R> {
         match self {
-            Self::Time(_) => run(),
-            Self::None | Self::Work(_) => py.detach(run),
+            Self::Time(time) if time < BETWEEN_LOOKS => Ok(run(&SystemClock::default())),
+            Self::None | Self::Work(_) | Self::Time(_) => cancellable(py, run),
         }
     }
 }

@@ -4,13 +4,15 @@ use crate::arrays::Transform;
 use crate::tree::Tree;
 use punctual::PairMemory;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// What one query tells the next about the same pair of trees, at poses that follow each other: a part of the time is
 /// spared.
 ///
-/// It never changes an answer that is proven. Used with another pair of trees, it forgets.
+/// It never changes an answer that is proven. Used with another pair of trees, it forgets. A pickle keeps what it learned, but
+/// not the clearance.
 #[pyclass(module = "punctual3d")]
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub struct Memory(pub PairMemory);
 
 #[pymethods]
@@ -47,6 +49,23 @@ impl Memory {
     #[getter]
     fn change_rate(&self) -> f64 {
         self.0.change_rate()
+    }
+
+    fn __copy__(&self) -> Self {
+        Self(self.0.clone())
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
+        self.__copy__()
+    }
+
+    fn __repr__(&self) -> String {
+        let last = match self.last_verdict() {
+            Some(true) => "met",
+            Some(false) => "apart",
+            None => "never decided",
+        };
+        format!("<punctual3d.Memory: {last}, {} frames undecided>", self.frames_undecided())
     }
 }
 

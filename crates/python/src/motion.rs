@@ -1,25 +1,29 @@
 //! Until when a motion is free.
 
 use crate::answer::{Answer, Asked};
-use crate::arrays::Transform;
+use crate::arrays::{Transform, numbers_if};
 use crate::errors::{not_negative, resume_error, value_error};
 use crate::estimate::{Certificate, Quantiles};
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
-use crate::query::WORKSPACE;
-use crate::tree::Tree;
+use crate::query::with_workspace;
+use crate::tree::Surface;
 use crate::view::View;
-use punctual::{Budget, Motion, PairMemory, Workspace};
+use punctual::{Clock, Motion, Workspace};
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// What a motion query says; times from 0 to 1.
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
+#[derive(Serialize, Deserialize)]
 pub struct Passage {
     answer: punctual::Passage,
-    asked: Asked,
-    options: Options,
+    #[serde(skip)]
+    asked: Option<Asked>,
+    #[serde(skip)]
+    options: Option<Options>,
 }
 
 /// All that a query of a motion is asked, but the trees.
@@ -32,8 +36,8 @@ struct Options {
 }
 
 impl Options {
-    fn new(motion: Motion, tolerances: [Option<f64>; 2], margins: Option<[f64; 2]>) -> PyResult<Self> {
-        let margins = margins.unwrap_or_default();
+    fn new(motion: Motion, tolerances: [Option<f64>; 2], margins: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let margins = numbers_if(margins, "margins")?.unwrap_or_default();
         let ([tolerance, time_tolerance], [of_a, of_b]) = (tolerances, margins.map(Some));
         let lengths = [("tolerance", tolerance), ("margins[0]", of_a), ("margins[1]", of_b)];
         not_negative(lengths.into_iter().chain([("time_tolerance", time_tolerance)]))?;
@@ -55,7 +59,7 @@ impl Options {
 impl Passage {
     fn new(py: Python<'_>, answer: punctual::Passage, asked: Asked, options: Options) -> PyResult<Bound<'_, Self>> {
         let base = Answer::new(answer.stop, &answer.stats);
-        Bound::new(py, (Self { answer, asked, options }, base))
+        Bound::new(py, (Self { answer, asked: Some(asked), options: Some(options) }, base))
     }
 }
 
@@ -81,12 +85,14 @@ impl Passage {
 
     /// A page that shows the way of b, and where it meets a; saved if a path is given. The query is run anew for it.
     ///
-    /// Raises ValueError if a tree was refitted since, and OSError if the file cannot be written.
+    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
-        self.asked.view(py, path, |bodies| {
+        let Self { answer, asked, options } = self;
+        Asked::view(asked, py, path, |bodies, _| {
             let [a, b] = bodies.trees();
-            punctual_view::motion(bodies, self.options.query(a, b), &self.answer)
+            let options = options.as_ref().ok_or(punctual::ResumeError)?;
+            punctual_view::motion(bodies, options.query(a, b), answer)
         })
     }
 
@@ -101,8 +107,10 @@ impl Passage {
 pub fn path(
     start: Transform,
     to: Option<Transform>,
-    [velocity, turn, point]: [Option<[f64; 3]>; 3],
+    [velocity, turn, point]: [Option<&Bound<'_, PyAny>>; 3],
 ) -> PyResult<Motion> {
+    let (velocity, turn) = (numbers_if(velocity, "velocity")?, numbers_if(turn, "turn")?);
+    let point = numbers_if(point, "point")?;
     let motion = match (to, velocity, turn) {
         (Some(end), None, None) if point.is_none() => Motion::screw(start.0, end.0),
         (Some(_), ..) => return Err(value_error("to: not together with velocity, turn or point")),
@@ -114,18 +122,6 @@ pub fn path(
         }
     };
     motion.map_err(value_error)
-}
-
-fn spend(
-    query: &punctual::MotionQuery<'_>,
-    workspace: &mut Workspace,
-    memory: Option<&mut PairMemory>,
-    budget: Budget,
-) -> punctual::Passage {
-    match memory {
-        Some(memory) => query.run_with_memory(workspace, memory, budget),
-        None => query.run(workspace, budget),
-    }
 }
 
 /// Until when b can move without meeting a, and when they meet.
@@ -145,16 +141,16 @@ fn spend(
 #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
 pub fn motion<'py>(
     py: Python<'py>,
-    a: PyRef<'py, Tree>,
-    b: PyRef<'py, Tree>,
+    a: Surface<'py>,
+    b: Surface<'py>,
     T: Option<Transform>,
     to: Option<Transform>,
-    velocity: Option<[f64; 3]>,
-    turn: Option<[f64; 3]>,
-    point: Option<[f64; 3]>,
+    velocity: Option<&Bound<'_, PyAny>>,
+    turn: Option<&Bound<'_, PyAny>>,
+    point: Option<&Bound<'_, PyAny>>,
     tolerance: Option<f64>,
     time_tolerance: Option<f64>,
-    margins: Option<[f64; 2]>,
+    margins: Option<&Bound<'_, PyAny>>,
     budget: Option<f64>,
     work: Option<u64>,
     mut memory: Option<PyRefMut<'_, Memory>>,
@@ -164,8 +160,8 @@ pub fn motion<'py>(
     let limit = Limit::new(budget, work)?;
     let query = options.query(&a.arc, &b.arc);
     let memory = lent(&mut memory);
-    let answer =
-        limit.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| spend(&query, workspace, memory, limit.budget())));
+    let run = |clock: &dyn Clock| with_workspace(|workspace| query.run_with(workspace, memory, limit.budget(), clock));
+    let answer = limit.run(py, run)?;
     Passage::new(py, answer, Asked::new(a, b, start.0), options)
 }
 
@@ -193,16 +189,16 @@ impl MotionQuery {
         time_tolerance=None, margins=None))]
     #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
     fn new(
-        a: PyRef<'_, Tree>,
-        b: PyRef<'_, Tree>,
+        a: Surface<'_>,
+        b: Surface<'_>,
         T: Option<Transform>,
         to: Option<Transform>,
-        velocity: Option<[f64; 3]>,
-        turn: Option<[f64; 3]>,
-        point: Option<[f64; 3]>,
+        velocity: Option<&Bound<'_, PyAny>>,
+        turn: Option<&Bound<'_, PyAny>>,
+        point: Option<&Bound<'_, PyAny>>,
         tolerance: Option<f64>,
         time_tolerance: Option<f64>,
-        margins: Option<[f64; 2]>,
+        margins: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let start = T.unwrap_or_default();
         let options = Options::new(path(start, to, [velocity, turn, point])?, [tolerance, time_tolerance], margins)?;
@@ -222,7 +218,7 @@ impl MotionQuery {
         let limit = Limit::new(budget, work)?;
         let Self { trees: [a, b], asked, options, workspace } = self;
         let (query, memory) = (options.query(a, b), lent(&mut memory));
-        let answer = limit.unlocked(py, || spend(&query, workspace, memory, limit.budget()));
+        let answer = limit.run(py, |clock| query.run_with(workspace, memory, limit.budget(), clock))?;
         Passage::new(py, answer, asked.clone_ref(py), *options)
     }
 
@@ -238,7 +234,8 @@ impl MotionQuery {
         let limit = Limit::new(budget, work)?;
         let Self { trees: [a, b], asked, options, workspace } = self;
         let query = options.query(a, b);
-        let answer = limit.unlocked(py, || query.resume(workspace, limit.budget())).map_err(resume_error)?;
+        let resume = |clock: &dyn Clock| query.resume_with(workspace, None, limit.budget(), clock);
+        let answer = limit.run(py, resume)?.map_err(resume_error)?;
         Passage::new(py, answer, asked.clone_ref(py), *options)
     }
 
@@ -260,5 +257,10 @@ impl MotionQuery {
     /// the first run.
     fn certificate(&self) -> PyResult<Certificate> {
         Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into())
+    }
+
+    fn __repr__(&self) -> String {
+        let [a, b] = self.trees.each_ref().map(|tree| tree.mesh().len());
+        format!("<punctual3d.MotionQuery of {a} and {b} triangles>")
     }
 }

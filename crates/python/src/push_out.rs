@@ -3,14 +3,16 @@
 use crate::answer::Answer;
 use crate::arrays::{Transform, column, table};
 use crate::limit::Limit;
-use crate::query::WORKSPACE;
-use crate::tree::Tree;
+use crate::query::with_workspace;
+use crate::tree::Surface;
 use numpy::{PyArray1, PyArray2};
-use punctual::PushOutQuery;
+use punctual::{Clock, PushOutQuery};
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// The shortest translation of B found that parts the surfaces. There may be a shorter one.
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
+#[derive(Serialize, Deserialize)]
 pub struct PushOut(punctual::PushOut);
 
 #[pymethods]
@@ -69,8 +71,8 @@ const LAST: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 #[expect(non_snake_case, reason = "the name of the argument in Python")]
 pub fn push_out<'py>(
     py: Python<'py>,
-    a: PyRef<'_, Tree>,
-    b: PyRef<'_, Tree>,
+    a: Surface<'_>,
+    b: Surface<'_>,
     T: Option<Transform>,
     query_limit: Option<u32>,
     budget: Option<f64>,
@@ -79,6 +81,7 @@ pub fn push_out<'py>(
     let limit = Limit::new(budget, work)?;
     let (a, b) = (&*a.arc, &*b.arc);
     let query = PushOutQuery::new(a, b, T.unwrap_or_default().0).query_limit(query_limit.unwrap_or(u32::MAX));
-    let found = limit.unlocked(py, || WORKSPACE.with_borrow_mut(|workspace| query.run(workspace, limit.budget())));
+    let run = |clock: &dyn Clock| with_workspace(|workspace| query.run_with(workspace, limit.budget(), clock));
+    let found = limit.run(py, run)?;
     Bound::new(py, (PushOut(found), Answer { stop: found.stop, work: found.work, elapsed: found.elapsed }))
 }

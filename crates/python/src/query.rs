@@ -6,12 +6,13 @@ use crate::errors::{resume_error, undecided, value_error};
 use crate::estimate::{Certificate, Estimate, Prediction};
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
-use crate::tree::Tree;
+use crate::tree::Surface;
 use crate::view::View;
 use numpy::PyArray2;
-use punctual::{CostModel, Mode, Outcome, PairMemory, Pose, StopReason, Verdict, Workspace};
+use punctual::{Clock, CostModel, Mode, Outcome, PairMemory, Pose, StopReason, Verdict, Workspace};
 use pyo3::intern;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::path::PathBuf;
@@ -35,7 +36,7 @@ impl<'py> FromPyObject<'_, 'py> for ModeName {
 }
 
 /// All that a query is asked, but the trees and the pose.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub struct QueryOptions {
     mode: Mode,
     early: bool,
@@ -65,21 +66,19 @@ pub fn spend(
     query: &punctual::Query<'_>,
     workspace: &mut Workspace,
     mut memory: Option<&mut PairMemory>,
-    limit: Limit,
+    (limit, clock): (Limit, &dyn Clock),
     pairs: &mut Vec<[u32; 2]>,
     stopped: Option<Outcome>,
 ) -> Result<Outcome, punctual::ResumeError> {
     let before = stopped.map(|outcome| outcome.stats).unwrap_or_default();
-    let mut go_on = |workspace: &mut Workspace, limit: Limit, resume: bool| match (&mut memory, resume) {
-        (None, false) => Ok(query.run(workspace, limit.budget())),
-        (None, true) => query.resume(workspace, limit.budget()),
-        (Some(memory), false) => Ok(query.run_with_memory(workspace, memory, limit.budget())),
-        (Some(memory), true) => query.resume_with_memory(workspace, memory, limit.budget()),
+    let mut outcome = match stopped {
+        None => query.run_with(workspace, memory.as_deref_mut(), limit.budget(), clock),
+        Some(_) => query.resume_with(workspace, memory.as_deref_mut(), limit.budget(), clock)?,
     };
-    let mut outcome = go_on(workspace, limit, stopped.is_some())?;
     pairs.extend(workspace.drain_pairs());
-    while outcome.stop == StopReason::PairsFull {
-        outcome = go_on(workspace, limit.left(&before, &outcome.stats), true)?;
+    while outcome.stop == StopReason::PairsFull && !clock.is_cancelled() {
+        let left = limit.left(&before, &outcome.stats);
+        outcome = query.resume_with(workspace, memory.as_deref_mut(), left.budget(), clock)?;
         pairs.extend(workspace.drain_pairs());
     }
     Ok(outcome)
@@ -93,12 +92,15 @@ pub fn is_stopped(outcome: &Outcome) -> bool {
 /// What a query says. Its truth value tells whether the surfaces meet, and raises UndecidedError while that is not
 /// known.
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
+#[derive(Serialize, Deserialize)]
 pub struct Collision {
     outcome: Outcome,
     pairs: Vec<[u32; 2]>,
     /// Of a stopped query.
     estimate: Option<Estimate>,
-    asked: Asked,
+    #[serde(skip)]
+    asked: Option<Asked>,
+    #[serde(skip)]
     options: QueryOptions,
 }
 
@@ -111,7 +113,7 @@ impl Collision {
         options: QueryOptions,
     ) -> PyResult<Bound<'py, Self>> {
         let base = Answer::new(outcome.stop, &outcome.stats);
-        Bound::new(py, (Self { outcome, pairs, estimate, asked, options }, base))
+        Bound::new(py, (Self { outcome, pairs, estimate, asked: Some(asked), options }, base))
     }
 }
 
@@ -201,13 +203,13 @@ impl Collision {
     /// A page that shows which triangles meet, and the boxes still open, after each of a ladder of budgets; saved if
     /// a path is given. The query is run anew for it.
     ///
-    /// Raises ValueError if a tree was refitted since, and OSError if the file cannot be written.
+    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
         let Self { outcome, asked, options, .. } = self;
-        asked.view(py, path, |bodies| {
+        Asked::view(asked, py, path, |bodies, pose| {
             let [a, b] = bodies.trees();
-            punctual_view::pair(bodies, options.query(a, b, asked.pose), &asked.pose, options.mode, outcome)
+            punctual_view::pair(bodies, options.query(a, b, *pose), pose, options.mode, outcome)
         })
     }
 
@@ -224,12 +226,22 @@ impl Collision {
     }
 }
 
-thread_local! {
-    /// The buffers of queries that are asked by a function: those of a thread are used again and again.
-    pub static WORKSPACE: RefCell<Box<Workspace>> = RefCell::new(Box::new(Workspace::new()));
+/// Lends the buffers of queries that are asked by a function: those of a thread are used again and again.
+pub fn with_workspace<R>(run: impl FnOnce(&mut Workspace) -> R) -> R {
+    thread_local! {
+        static WORKSPACE: RefCell<Box<Workspace>> = RefCell::new(Box::new(Workspace::new()));
+    }
+    WORKSPACE.with(|workspace| match workspace.try_borrow_mut() {
+        Ok(mut workspace) => run(&mut workspace),
+        // The handler of a signal asks while the query that it interrupted has them.
+        Err(_) => run(&mut Box::new(Workspace::new())),
+    })
 }
 
 /// Whether, and where, the surfaces of two trees meet.
+///
+/// a, b: trees; as in all calls, a mesh with `vertices` and `faces`, such as a trimesh.Trimesh, is taken in place of one, and a
+/// tree is built from it for this call, which takes longer than most questions.
 ///
 /// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. mode: "any" stops at the
 /// first intersection, "all" finds every intersecting pair of triangles. budget: seconds; work: units of work, for the
@@ -243,8 +255,8 @@ thread_local! {
 #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
 pub fn collide<'py>(
     py: Python<'py>,
-    a: PyRef<'py, Tree>,
-    b: PyRef<'py, Tree>,
+    a: Surface<'py>,
+    b: Surface<'py>,
     T: Option<Transform>,
     mode: Option<ModeName>,
     budget: Option<f64>,
@@ -257,11 +269,11 @@ pub fn collide<'py>(
     let options = QueryOptions::new(mode, early, prior)?;
     let query = options.query(&a.arc, &b.arc, pose);
     let (mut memory, mut pairs) = (lent(&mut memory), Vec::new());
-    let run = |workspace: &mut Box<Workspace>| {
-        let outcome = spend(&query, workspace, memory.as_deref_mut(), limit, &mut pairs, None)?;
+    let mut run = |workspace: &mut Workspace, clock: &dyn Clock| {
+        let outcome = spend(&query, workspace, memory.as_deref_mut(), (limit, clock), &mut pairs, None)?;
         Ok((outcome, estimate(&query, workspace, memory.as_deref(), &outcome)?))
     };
-    let answer = limit.unlocked(py, || WORKSPACE.with_borrow_mut(run)).map_err(resume_error)?;
+    let answer = limit.run(py, |clock| with_workspace(|workspace| run(workspace, clock)))?.map_err(resume_error)?;
     Collision::new(py, answer, pairs, Asked::new(a, b, pose), options)
 }
 
@@ -295,12 +307,12 @@ impl Query {
     ) -> PyResult<Bound<'py, Collision>> {
         let Self { trees: [a, b], asked, options, workspace, pairs, outcome, .. } = self;
         let (query, mut memory) = (options.query(a, b, asked.pose), lent(&mut memory));
-        let run = || {
-            let now = spend(&query, workspace, memory.as_deref_mut(), limit, pairs, stopped)?;
+        let run = |clock: &dyn Clock| {
+            let now = spend(&query, workspace, memory.as_deref_mut(), (limit, clock), pairs, stopped)?;
             *outcome = Some(now);
             Ok(((now, estimate(&query, workspace, memory.as_deref(), &now)?), pairs.clone()))
         };
-        let (answer, pairs) = limit.unlocked(py, run).map_err(resume_error)?;
+        let (answer, pairs) = limit.run(py, run)?.map_err(resume_error)?;
         Collision::new(py, answer, pairs, asked.clone_ref(py), *options)
     }
 }
@@ -311,8 +323,8 @@ impl Query {
     #[pyo3(signature = (a, b, T=None, *, mode=None, early=false, prior=None))]
     #[expect(non_snake_case, reason = "the name of the Python argument")]
     fn new(
-        a: PyRef<'_, Tree>,
-        b: PyRef<'_, Tree>,
+        a: Surface<'_>,
+        b: Surface<'_>,
         T: Option<Transform>,
         mode: Option<ModeName>,
         early: bool,
@@ -380,5 +392,10 @@ impl Query {
         let query = options.query(a, b, asked.pose);
         let open = query.narrowed_certificate(workspace, aside.get_or_insert_default(), work);
         Ok(open.map_err(resume_error)?.into())
+    }
+
+    fn __repr__(&self) -> String {
+        let [a, b] = self.trees.each_ref().map(|tree| tree.mesh().len());
+        format!("<punctual3d.Query of {a} and {b} triangles>")
     }
 }

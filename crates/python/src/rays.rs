@@ -1,20 +1,22 @@
 //! What rays hit.
 
 use crate::answer::Answer;
-use crate::arrays::{column, vectors};
+use crate::arrays::{column, each, vectors_or_one};
 use crate::errors::value_error;
 use crate::limit::Limit;
-use crate::query::WORKSPACE;
-use crate::tree::Tree;
+use crate::query::with_workspace;
+use crate::tree::Surface;
 use numpy::PyArray1;
-use punctual::{Ray, RayBatch, RayBatchOutcome, RayHit, RayMode, RayQuery, Side, Stats, StopReason, Workspace};
+use punctual::{Clock, Ray, RayBatch, RayBatchOutcome, RayHit, RayMode, RayQuery, Side, Stats, StopReason, Workspace};
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// What rays hit. In all arrays a row for each ray; of mode "all" a row for each hit, ray by ray, the nearest first.
 ///
 /// The first `done` rays are answered. If the budget ended first, rows follow that say nothing: there `t` is NaN; of mode
 /// "all" there are no rows of rays that are not answered.
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
+#[derive(Serialize, Deserialize)]
 pub struct RayHits {
     hits: Vec<Option<RayHit>>,
     /// The ray of each hit; None: as many rows as rays.
@@ -82,26 +84,38 @@ fn one(
     rays: &[Ray],
     mode: RayMode,
     workspace: &mut Workspace,
-    limit: Limit,
+    (limit, clock): (Limit, &dyn Clock),
 ) -> (RayHits, Answer) {
     let batch = RayBatch::new(tree, rays);
     let batch = if mode == RayMode::Any { batch.any() } else { batch };
     let mut hits = vec![None; rays.len()];
-    let RayBatchOutcome { done, stop, stats, .. } = batch.run(workspace, &mut hits, limit.budget());
+    let RayBatchOutcome { done, stop, stats, .. } = batch.run_with(workspace, &mut hits, limit.budget(), clock);
     (RayHits { hits, rays: None, done }, Answer::new(stop, &stats))
 }
 
+/// Rays between two looks whether the user cancels the call.
+const BETWEEN_LOOKS: usize = 64;
+
 /// All hits of each ray.
-fn all(tree: &punctual::Tree, rays: &[Ray], workspace: &mut Workspace, mut limit: Limit) -> (RayHits, Answer) {
+fn all(
+    tree: &punctual::Tree,
+    rays: &[Ray],
+    workspace: &mut Workspace,
+    (mut limit, clock): (Limit, &dyn Clock),
+) -> (RayHits, Answer) {
     let (mut hits, mut of_rays, mut done) = (Vec::new(), Vec::new(), 0);
     let mut answer = Answer::new(StopReason::Finished, &Stats::default());
     for ray in rays {
+        // Each ray alone may take less than what a query does before it looks.
+        if done % BETWEEN_LOOKS == 0 && clock.is_cancelled() {
+            break;
+        }
         let query = RayQuery::new(tree, *ray).mode(RayMode::All);
-        let mut cast = query.run(workspace, limit.budget());
+        let mut cast = query.run_with(workspace, limit.budget(), clock);
         let mut found: Vec<RayHit> = workspace.drain_ray_hits().collect();
         while cast.stop == StopReason::PairsFull {
             let left = limit.left(&Stats::default(), &cast.stats);
-            let Ok(next) = query.resume(workspace, left.budget()) else { break };
+            let Ok(next) = query.resume_with(workspace, left.budget(), clock) else { break };
             cast = next;
             found.extend(workspace.drain_ray_hits());
         }
@@ -137,6 +151,7 @@ pub fn not_nan([t_min, t_max]: [f64; 2]) -> PyResult<()> {
 
 /// The rays of two arrays, checked: each origin with its direction, or with its end.
 fn checked(
+    py: Python<'_>,
     origins: &Bound<'_, PyAny>,
     [directions, ends]: [Option<&Bound<'_, PyAny>>; 2],
     [t_min, t_max]: [f64; 2],
@@ -147,25 +162,30 @@ fn checked(
         _ => return Err(value_error("directions and ends: one of them is needed, not both")),
     };
     not_nan([t_min, t_max])?;
-    let (origins, targets) = (vectors(origins, "origins")?, vectors(targets, what)?);
-    if origins.len() != targets.len() {
-        let (origins, targets) = (origins.len(), targets.len());
-        return Err(value_error(format_args!("{what}: {targets} rows, but origins has {origins}")));
-    }
-    let rays = origins.into_iter().zip(targets).enumerate().map(|(row, (origin, target))| {
+    let (origins, targets) = (vectors_or_one(origins, "origins")?, vectors_or_one(targets, what)?);
+    let count = match (origins.len(), targets.len()) {
+        (1, count) | (count, 1) => count,
+        (count, other) if count == other => count,
+        (origins, targets) => {
+            return Err(value_error(format_args!("{what}: {targets} rows, but origins has {origins}")));
+        }
+    };
+    // One stands for all.
+    let of = |rows: &[[f64; 3]], row| if rows.len() == 1 { rows[0] } else { rows[row] };
+    each(py, 0..count, |row, _| {
+        let (origin, target) = (of(&origins, row), of(&targets, row));
         let ray = if ends.is_some() { Ray::segment(origin, target) } else { Ray::new(origin, target) };
         let ray = ray.map_err(|error| value_error(format_args!("ray {row}: {error}")))?;
         Ok(ray.within(t_min, t_max))
-    });
-    rays.collect()
+    })
 }
 
-/// What each of many rays hits, in one call and, without a budget of time, without the interpreter's lock.
+/// What each of many rays hits, in one call.
 ///
 /// origins: (N, 3), in the frame of the tree's mesh. directions: (N, 3), of any length; t counts in that length. Or ends:
-/// (N, 3), for segments, of which t goes from 0 to 1. mode: "nearest" hit, "any", or
-/// "all". t_min, t_max: hits outside are
-/// left out. budget: seconds; work: units of work; of all rays together.
+/// (N, 3), for segments, of which t goes from 0 to 1. One origin, direction or end, (3,) or (1, 3), stands for all. mode:
+/// "nearest" hit, "any", or "all". t_min, t_max: hits outside are left out. budget: seconds; work: units of work; of all rays
+/// together.
 ///
 /// Whether a triangle is hit is exact: no ray slips through between two triangles that share an edge.
 ///
@@ -176,7 +196,7 @@ fn checked(
 #[expect(clippy::too_many_arguments, reason = "the arguments of the Python function")]
 pub fn rays<'py>(
     py: Python<'py>,
-    tree: PyRef<'_, Tree>,
+    tree: Surface<'_>,
     origins: &Bound<'_, PyAny>,
     directions: Option<&Bound<'_, PyAny>>,
     ends: Option<&Bound<'_, PyAny>>,
@@ -188,11 +208,12 @@ pub fn rays<'py>(
 ) -> PyResult<Bound<'py, RayHits>> {
     let mode = ray_mode(mode)?;
     let limit = Limit::new(budget, work)?;
-    let rays = checked(origins, [directions, ends], [t_min, t_max])?;
+    let rays = checked(py, origins, [directions, ends], [t_min, t_max])?;
     let tree = &*tree.arc;
-    let run = |workspace: &mut Box<Workspace>| match mode {
-        RayMode::All => all(tree, &rays, workspace, limit),
-        RayMode::Nearest | RayMode::Any => one(tree, &rays, mode, workspace, limit),
+    let run = |workspace: &mut Workspace, spent: (Limit, &dyn Clock)| match mode {
+        RayMode::All => all(tree, &rays, workspace, spent),
+        RayMode::Nearest | RayMode::Any => one(tree, &rays, mode, workspace, spent),
     };
-    Bound::new(py, limit.unlocked(py, || WORKSPACE.with_borrow_mut(run)))
+    let hits = limit.run(py, |clock| with_workspace(|workspace| run(workspace, (limit, clock))))?;
+    Bound::new(py, hits)
 }

@@ -1,22 +1,24 @@
 //! Many bodies, one budget a frame.
 
-use crate::arrays::{Transform, Transforms, column, table};
+use crate::arrays::{Transform, Transforms, column, numbers, numbers_if, table};
 use crate::batch::check_threads;
 use crate::errors::value_error;
 use crate::limit::Limit;
 use crate::motion::path;
 use crate::query::{ModeName, code};
+use crate::query_batch::verdicts;
 use crate::rays::{not_nan, ray_mode};
 use crate::scene_cast::BodyHits;
 use crate::scene_contacts::ContactPoints;
 use crate::scene_tables::{BodyContacts, GroupDistances, PairDistances, PairPassages, names};
 use crate::scene_view;
-use crate::tree::Tree;
+use crate::tree::Surface;
 use crate::view::View;
-use numpy::{PyArray1, PyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use punctual::{Body, BodyId, CompoundId, Filter, MeasureId, Mode, PairReport, Ray, SceneRay};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -30,6 +32,7 @@ use std::sync::Arc;
 #[pyclass(module = "punctual3d")]
 pub struct Scene {
     scene: punctual::Scene,
+    threads: usize,
     /// Whether nothing was changed since the last frame.
     is_current: bool,
 }
@@ -49,25 +52,33 @@ impl Scene {
 /// What a frame found: a row for each pair of bodies whose boxes overlap, or whose distance is asked for. If whole,
 /// bodies that are not in it together, and may meet, do not.
 #[pyclass(module = "punctual3d", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
 pub struct Report {
     /// Frames so far, this one included.
     frame: u64,
     /// (N, 2) uint64: the two bodies.
+    #[serde(with = "crate::arrays::bytes")]
     bodies: Py<PyArray2<u64>>,
     /// (N,) int8: 1 they intersect, 2 they come within their margins (whether they intersect is not said), 0 neither, all
     /// proven; -1 undecided. They meet where it is above 0.
+    #[serde(with = "crate::arrays::bytes")]
     verdict: Py<PyArray1<i8>>,
     /// (N, 2) uint32: triangles of the two bodies that intersect, or come within the margins; zeros where verdict is not
     /// above 0.
+    #[serde(with = "crate::arrays::bytes")]
     witness: Py<PyArray2<u32>>,
     /// (N,) float64: how far apart the witness is at most, margins not subtracted: 0 where verdict is 1, above 0 where it is
     /// 2, infinite elsewhere.
+    #[serde(with = "crate::arrays::bytes")]
     witness_distance: Py<PyArray1<f64>>,
     /// (N,) uint64: intersecting pairs of triangles found.
+    #[serde(with = "crate::arrays::bytes")]
     found: Py<PyArray1<u64>>,
     /// (N,) float64: probability that they meet.
+    #[serde(with = "crate::arrays::bytes")]
     probability: Py<PyArray1<f64>>,
     /// (N,) uint64: frames since the pair was decided; 0 if it was in this one.
+    #[serde(with = "crate::arrays::bytes")]
     age: Py<PyArray1<u64>>,
     /// Whether all bodies were placed, all pairs found, and all of them listed.
     whole: bool,
@@ -82,13 +93,17 @@ pub struct Report {
     /// Seconds; None without a budget of time.
     elapsed: Option<f64>,
     /// Contacts that begin, go on and end; empty unless they are tracked (`Scene.track_contacts`).
+    #[serde(with = "crate::record::nested")]
     contacts: Py<BodyContacts>,
     /// The distances that are asked for (`Scene.measure`), whether their pairs had a turn or not.
+    #[serde(with = "crate::record::nested")]
     distances: Py<PairDistances>,
     /// The distances of groups that are asked for (`Scene.measure_groups`).
+    #[serde(with = "crate::record::nested")]
     group_distances: Py<GroupDistances>,
     /// Until when bodies in motion are free (`Scene.set_motion`). If whole, others do not meet on their way; pairs
     /// whose distance is asked for have no row.
+    #[serde(with = "crate::record::nested")]
     passages: Py<PairPassages>,
 }
 
@@ -120,6 +135,16 @@ impl Report {
     }
 }
 
+#[pymethods]
+impl Report {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let codes = self.verdict.bind(py).to_vec()?;
+        let (frame, pairs, verdicts) = (self.frame, codes.len(), verdicts(&codes));
+        let whole = if self.whole { "whole" } else { "not whole" };
+        Ok(format!("<punctual3d.Report: frame {frame}, {pairs} pairs, {verdicts}, {whole}>"))
+    }
+}
+
 fn ids(bodies: &[u64]) -> Vec<BodyId> {
     bodies.iter().map(|&body| BodyId::from_bits(body)).collect()
 }
@@ -145,7 +170,7 @@ impl Scene {
         scene.set_max_pairs(usize::MAX);
         scene.set_mode(mode);
         scene.use_threads(threads)?;
-        Ok(Self { scene, is_current: false })
+        Ok(Self { scene, threads, is_current: false })
     }
 
     /// Puts a body into the scene and returns its name.
@@ -160,7 +185,7 @@ impl Scene {
     #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
     fn insert(
         &mut self,
-        tree: PyRef<'_, Tree>,
+        tree: Surface<'_>,
         T: Option<Transform>,
         fixed: bool,
         groups: u32,
@@ -196,7 +221,7 @@ impl Scene {
     }
 
     /// Gives a body another tree.
-    fn set_tree(&mut self, body: u64, tree: PyRef<'_, Tree>) -> PyResult<()> {
+    fn set_tree(&mut self, body: u64, tree: Surface<'_>) -> PyResult<()> {
         self.change(|scene| scene.set_tree(BodyId::from_bits(body), Arc::clone(&tree.arc)))
     }
 
@@ -241,9 +266,9 @@ impl Scene {
         body: u64,
         T: Transform,
         to: Option<Transform>,
-        velocity: Option<[f64; 3]>,
-        turn: Option<[f64; 3]>,
-        point: Option<[f64; 3]>,
+        velocity: Option<&Bound<'_, PyAny>>,
+        turn: Option<&Bound<'_, PyAny>>,
+        point: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let motion = path(T, to, [velocity, turn, point])?;
         self.change(|scene| scene.set_motion(BodyId::from_bits(body), motion))
@@ -260,11 +285,11 @@ impl Scene {
     #[expect(non_snake_case, reason = "the name of the Python argument")]
     fn insert_compound(
         &mut self,
-        parts: Vec<(PyRef<'_, Tree>, Transform)>,
+        parts: Vec<(Surface<'_>, Transform)>,
         T: Option<Transform>,
         margin: f64,
     ) -> PyResult<u64> {
-        let body = |(tree, Transform(place)): &(PyRef<'_, Tree>, Transform)| {
+        let body = |(tree, Transform(place)): &(Surface<'_>, Transform)| {
             Body::moving(Arc::clone(&tree.arc), *place).margin(margin)
         };
         let Transform(pose) = T.unwrap_or_default();
@@ -297,9 +322,9 @@ impl Scene {
         compound: u64,
         T: Transform,
         to: Option<Transform>,
-        velocity: Option<[f64; 3]>,
-        turn: Option<[f64; 3]>,
-        point: Option<[f64; 3]>,
+        velocity: Option<&Bound<'_, PyAny>>,
+        turn: Option<&Bound<'_, PyAny>>,
+        point: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let motion = path(T, to, [velocity, turn, point])?;
         self.change(|scene| scene.set_compound_motion(CompoundId::from_bits(compound), motion))
@@ -373,9 +398,9 @@ impl Scene {
     fn cast<'py>(
         &mut self,
         py: Python<'py>,
-        origin: [f64; 3],
-        direction: Option<[f64; 3]>,
-        end: Option<[f64; 3]>,
+        origin: &Bound<'_, PyAny>,
+        direction: Option<&Bound<'_, PyAny>>,
+        end: Option<&Bound<'_, PyAny>>,
         mode: &str,
         t_min: f64,
         t_max: f64,
@@ -386,7 +411,8 @@ impl Scene {
     ) -> PyResult<Bound<'py, BodyHits>> {
         let (mode, limit) = (ray_mode(mode)?, Limit::new(budget, work)?);
         not_nan([t_min, t_max])?;
-        let ray = match (direction, end) {
+        let origin: [f64; 3] = numbers(origin, "origin")?;
+        let ray = match (numbers_if(direction, "direction")?, numbers_if(end, "end")?) {
             (Some(direction), None) => Ray::new(origin, direction),
             (None, Some(end)) => Ray::segment(origin, end),
             _ => return Err(value_error("direction and end: one of them is needed, not both")),
@@ -394,7 +420,7 @@ impl Scene {
         let ray = SceneRay::new(ray.map_err(value_error)?.within(t_min, t_max)).mode(mode);
         let ray = ray.filter(Filter::new(groups, mask));
         let scene = &mut self.scene;
-        let cast = limit.unlocked(py, || scene.cast(&ray, limit.budget())).map_err(scene_error)?;
+        let cast = limit.run(py, |clock| scene.cast_with(&ray, limit.budget(), clock))?.map_err(scene_error)?;
         BodyHits::new(py, cast, scene.ray_hits())
     }
 
@@ -404,9 +430,10 @@ impl Scene {
     fn step(&mut self, py: Python<'_>, budget: Option<f64>, work: Option<u64>) -> PyResult<Report> {
         let limit = Limit::new(budget, work)?;
         let scene = &mut self.scene;
-        limit.unlocked(py, || {
-            scene.detect(limit.budget());
-        });
+        let alone = self.threads == 1;
+        limit.run(py, |clock| {
+            let _ = if alone { scene.detect_with(limit.budget(), clock) } else { scene.detect(limit.budget()) };
+        })?;
         self.is_current = true;
         Report::new(py, self.scene.report())
     }
@@ -437,5 +464,9 @@ impl Scene {
     /// Number of bodies.
     fn __len__(&self) -> usize {
         self.scene.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<punctual3d.Scene of {} bodies>", self.scene.len())
     }
 }

@@ -6,9 +6,11 @@ use crate::rays::side;
 use numpy::PyArray1;
 use punctual::{BodyHit, SceneCast};
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// What a ray hits in a scene: a row for each hit, the nearest first; at most one of the modes "nearest" and "any".
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
+#[derive(Serialize, Deserialize)]
 pub struct BodyHits {
     cast: SceneCast,
     hits: Vec<BodyHit>,

@@ -2,13 +2,17 @@
 
 use crate::arrays::{mesh, table, vectors};
 use crate::errors::value_error;
+use crate::interrupt::in_background;
 use numpy::PyArray2;
 use punctual::{BuildOptions, Mesh};
 use punctual_io::Loaded;
-use pyo3::exceptions::{PyOSError, PyUserWarning};
+use pyo3::exceptions::{PyOSError, PyTypeError, PyUserWarning};
+use pyo3::intern;
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyType};
 use std::ffi::CString;
+use std::ops::Deref;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -29,8 +33,9 @@ pub struct Tree {
 }
 
 impl Tree {
-    pub fn new(mesh: Mesh) -> Self {
-        punctual::Tree::new(mesh).into()
+    /// The tree of a mesh that is generated.
+    pub fn of(py: Python<'_>, mesh: impl FnOnce() -> Mesh + Send + 'static) -> PyResult<Self> {
+        in_background(py, || punctual::Tree::new(mesh())).map(Self::from)
     }
 }
 
@@ -50,6 +55,50 @@ fn options(effort: &str, neighbors: bool, extremes: bool) -> PyResult<BuildOptio
     Ok(options.neighbors(neighbors).extremes(extremes))
 }
 
+/// A build of a smaller mesh takes less time than the user waits for the end of a call.
+const LARGE_MESH: usize = 50_000;
+
+/// The same of the bytes of a tree.
+const LARGE_BYTES: usize = 20_000_000;
+
+/// Builds without the interpreter's lock; the user can cancel the call.
+fn built(py: Python<'_>, mesh: Mesh, options: BuildOptions) -> PyResult<punctual::Tree> {
+    let is_large = mesh.len() > LARGE_MESH;
+    let build = move || punctual::Tree::with_options(mesh, &options);
+    if is_large { in_background(py, build) } else { Ok(py.detach(build)) }
+}
+
+/// An argument that is a tree, or a mesh that one is built from for this call.
+pub struct Surface<'py>(pub PyRef<'py, Tree>);
+
+impl Deref for Surface<'_> {
+    type Target = Tree;
+
+    fn deref(&self) -> &Tree {
+        &self.0
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Surface<'py> {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(tree) = given.cast::<Tree>() {
+            return Ok(Self(tree.try_borrow()?));
+        }
+        let py = given.py();
+        let part = |name| given.getattr_opt(name);
+        let (Some(vertices), Some(faces)) = (part(intern!(py, "vertices"))?, part(intern!(py, "faces"))?) else {
+            let kind = given.get_type().name()?;
+            return Err(PyTypeError::new_err(format!(
+                "{kind} is neither a punctual3d.Tree nor a mesh with vertices and faces, such as a trimesh.Trimesh"
+            )));
+        };
+        let tree = Tree::from(built(py, mesh(&vertices, &faces)?, BuildOptions::default())?);
+        Ok(Self(Bound::new(py, tree)?.try_borrow()?))
+    }
+}
+
 #[pymethods]
 impl Tree {
     #[new]
@@ -63,11 +112,11 @@ impl Tree {
         extremes: bool,
     ) -> PyResult<Self> {
         let options = options(effort, neighbors, extremes)?;
-        let mesh = mesh(vertices, faces)?;
-        Ok(py.detach(|| punctual::Tree::with_options(mesh, &options).into()))
+        built(py, mesh(vertices, faces)?, options).map(Self::from)
     }
 
-    /// The tree of a trimesh.Trimesh, or of anything else with `vertices` and `faces`.
+    /// The tree of a trimesh.Trimesh, or of anything else with `vertices` and `faces`. All calls take such a mesh in place of a
+    /// tree, but then it is built in each of them.
     #[classmethod]
     #[pyo3(signature = (mesh, *, effort="normal", neighbors=false, extremes=false))]
     fn from_trimesh(
@@ -94,11 +143,12 @@ impl Tree {
         extremes: bool,
     ) -> PyResult<Self> {
         let options = options(effort, neighbors, extremes)?;
-        let loaded = py.detach(|| {
-            punctual_io::load(&path)
+        let file = path.clone();
+        let load = move || {
+            punctual_io::load(&file)
                 .map(|Loaded { mesh, notices, .. }| (punctual::Tree::with_options(mesh, &options), notices))
-        });
-        let (tree, notices) = loaded.map_err(|error| PyOSError::new_err(error.to_string()))?;
+        };
+        let (tree, notices) = in_background(py, load)?.map_err(|error| PyOSError::new_err(error.to_string()))?;
         for notice in notices {
             let text = CString::new(notice.in_file(&path))?;
             PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
@@ -108,8 +158,10 @@ impl Tree {
 
     /// The tree that `to_bytes` wrote. Raises ValueError if the bytes are not one, or damaged.
     #[classmethod]
-    fn from_bytes(_: &Bound<'_, PyType>, py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
-        let tree = py.detach(|| punctual::Tree::from_bytes(bytes));
+    fn from_bytes(_: &Bound<'_, PyType>, py: Python<'_>, bytes: PyBackedBytes) -> PyResult<Self> {
+        let is_large = bytes.len() > LARGE_BYTES;
+        let read = move || punctual::Tree::from_bytes(&bytes);
+        let tree = if is_large { in_background(py, read)? } else { py.detach(read) };
         tree.map(Self::from).map_err(value_error)
     }
 
@@ -167,6 +219,20 @@ impl Tree {
 
     /// Number of triangles.
     fn __len__(&self) -> usize {
+        self.arc.mesh().len()
+    }
+
+    /// Whether all of both is the same: vertices, faces and how the tree was built.
+    fn __eq__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+        let Ok(other) = other.cast::<Self>() else { return Ok(py.NotImplemented()) };
+        let (tree, other) = (&self.arc, &other.try_borrow()?.arc);
+        let is_same = Arc::ptr_eq(tree, other)
+            || tree.mesh().len() == other.mesh().len() && py.detach(|| tree.to_bytes() == other.to_bytes());
+        Ok(is_same.into_pyobject(py)?.to_owned().into_any().unbind())
+    }
+
+    // A refit keeps this.
+    fn __hash__(&self) -> usize {
         self.arc.mesh().len()
     }
 

@@ -2,6 +2,7 @@
 
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::{fs, io};
 
@@ -10,6 +11,7 @@ use std::{fs, io};
 ///
 /// A notebook shows it where it is the value of a cell.
 #[pyclass(module = "punctual3d", frozen)]
+#[derive(Serialize, Deserialize)]
 pub struct View(String);
 
 impl View {

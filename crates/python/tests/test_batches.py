@@ -71,8 +71,8 @@ def test_faults_name_the_row(ball, ring, poses):
         for batch in (punctual3d.collide_batch, punctual3d.distance_batch):
             with pytest.raises(ValueError, match=text):
                 batch(ball, ring, wrong)
-    with pytest.raises(ValueError, match=r"poses: shape \[4, 4\], expected \(N, 4, 4\)"):
-        punctual3d.collide_batch(ball, ring, np.eye(4))
+    with pytest.raises(ValueError, match=r"poses: shape \[2, 3, 4\], expected \(N, 4, 4\)"):
+        punctual3d.collide_batch(ball, ring, np.zeros((2, 3, 4)))
     with pytest.raises(ValueError, match="threads is 0"):
         punctual3d.collide_batch(ball, ring, poses, threads=0)
     assert len(punctual3d.collide_batch(ball, ring, np.zeros((0, 4, 4)), threads=4)) == 0
@@ -83,6 +83,11 @@ def test_any_layout_of_poses(ball, ring, poses):
     assert punctual3d.collide_batch(ball, ring, np.asfortranarray(poses)).verdict.tolist() == said
     assert punctual3d.collide_batch(ball, ring, poses.tolist()).verdict.tolist() == said
     assert punctual3d.collide_batch(ball, ring, poses[::-1]).verdict.tolist() == said[::-1]
+    # One pose is a batch of one.
+    for pose in (poses[3], poses[3].tolist(), poses[3].T.copy().T):
+        assert punctual3d.collide_batch(ball, ring, pose) == punctual3d.collide_batch(ball, ring, poses[3:4])
+        assert punctual3d.distance_batch(ball, ring, pose) == punctual3d.distance_batch(ball, ring, poses[3:4])
+    assert len(punctual3d.distance_batch(ball, ring, [])) == 0
 
 
 def test_a_batch_leaves_the_lock_to_others(ball, ring):

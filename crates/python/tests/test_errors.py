@@ -71,7 +71,7 @@ def test_options_of_queries(ball, options, error, text):
         ({"absolute_tolerance": -1.0}, "absolute_tolerance is -1, expected a number that is not negative"),
         ({"relative_tolerance": float("nan")}, "relative_tolerance is NaN"),
         ({"margins": [0.0, -0.1]}, r"margins\[1\] is -0.1"),
-        ({"margins": [0.1]}, "expected a sequence of length 2"),
+        ({"margins": [0.1]}, r"margins: shape \[1\], expected \(2,\)"),
     ],
 )
 def test_options_of_distances(ball, options, text):
@@ -81,8 +81,44 @@ def test_options_of_distances(ball, options, text):
         punctual3d.closer_than(ball, ball, -1.0)
 
 
-def test_trees_are_trees(ball):
-    with pytest.raises(TypeError, match="Tree"):
+def test_vectors_name_their_argument(ball):
+    scene = punctual3d.Scene()
+    body = scene.insert(ball)
+    for call, text in [
+        (lambda: punctual3d.motion(ball, ball, velocity=[1.0, 2.0]), r"velocity: shape \[2\], expected \(3,\)"),
+        (lambda: punctual3d.motion(ball, ball, turn=np.zeros((1, 3))), r"turn: shape \[1, 3\], expected \(3,\)"),
+        (lambda: punctual3d.motion(ball, ball, turn=[0, 0, 1], point=3.0), r"point: shape \[\], expected \(3,\)"),
+        (lambda: scene.set_motion(body, np.eye(4), velocity=[]), r"velocity: shape \[0\], expected \(3,\)"),
+        (lambda: scene.cast([0, 0], [1, 0, 0]), r"origin: shape \[2\], expected \(3,\)"),
+        (lambda: scene.cast([0, 0, 0], end=np.zeros(4)), r"end: shape \[4\], expected \(3,\)"),
+        (lambda: punctual3d.shapes.cuboid([1, 1], 2), r"half_extents: shape \[2\], expected \(3,\)"),
+        (lambda: punctual3d.rays(ball, np.zeros((5, 0)), [1, 0, 0]), r"origins: shape \[5, 0\], expected \(N, 3\)"),
+        (lambda: punctual3d.collide_batch(ball, ball, np.zeros((3, 0, 4))), r"poses: shape \[3, 0, 4\], expected"),
+        (lambda: punctual3d.collide_batch(ball, ball, np.eye(3)), r"poses: shape \[3, 3\], expected \(N, 4, 4\) or"),
+    ]:
+        with pytest.raises(ValueError, match=text):
+            call()
+    with pytest.raises(TypeError, match="velocity: dtype complex128, expected real numbers"):
+        punctual3d.motion(ball, ball, velocity=np.array([1j, 0, 0]))
+    with pytest.raises(ValueError, match="velocity|not finite"):
+        punctual3d.motion(ball, ball, velocity=[np.nan, 0, 0])
+
+
+def test_vectors_of_any_type(ball, ring):
+    said = punctual3d.motion(ball, ring, velocity=[2.0, 0.0, 0.0])
+    read_only = np.array([2.0, 0.0, 0.0, 7.0])[:3]
+    read_only.flags.writeable = False
+    for velocity in ((2, 0, 0), read_only, np.array([2, 0, 0], ">i2"), np.array([[2.0, 0], [0, 0], [0, 0]])[:, 0]):
+        assert punctual3d.motion(ball, ring, velocity=velocity) == said
+    assert punctual3d.distance(ball, ring, margins=np.float32([0.5, 0.25])) == punctual3d.distance(
+        ball, ring, margins=[0.5, 0.25]
+    )
+
+
+def test_trees_are_trees_or_meshes(ball):
+    with pytest.raises(TypeError, match="ndarray is neither a punctual3d.Tree nor a mesh with vertices"):
         punctual3d.collide(ball, ball.vertices)
+    with pytest.raises(TypeError, match="NoneType is neither"):
+        punctual3d.rays(None, [[0, 0, 0]], [[1, 0, 0]])
     with pytest.raises(AttributeError, match="vertices"):
         punctual3d.Tree.from_trimesh(3)

@@ -92,6 +92,21 @@ def test_all_hits_of_rays(cube):
     assert np.array_equal(through.triangles, np.arange(5000)) and np.array_equal(through.t, sheets + 1)
 
 
+def test_one_origin_or_direction_stands_for_all(cube):
+    origins, directions = beams()
+    for mode in ("nearest", "all"):
+        many = punctual3d.rays(cube, np.tile(origins[0], (400, 1)), directions, mode=mode)
+        assert many == punctual3d.rays(cube, origins[0], directions, mode=mode)
+        assert many == punctual3d.rays(cube, origins[:1], directions, mode=mode)
+        many = punctual3d.rays(cube, origins, np.tile(directions[0], (400, 1)), mode=mode)
+        assert many == punctual3d.rays(cube, origins, directions[0], mode=mode)
+        many = punctual3d.rays(cube, origins, ends=np.zeros((400, 3)), mode=mode)
+        assert many == punctual3d.rays(cube, origins, ends=[0, 0, 0], mode=mode) and len(many) >= 400
+    one = punctual3d.rays(cube, [3, 0.1, 0.2], [-1, 0, 0])
+    assert len(one) == 1 and one.t.tolist() == [2.0]
+    assert len(punctual3d.rays(cube, np.empty((0, 3)), [1, 0, 0])) == len(punctual3d.rays(cube, [1, 0, 0], [])) == 0
+
+
 def test_rays_leave_the_lock_to_others(cube):
     origins, directions = (np.tile(array, (1000, 1)) for array in beams())
     done = threading.Event()
@@ -110,9 +125,10 @@ def test_rays_leave_the_lock_to_others(cube):
     [
         (([[0, 0, 0]],), {}, "directions and ends: one of them"),
         (([[0, 0, 0]], [[1, 0, 0]]), {"ends": [[1, 0, 0]]}, "directions and ends: one of them"),
-        (([[0, 0, 0]], [[1, 0, 0]] * 2), {}, "directions: 2 rows, but origins has 1"),
+        (([[0, 0, 0]] * 3, [[1, 0, 0]] * 2), {}, "directions: 2 rows, but origins has 3"),
+        (([[0, 0, 0]] * 3,), {"ends": [[1, 0, 0]] * 2}, "ends: 2 rows, but origins has 3"),
         (([[0, 0]], [[1, 0, 0]]), {}, r"origins: shape .*expected \(N, 3\)"),
-        (([[0, 0, 0]], [1, 0, 0]), {}, r"directions: shape .*expected \(N, 3\)"),
+        (([[0, 0, 0]], [1, 0]), {}, r"directions: shape .*expected \(N, 3\)"),
         (([[0, 0, 0]] * 2, [[1, 0, 0], [0, np.nan, 0]]), {}, "ray 1: y of the ray's direction"),
         (([[0, 0, 0]] * 2, [[1, 0, 0], [0, 0, 0]]), {}, "ray 1: the ray's direction is zero"),
         (([[0, 0, 0]], [[1, 0, 0]]), {"mode": "most"}, 'mode: "most" is none of nearest, any, all'),

@@ -1,10 +1,12 @@
 """Beside trimesh and FCL: the drop-in for the CollisionManager, and plain answers where both are right."""
 
+import warnings
+
 import numpy as np
 import punctual3d
 import pytest
 from conftest import random_poses
-from punctual3d import CollisionManager
+from punctual3d import CollisionManager, ContainedWarning
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -173,6 +175,94 @@ def test_the_same_as_with_fcl():
         assert said[0] == said[1]
         distances = [m.min_distance_single(meshes[0], pose) for m in (ours, theirs)]
         assert distances[0] == pytest.approx(max(distances[1], 0.0), abs=1e-5)
+
+
+def test_contacts_have_a_point_and_a_normal(cube):
+    manager = CollisionManager()
+    turned = trimesh.transformations.rotation_matrix(0.3, [1, 2, 3], [0.1, 0.2, 0.3])
+    manager.add_object("cube", cube, at(2) @ turned)
+    hit, data = manager.in_collision_single(cube, at(2.9), return_data=True)
+    assert hit and len(data) > 3
+    for contact in data:
+        for name, pose in [("cube", at(2) @ turned), ("__external", at(2.9))]:
+            corners = cube.vertices[cube.faces[contact.index(name)]] @ pose[:3, :3].T + pose[:3, 3]
+            closest = trimesh.triangles.closest_point(corners[None], contact.point[None])
+            assert np.allclose(closest, contact.point, atol=1e-12)
+        assert np.linalg.norm(contact.normal) == pytest.approx(1)
+        with pytest.raises(AttributeError, match="depth: punctual3d knows surfaces"):
+            contact.depth
+    # Moved along them, the one of the manager parts from the other.
+    assert np.mean([contact.normal[0] for contact in data]) < 0
+
+
+def test_what_lies_inside_is_named(cube):
+    manager = CollisionManager()
+    manager.add_object("shell", cube.copy().apply_scale(5.0), at(1))
+    with pytest.warns(ContainedWarning, match="'__external' lies inside 'shell' without touching it") as said:
+        assert manager.in_collision_single(cube, at(1)) is False
+    assert said[0].filename == __file__
+    with pytest.warns(ContainedWarning, match="'shell'"):
+        assert manager.min_distance_single(cube, at(1)) == pytest.approx(2.0)
+    manager.add_object("cube", cube, at(1.5))
+    with pytest.warns(ContainedWarning, match="'cube' lies inside 'shell'"):
+        assert manager.in_collision_internal() is False
+    # Trees say the same, and the outer one may come second.
+    small = CollisionManager()
+    small.add_object("tree", punctual3d.Tree.from_trimesh(cube), at(1))
+    with pytest.warns(ContainedWarning, match="'tree' lies inside '__external'"):
+        assert small.in_collision_single(punctual3d.shapes.cuboid([2, 2, 2], 3), at(1)) is False
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # Beside, through, far; in the hole of what is not convex; in the box but not inside.
+        assert manager.in_collision_single(cube, at(4.5)) is False
+        assert manager.in_collision_single(cube, at(3.2)) is True
+        assert manager.min_distance_single(cube, at(9)) == pytest.approx(5.0)
+        ring = CollisionManager()
+        ring.add_object("ring", trimesh.creation.torus(5.0, 1.0))
+        assert ring.in_collision_single(cube) is False and ring.min_distance_single(cube) > 3
+        # trimesh takes what is not convex for a surface, too.
+        dented = trimesh.creation.icosphere(2).apply_scale(5.0)
+        dented.vertices[0] *= 0.5
+        ring.remove_object("ring")
+        ring.add_object("dented", dented)
+        assert not dented.is_convex and ring.in_collision_single(cube) is False
+
+
+def test_contained_convex_meshes_of_fcl(cube):
+    pytest.importorskip("fcl")
+    answers = []
+    for manager in (CollisionManager(), trimesh.collision.CollisionManager()):
+        manager.add_object("shell", cube.copy().apply_scale(5.0))
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            answers.append((manager.in_collision_single(cube), [one.category for one in said]))
+    # The one place where the answers differ is named.
+    assert answers == [(False, [ContainedWarning]), (True, [])]
+
+
+def test_meshes_in_place_of_trees(cube):
+    tree, pose = punctual3d.Tree.from_trimesh(cube), at(0.9)
+    for a, b in [(cube, tree), (tree, cube), (cube, cube)]:
+        assert punctual3d.collide(a, b, pose, mode="all") == punctual3d.collide(tree, tree, pose, mode="all")
+        assert punctual3d.distance(a, b, at(3)) == punctual3d.distance(tree, tree, at(3))
+        assert punctual3d.closer_than(a, b, 0.5, at(3)) == punctual3d.closer_than(tree, tree, 0.5, at(3))
+        assert punctual3d.contacts(a, b, pose) == punctual3d.contacts(tree, tree, pose)
+        moving = {"T": at(3), "velocity": [-3.0, 0, 0]}
+        assert punctual3d.motion(a, b, **moving) == punctual3d.motion(tree, tree, **moving)
+        assert punctual3d.push_out(a, b, pose, work=10_000) == punctual3d.push_out(tree, tree, pose, work=10_000)
+        assert punctual3d.collide_batch(a, b, pose) == punctual3d.collide_batch(tree, tree, pose)
+        assert punctual3d.distance_batch(a, b, at(3)) == punctual3d.distance_batch(tree, tree, at(3))
+        for kind in (punctual3d.Query, punctual3d.DistanceQuery):
+            assert kind(a, b, pose).run() == kind(tree, tree, pose).run()
+        assert punctual3d.MotionQuery(a, b, **moving).run() == punctual3d.MotionQuery(tree, tree, **moving).run()
+    origins = [[3, 0.1, 0.2], [0, 0, 0]]
+    assert punctual3d.rays(cube, origins, [-1, 0, 0]) == punctual3d.rays(tree, origins, [-1, 0, 0])
+    scene = punctual3d.Scene()
+    scene.insert(cube), scene.set_tree(scene.insert(cube, pose), cube), scene.insert_compound([(cube, at(9))])
+    assert scene.step().verdict.tolist() == [1]
+    assert punctual3d.collide(cube, cube).view().html
+    with pytest.raises(TypeError, match="PointCloud is neither a punctual3d.Tree nor a mesh"):
+        punctual3d.collide(trimesh.PointCloud(cube.vertices), tree)
 
 
 def test_trees_of_trimesh(cube):

@@ -8,7 +8,7 @@ False
 0.5
 """
 
-from . import shapes
+from . import _records, shapes
 from ._punctual3d import (
     Answer,
     BodyContacts,
@@ -51,7 +51,7 @@ from ._punctual3d import (
     push_out,
     rays,
 )
-from .collision_manager import CollisionManager
+from .collision_manager import CollisionManager, ContainedWarning
 
 __all__ = [
     "Answer",
@@ -61,6 +61,7 @@ __all__ = [
     "Collision",
     "CollisionBatch",
     "CollisionManager",
+    "ContainedWarning",
     "ContactPoints",
     "Contacts",
     "Distance",

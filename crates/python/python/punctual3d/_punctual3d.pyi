@@ -1,6 +1,6 @@
 from collections.abc import Sequence
 from os import PathLike
-from typing import Any, Literal, Protocol, final
+from typing import Any, Literal, Protocol, SupportsFloat, SupportsIndex, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,6 +9,12 @@ from typing_extensions import TypeAlias
 _Mode: TypeAlias = Literal["any", "all"]
 _Effort: TypeAlias = Literal["fast", "normal", "best"]
 
+_Real: TypeAlias = SupportsFloat | SupportsIndex
+_Integer: TypeAlias = SupportsIndex
+_Flag: TypeAlias = bool | np.bool_
+_Vector: TypeAlias = ArrayLike | Sequence[_Real]
+_Bodies: TypeAlias = Sequence[SupportsIndex] | NDArray[np.integer[Any]]
+
 __version__: str
 
 class _HasMesh(Protocol):
@@ -16,6 +22,8 @@ class _HasMesh(Protocol):
     def vertices(self) -> Any: ...
     @property
     def faces(self) -> Any: ...
+
+_Surface: TypeAlias = Tree | _HasMesh
 
 class UndecidedError(RuntimeError): ...
 class ResumeError(RuntimeError): ...
@@ -28,16 +36,16 @@ class Tree:
         faces: ArrayLike,
         *,
         effort: _Effort = "normal",
-        neighbors: bool = False,
-        extremes: bool = False,
+        neighbors: _Flag = False,
+        extremes: _Flag = False,
     ) -> Tree: ...
     @classmethod
     def from_trimesh(
-        cls, mesh: _HasMesh, *, effort: _Effort = "normal", neighbors: bool = False, extremes: bool = False
+        cls, mesh: _HasMesh, *, effort: _Effort = "normal", neighbors: _Flag = False, extremes: _Flag = False
     ) -> Tree: ...
     @classmethod
     def load(
-        cls, path: str | PathLike[str], *, effort: _Effort = "normal", neighbors: bool = False, extremes: bool = False
+        cls, path: str | PathLike[str], *, effort: _Effort = "normal", neighbors: _Flag = False, extremes: _Flag = False
     ) -> Tree: ...
     @classmethod
     def from_bytes(cls, bytes: bytes) -> Tree: ...
@@ -154,23 +162,23 @@ class Collision(Answer):
 class Query:
     def __new__(
         cls,
-        a: Tree,
-        b: Tree,
+        a: _Surface,
+        b: _Surface,
         T: ArrayLike | None = None,
         *,
         mode: _Mode | None = None,
-        early: bool = False,
-        prior: float | None = None,
+        early: _Flag = False,
+        prior: _Real | None = None,
     ) -> Query: ...
     def run(
-        self, *, budget: float | None = None, work: int | None = None, memory: Memory | None = None
+        self, *, budget: _Real | None = None, work: _Integer | None = None, memory: Memory | None = None
     ) -> Collision: ...
     def resume(
-        self, *, budget: float | None = None, work: int | None = None, memory: Memory | None = None
+        self, *, budget: _Real | None = None, work: _Integer | None = None, memory: Memory | None = None
     ) -> Collision: ...
     def predict(self, *, memory: Memory | None = None) -> Prediction: ...
     def estimate(self, *, memory: Memory | None = None) -> Estimate: ...
-    def certificate(self, *, work: int = 0) -> Certificate: ...
+    def certificate(self, *, work: _Integer = 0) -> Certificate: ...
 
 @final
 class CollisionBatch:
@@ -225,22 +233,22 @@ class Passage(Answer):
 class MotionQuery:
     def __new__(
         cls,
-        a: Tree,
-        b: Tree,
+        a: _Surface,
+        b: _Surface,
         T: ArrayLike | None = None,
         *,
         to: ArrayLike | None = None,
-        velocity: Sequence[float] | None = None,
-        turn: Sequence[float] | None = None,
-        point: Sequence[float] | None = None,
-        tolerance: float | None = None,
-        time_tolerance: float | None = None,
-        margins: Sequence[float] | None = None,
+        velocity: _Vector | None = None,
+        turn: _Vector | None = None,
+        point: _Vector | None = None,
+        tolerance: _Real | None = None,
+        time_tolerance: _Real | None = None,
+        margins: _Vector | None = None,
     ) -> MotionQuery: ...
     def run(
-        self, *, budget: float | None = None, work: int | None = None, memory: Memory | None = None
+        self, *, budget: _Real | None = None, work: _Integer | None = None, memory: Memory | None = None
     ) -> Passage: ...
-    def resume(self, *, budget: float | None = None, work: int | None = None) -> Passage: ...
+    def resume(self, *, budget: _Real | None = None, work: _Integer | None = None) -> Passage: ...
     def predict(self, *, memory: Memory | None = None) -> Quantiles: ...
     def estimate(self, *, memory: Memory | None = None) -> Quantiles: ...
     def certificate(self) -> Certificate: ...
@@ -289,23 +297,23 @@ class Distance(Answer):
 class DistanceQuery:
     def __new__(
         cls,
-        a: Tree,
-        b: Tree,
+        a: _Surface,
+        b: _Surface,
         T: ArrayLike | None = None,
         *,
-        absolute_tolerance: float | None = None,
-        relative_tolerance: float | None = None,
-        margins: Sequence[float] | None = None,
-        closer_than: float | None = None,
-        leave_contact_open: bool = False,
+        absolute_tolerance: _Real | None = None,
+        relative_tolerance: _Real | None = None,
+        margins: _Vector | None = None,
+        closer_than: _Real | None = None,
+        leave_contact_open: _Flag = False,
     ) -> DistanceQuery: ...
     def run(
-        self, *, budget: float | None = None, work: int | None = None, memory: Memory | None = None
+        self, *, budget: _Real | None = None, work: _Integer | None = None, memory: Memory | None = None
     ) -> Distance: ...
-    def resume(self, *, budget: float | None = None, work: int | None = None) -> Distance: ...
+    def resume(self, *, budget: _Real | None = None, work: _Integer | None = None) -> Distance: ...
     def predict(self, *, memory: Memory | None = None) -> Quantiles: ...
     def estimate(self, *, memory: Memory | None = None) -> DistanceEstimate: ...
-    def certificate(self, *, work: int = 0) -> Certificate: ...
+    def certificate(self, *, work: _Integer = 0) -> Certificate: ...
 
 @final
 class DistanceBatch:
@@ -452,192 +460,194 @@ class Report:
 
 @final
 class Scene:
-    def __new__(cls, *, mode: _Mode | None = None, threads: int = 1) -> Scene: ...
+    def __new__(cls, *, mode: _Mode | None = None, threads: _Integer = 1) -> Scene: ...
     def insert(
         self,
-        tree: Tree,
+        tree: _Surface,
         T: ArrayLike | None = None,
         *,
-        fixed: bool = False,
-        groups: int = ...,
-        mask: int = ...,
-        importance: float = 0.0,
-        margin: float = 0.0,
+        fixed: _Flag = False,
+        groups: _Integer = ...,
+        mask: _Integer = ...,
+        importance: _Real = 0.0,
+        margin: _Real = 0.0,
     ) -> int: ...
-    def remove(self, body: int) -> None: ...
-    def set_pose(self, body: int, T: ArrayLike) -> None: ...
-    def set_poses(self, bodies: Sequence[int], poses: ArrayLike) -> None: ...
-    def set_tree(self, body: int, tree: Tree) -> None: ...
-    def set_margin(self, body: int, margin: float) -> None: ...
+    def remove(self, body: _Integer) -> None: ...
+    def set_pose(self, body: _Integer, T: ArrayLike) -> None: ...
+    def set_poses(self, bodies: _Bodies, poses: ArrayLike) -> None: ...
+    def set_tree(self, body: _Integer, tree: _Surface) -> None: ...
+    def set_margin(self, body: _Integer, margin: _Real) -> None: ...
     def track_contacts(self) -> None: ...
-    def measure(self, x: int, y: int, tolerance: float) -> None: ...
-    def stop_measuring(self, x: int, y: int) -> None: ...
+    def measure(self, x: _Integer, y: _Integer, tolerance: _Real) -> None: ...
+    def stop_measuring(self, x: _Integer, y: _Integer) -> None: ...
     def set_motion(
         self,
-        body: int,
+        body: _Integer,
         T: ArrayLike,
         *,
         to: ArrayLike | None = None,
-        velocity: Sequence[float] | None = None,
-        turn: Sequence[float] | None = None,
-        point: Sequence[float] | None = None,
+        velocity: _Vector | None = None,
+        turn: _Vector | None = None,
+        point: _Vector | None = None,
     ) -> None: ...
     def insert_compound(
-        self, parts: Sequence[tuple[Tree, ArrayLike]], T: ArrayLike | None = None, *, margin: float = 0.0
+        self, parts: Sequence[tuple[_Surface, ArrayLike]], T: ArrayLike | None = None, *, margin: _Real = 0.0
     ) -> int: ...
-    def parts(self, compound: int) -> list[int]: ...
-    def compound_of(self, body: int) -> int | None: ...
-    def set_compound_pose(self, compound: int, T: ArrayLike) -> None: ...
+    def parts(self, compound: _Integer) -> list[int]: ...
+    def compound_of(self, body: _Integer) -> int | None: ...
+    def set_compound_pose(self, compound: _Integer, T: ArrayLike) -> None: ...
     def set_compound_motion(
         self,
-        compound: int,
+        compound: _Integer,
         T: ArrayLike,
         *,
         to: ArrayLike | None = None,
-        velocity: Sequence[float] | None = None,
-        turn: Sequence[float] | None = None,
-        point: Sequence[float] | None = None,
+        velocity: _Vector | None = None,
+        turn: _Vector | None = None,
+        point: _Vector | None = None,
     ) -> None: ...
-    def remove_compound(self, compound: int) -> None: ...
-    def measure_groups(self, x: Sequence[int], y: Sequence[int], tolerance: float) -> int: ...
-    def stop_measuring_groups(self, measure: int) -> None: ...
-    def find_contacts(self, x: int | None = None, y: int | None = None) -> None: ...
-    def stop_finding_contacts(self, x: int, y: int) -> None: ...
-    def contact_points(self, x: int, y: int) -> ContactPoints: ...
+    def remove_compound(self, compound: _Integer) -> None: ...
+    def measure_groups(self, x: _Bodies, y: _Bodies, tolerance: _Real) -> int: ...
+    def stop_measuring_groups(self, measure: _Integer) -> None: ...
+    def find_contacts(self, x: _Integer | None = None, y: _Integer | None = None) -> None: ...
+    def stop_finding_contacts(self, x: _Integer, y: _Integer) -> None: ...
+    def contact_points(self, x: _Integer, y: _Integer) -> ContactPoints: ...
     def set_question_importance(
-        self, question: Literal["meet", "distance", "motion", "contacts"], importance: float
+        self, question: Literal["meet", "distance", "motion", "contacts"], importance: _Real
     ) -> None: ...
     def cast(
         self,
-        origin: Sequence[float],
-        direction: Sequence[float] | None = None,
+        origin: _Vector,
+        direction: _Vector | None = None,
         *,
-        end: Sequence[float] | None = None,
+        end: _Vector | None = None,
         mode: Literal["nearest", "any", "all"] = "nearest",
-        t_min: float = 0.0,
-        t_max: float = ...,
-        groups: int = ...,
-        mask: int = ...,
-        budget: float | None = None,
-        work: int | None = None,
+        t_min: _Real = 0.0,
+        t_max: _Real = ...,
+        groups: _Integer = ...,
+        mask: _Integer = ...,
+        budget: _Real | None = None,
+        work: _Integer | None = None,
     ) -> BodyHits: ...
-    def step(self, budget: float | None = None, *, work: int | None = None) -> Report: ...
-    def certificate(self, x: int, y: int) -> tuple[int, float]: ...
+    def step(self, budget: _Real | None = None, *, work: _Integer | None = None) -> Report: ...
+    def certificate(self, x: _Integer, y: _Integer) -> tuple[int, float]: ...
     def view(self, path: str | PathLike[str] | None = None) -> View: ...
     def __len__(self) -> int: ...
 
+def _state(record: object) -> bytes: ...
+def _restore(name: str, version: str, state: bytes) -> Any: ...
 def collide(
-    a: Tree,
-    b: Tree,
+    a: _Surface,
+    b: _Surface,
     T: ArrayLike | None = None,
     *,
     mode: _Mode | None = None,
-    budget: float | None = None,
-    work: int | None = None,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
     memory: Memory | None = None,
-    early: bool = False,
-    prior: float | None = None,
+    early: _Flag = False,
+    prior: _Real | None = None,
 ) -> Collision: ...
 def collide_batch(
-    a: Tree,
-    b: Tree,
+    a: _Surface,
+    b: _Surface,
     poses: ArrayLike,
     *,
     mode: _Mode | None = None,
-    budget: float | None = None,
-    work: int | None = None,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
     memory: Memory | None = None,
-    early: bool = False,
-    prior: float | None = None,
-    threads: int = 1,
+    early: _Flag = False,
+    prior: _Real | None = None,
+    threads: _Integer = 1,
 ) -> CollisionBatch: ...
 def distance(
-    a: Tree,
-    b: Tree,
+    a: _Surface,
+    b: _Surface,
     T: ArrayLike | None = None,
     *,
-    absolute_tolerance: float | None = None,
-    relative_tolerance: float | None = None,
-    margins: Sequence[float] | None = None,
-    leave_contact_open: bool = False,
-    budget: float | None = None,
-    work: int | None = None,
+    absolute_tolerance: _Real | None = None,
+    relative_tolerance: _Real | None = None,
+    margins: _Vector | None = None,
+    leave_contact_open: _Flag = False,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
     memory: Memory | None = None,
 ) -> Distance: ...
 def closer_than(
-    a: Tree,
-    b: Tree,
-    length: float,
+    a: _Surface,
+    b: _Surface,
+    length: _Real,
     T: ArrayLike | None = None,
     *,
-    margins: Sequence[float] | None = None,
-    budget: float | None = None,
-    work: int | None = None,
+    margins: _Vector | None = None,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
     memory: Memory | None = None,
 ) -> Distance: ...
 def distance_batch(
-    a: Tree,
-    b: Tree,
+    a: _Surface,
+    b: _Surface,
     poses: ArrayLike,
     *,
-    absolute_tolerance: float | None = None,
-    relative_tolerance: float | None = None,
-    margins: Sequence[float] | None = None,
-    closer_than: float | None = None,
-    leave_contact_open: bool = False,
-    budget: float | None = None,
-    work: int | None = None,
+    absolute_tolerance: _Real | None = None,
+    relative_tolerance: _Real | None = None,
+    margins: _Vector | None = None,
+    closer_than: _Real | None = None,
+    leave_contact_open: _Flag = False,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
     memory: Memory | None = None,
-    threads: int = 1,
+    threads: _Integer = 1,
 ) -> DistanceBatch: ...
 def contacts(
-    a: Tree,
-    b: Tree,
+    a: _Surface,
+    b: _Surface,
     T: ArrayLike | None = None,
     *,
-    margin: float = 0.0,
-    limit: int | None = None,
-    budget: float | None = None,
-    work: int | None = None,
+    margin: _Real = 0.0,
+    limit: _Integer | None = None,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
 ) -> Contacts: ...
 def motion(
-    a: Tree,
-    b: Tree,
+    a: _Surface,
+    b: _Surface,
     T: ArrayLike | None = None,
     *,
     to: ArrayLike | None = None,
-    velocity: Sequence[float] | None = None,
-    turn: Sequence[float] | None = None,
-    point: Sequence[float] | None = None,
-    tolerance: float | None = None,
-    time_tolerance: float | None = None,
-    margins: Sequence[float] | None = None,
-    budget: float | None = None,
-    work: int | None = None,
+    velocity: _Vector | None = None,
+    turn: _Vector | None = None,
+    point: _Vector | None = None,
+    tolerance: _Real | None = None,
+    time_tolerance: _Real | None = None,
+    margins: _Vector | None = None,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
     memory: Memory | None = None,
 ) -> Passage: ...
 def push_out(
-    a: Tree,
-    b: Tree,
+    a: _Surface,
+    b: _Surface,
     T: ArrayLike | None = None,
     *,
-    query_limit: int | None = None,
-    budget: float | None = None,
-    work: int | None = None,
+    query_limit: _Integer | None = None,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
 ) -> PushOut: ...
 def rays(
-    tree: Tree,
+    tree: _Surface,
     origins: ArrayLike,
     directions: ArrayLike | None = None,
     *,
     ends: ArrayLike | None = None,
     mode: Literal["nearest", "any", "all"] = "nearest",
-    t_min: float = 0.0,
-    t_max: float = ...,
-    budget: float | None = None,
-    work: int | None = None,
+    t_min: _Real = 0.0,
+    t_max: _Real = ...,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
 ) -> RayHits: ...
-def cuboid(half_extents: Sequence[float], cells: int) -> Tree: ...
-def icosphere(subdivisions: int) -> Tree: ...
-def torus(major: float, minor: float, resolution: int) -> Tree: ...
-def torus_knot(p: int, q: int, tube: float, resolution: int) -> Tree: ...
+def cuboid(half_extents: _Vector, cells: _Integer) -> Tree: ...
+def icosphere(subdivisions: _Integer) -> Tree: ...
+def torus(major: _Real, minor: _Real, resolution: _Integer) -> Tree: ...
+def torus_knot(p: _Integer, q: _Integer, tube: _Real, resolution: _Integer) -> Tree: ...
