@@ -114,9 +114,6 @@ pub unsafe extern "C" fn punctual_scene_set_calibration(
     door("punctual_scene_set_calibration", || {
         // SAFETY: the contract of the header for structs.
         let calibration = unsafe { read(calibration, "calibration") }?.check()?;
-        punctual_scene::change(scene, |scene| {
-            scene.set_calibration(calibration);
-            Ok(())
-        })
+        punctual_scene::set(scene, |scene| scene.set_calibration(calibration))
     })
 }

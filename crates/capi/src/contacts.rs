@@ -233,10 +233,7 @@ pub unsafe extern "C" fn punctual_workspace_contacts(
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_workspace_drain_contacts(workspace: Option<&mut punctual_workspace>) -> punctual_status {
     door("punctual_workspace_drain_contacts", || {
-        given(workspace, "workspace")?.0.change("workspace", |workspace| {
-            drop(workspace.drain_contacts());
-            Ok(())
-        })
+        given(workspace, "workspace")?.0.set("workspace", |workspace| drop(workspace.drain_contacts()))
     })
 }
 

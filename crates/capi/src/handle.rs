@@ -33,6 +33,14 @@ impl<T> Handle<T> {
         self.poisoned = false;
         result
     }
+
+    /// Changes the value in a way that cannot fail.
+    pub fn set(&mut self, what: &'static str, change: impl FnOnce(&mut T)) -> Result<(), Fault> {
+        self.change(what, |value| {
+            change(value);
+            Ok(())
+        })
+    }
 }
 
 /// Makes a value and hands it over, if there is a place for it.

@@ -253,8 +253,9 @@ pub unsafe extern "C" fn punctual_motion_query_certificate(
     })
 }
 
-/// Boxes in the frame in which A rests, or in the world if both move, at most one for each open pair: every missed contact lies in
-/// one of them. As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+/// Boxes in A's frame, at most one for each open pair: where the surfaces meet before the contact that was found, if any, all points
+/// of A that B touches are in one of them. As many as `capacity` allows are written to `boxes`, and how many there are to
+/// `count`.
 ///
 /// Fails as `punctual_motion_query_certificate`.
 #[unsafe(no_mangle)]

@@ -248,10 +248,7 @@ pub unsafe extern "C" fn punctual_workspace_ray_hits(
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_workspace_drain_ray_hits(workspace: Option<&mut punctual_workspace>) -> punctual_status {
     door("punctual_workspace_drain_ray_hits", || {
-        given(workspace, "workspace")?.0.change("workspace", |workspace| {
-            drop(workspace.drain_ray_hits());
-            Ok(())
-        })
+        given(workspace, "workspace")?.0.set("workspace", |workspace| drop(workspace.drain_ray_hits()))
     })
 }
 

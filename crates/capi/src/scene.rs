@@ -167,6 +167,10 @@ impl punctual_scene {
     ) -> Result<R, Fault> {
         given(scene, "scene")?.0.change("scene", change)
     }
+
+    pub(crate) fn set(scene: Option<&mut Self>, change: impl FnOnce(&mut Scene)) -> Result<(), Fault> {
+        given(scene, "scene")?.0.set("scene", change)
+    }
 }
 
 /// Makes a scene without bodies. `mode` is a `punctual_mode` (any intersection of each pair, or the number of all), `reach` a
@@ -199,10 +203,7 @@ pub extern "C" fn punctual_scene_new(
 pub extern "C" fn punctual_scene_set_mode(scene: Option<&mut punctual_scene>, mode: u32) -> punctual_status {
     door("punctual_scene_set_mode", || {
         let mode = check_mode(mode, "mode")?;
-        punctual_scene::change(scene, |scene| {
-            scene.set_mode(mode);
-            Ok(())
-        })
+        punctual_scene::set(scene, |scene| scene.set_mode(mode))
     })
 }
 
@@ -213,10 +214,7 @@ pub extern "C" fn punctual_scene_set_mode(scene: Option<&mut punctual_scene>, mo
 pub extern "C" fn punctual_scene_set_reach(scene: Option<&mut punctual_scene>, reach: u32) -> punctual_status {
     door("punctual_scene_set_reach", || {
         let reach = check_reach(reach)?;
-        punctual_scene::change(scene, |scene| {
-            scene.set_reach(reach);
-            Ok(())
-        })
+        punctual_scene::set(scene, |scene| scene.set_reach(reach))
     })
 }
 
@@ -225,12 +223,7 @@ pub extern "C" fn punctual_scene_set_reach(scene: Option<&mut punctual_scene>, r
 /// free again. Those that are kept already stay.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_scene_set_max_pairs(scene: Option<&mut punctual_scene>, pairs: usize) -> punctual_status {
-    door("punctual_scene_set_max_pairs", || {
-        punctual_scene::change(scene, |scene| {
-            scene.set_max_pairs(pairs);
-            Ok(())
-        })
-    })
+    door("punctual_scene_set_max_pairs", || punctual_scene::set(scene, |scene| scene.set_max_pairs(pairs)))
 }
 
 /// Frees a scene and ends its threads; null is fine.
@@ -504,10 +497,10 @@ pub unsafe extern "C" fn punctual_scene_pair(
 ) -> punctual_status {
     door("punctual_scene_pair", || {
         let scene = punctual_scene::get(scene)?;
-        let listed = given(listed, "listed")?;
         if pair.is_null() {
             return Err(Fault::Null("pair"));
         }
+        let listed = given(listed, "listed")?;
         scene.body(x.into())?;
         scene.body(y.into())?;
         let found = scene.report().pair(x.into(), y.into());

@@ -157,12 +157,7 @@ pub extern "C" fn punctual_scene_set_margin(
 /// From the next frame on `punctual_scene_contacts` tells which pairs of bodies begin to touch, go on, and part. Off by default.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_scene_track_contacts(scene: Option<&mut punctual_scene>) -> punctual_status {
-    door("punctual_scene_track_contacts", || {
-        punctual_scene::change(scene, |scene| {
-            scene.track_contacts();
-            Ok(())
-        })
-    })
+    door("punctual_scene_track_contacts", || punctual_scene::set(scene, |scene| scene.track_contacts()))
 }
 
 /// The contacts of the last frame, ascending by index: as many as `capacity` allows are written to `contacts`, and how many

@@ -241,12 +241,7 @@ pub unsafe extern "C" fn punctual_scene_group_distances(
 /// Finds where bodies touch from the next frame on, of all pairs that meet: `punctual_scene_contact_points`.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_scene_find_contacts(scene: Option<&mut punctual_scene>) -> punctual_status {
-    door("punctual_scene_find_contacts", || {
-        punctual_scene::change(scene, |scene| {
-            scene.find_contacts();
-            Ok(())
-        })
-    })
+    door("punctual_scene_find_contacts", || punctual_scene::set(scene, |scene| scene.find_contacts()))
 }
 
 /// The same of two bodies, whenever they meet. Fails with BAD_ARGUMENT if both are the same.

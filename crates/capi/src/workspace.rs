@@ -73,10 +73,7 @@ pub extern "C" fn punctual_workspace_use_portable_kernels(
     workspace: Option<&mut punctual_workspace>,
 ) -> punctual_status {
     door("punctual_workspace_use_portable_kernels", || {
-        given(workspace, "workspace")?.0.change("workspace", |workspace| {
-            workspace.use_portable_kernels();
-            Ok(())
-        })
+        given(workspace, "workspace")?.0.set("workspace", |workspace| workspace.use_portable_kernels())
     })
 }
 
@@ -101,10 +98,7 @@ pub extern "C" fn punctual_workspace_pairs(
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_workspace_drain_pairs(workspace: Option<&mut punctual_workspace>) -> punctual_status {
     door("punctual_workspace_drain_pairs", || {
-        given(workspace, "workspace")?.0.change("workspace", |workspace| {
-            drop(workspace.drain_pairs());
-            Ok(())
-        })
+        given(workspace, "workspace")?.0.set("workspace", |workspace| drop(workspace.drain_pairs()))
     })
 }
 

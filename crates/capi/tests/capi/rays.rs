@@ -205,7 +205,7 @@ fn what_is_no_ray_is_refused_by_name() {
     null_is_seen(batch(&punctual_ray_batch { tree: None, ..asked }, false, None, 1, room, None), "batch->tree");
     null_is_seen(batch(&punctual_ray_batch { rays: null(), ..asked }, false, None, 1, room, None), "batch->rays");
     null_is_seen(batch(&asked, false, None, 1, null_mut(), None), "hits");
-    null_is_seen(batch(&asked, false, None, 1, room, None), "outcome");
+    null_is_seen(batch(&asked, false, Some(&mut workspace), 1, room, None), "outcome");
     null_is_seen(batch(&asked, true, None, 1, room, Some(&mut out)), "workspace");
     let status = batch(&punctual_ray_batch { mode: 2, ..asked }, false, Some(&mut workspace), 1, room, Some(&mut out));
     fails(status, Status::BadArgument, "punctual_ray_batch_run: batch->mode has no value 2");
