@@ -43,7 +43,7 @@
 //!   when: [`MotionQuery`]. What a ray hits: [`RayQuery`], [`RayBatch`]; in a scene, [`Scene::cast`].
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
-//! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Clock`].
+//! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Budget::time`], [`Clock`].
 //! - Guides, measurements and proofs are the pages in `docs`; the code is explained from `ARCHITECTURE.md` on.
 
 #![cfg_attr(not(feature = "std"), no_std)]
@@ -59,6 +59,9 @@
 #![cfg_attr(doctest, doc = include_str!("../docs/guide/push_out.md"))]
 
 extern crate alloc;
+
+#[cfg(all(target_arch = "x86", not(target_feature = "sse2")))]
+compile_error!("punctual needs SSE2 on x86: x87 rounds differently, so bounds and answers could be false");
 
 mod contact;
 #[cfg(feature = "internals")]
@@ -91,7 +94,7 @@ pub use model::cost::{
 pub use model::prediction::Quantiles;
 pub use names::UnknownName;
 pub use push_out::{Push, PushOut, PushOutQuery};
-#[cfg(feature = "std")]
+#[cfg(all(feature = "std", not(all(target_family = "wasm", target_os = "unknown"))))]
 pub use query::SystemClock;
 pub use query::{
     Budget, Certificate, Clock, ContactQuery, Contacts, Distance, DistanceEstimate, DistanceQuery, Estimate, LEVELS,

@@ -88,9 +88,8 @@ impl<'t> PushOutQuery<'t> {
 
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic. Afterwards the workspace holds
     /// nothing that could be resumed.
-    #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> PushOut {
-        self.run_with(workspace, budget, &crate::SystemClock)
+        self.run_with(workspace, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`PushOutQuery::run`] by a clock of the caller's.

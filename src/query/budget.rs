@@ -23,6 +23,10 @@ impl Budget {
     }
 
     /// Stop within this time from the start of the call.
+    ///
+    /// Calls that are handed no clock go by the system's. Where it has none, without `std` and on `wasm32-unknown-unknown`, they
+    /// take the time as over at once ([`StopReason::Deadline`](crate::StopReason::Deadline)) and do nothing: hand them a
+    /// [`Clock`], or give them a budget of work.
     pub const fn time(limit: Duration) -> Self {
         Self { time: Some(limit), ..Self::unlimited() }
     }
@@ -60,20 +64,6 @@ pub trait Clock {
     /// about once a millisecond.
     fn is_cancelled(&self) -> bool {
         false
-    }
-}
-
-/// The monotonic clock of the operating system, about 25 ns a look. All of a program tell the time since the first look.
-#[cfg(feature = "std")]
-#[derive(Clone, Copy, Debug, Default)]
-#[non_exhaustive]
-pub struct SystemClock;
-
-#[cfg(feature = "std")]
-impl Clock for SystemClock {
-    fn now(&self) -> Duration {
-        static FIRST_LOOK: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
-        FIRST_LOOK.get_or_init(std::time::Instant::now).elapsed()
     }
 }
 

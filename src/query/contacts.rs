@@ -89,9 +89,8 @@ impl<'t> ContactQuery<'t> {
     ///
     /// The first contact query in a workspace makes room for 4,096 contacts, unless [`Workspace::reserve_contacts`] has made
     /// some; later ones do not allocate. It does not lock or panic.
-    #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Contacts {
-        self.run_with(workspace, budget, &crate::SystemClock)
+        self.run_with(workspace, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -100,9 +99,8 @@ impl<'t> ContactQuery<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Contacts, ResumeError> {
-        self.resume_with(workspace, budget, &crate::SystemClock)
+        self.resume_with(workspace, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`ContactQuery::run`] by a clock of the caller's.

@@ -120,17 +120,15 @@ impl<'t> DistanceQuery<'t> {
     }
 
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
-    #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Distance {
-        self.run_with(workspace, None, budget, &crate::SystemClock)
+        self.run_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`DistanceQuery::run`] with what is remembered of the pair from the frame before, and will be for the next: the
     /// triangles that were closest then give an upper bound at once, and what is left of the distance a lower bound
     /// ([`PairMemory::clearance`]).
-    #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Distance {
-        self.run_with(workspace, Some(memory), budget, &crate::SystemClock)
+        self.run_with(workspace, Some(memory), budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -139,9 +137,8 @@ impl<'t> DistanceQuery<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Distance, ResumeError> {
-        self.resume_with(workspace, None, budget, &crate::SystemClock)
+        self.resume_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`DistanceQuery::run`] by a clock of the caller's, with or without a memory.

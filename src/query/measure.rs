@@ -22,10 +22,9 @@ const PULL: f64 = 2.0;
 
 impl CostModel {
     /// Measures the costs on this machine with the system clock, in nanoseconds: queries of two built-in shapes, in cache.
-    /// Takes a few milliseconds.
-    #[cfg(feature = "std")]
+    /// Takes a few milliseconds. The default model, if the system has no clock ([`Budget::time`]).
     pub fn measure() -> Self {
-        Self::measure_with(&crate::SystemClock)
+        Self::measure_with(&crate::query::SYSTEM)
     }
 
     /// The same with a clock of the caller's. The default model, if the clock stands still.

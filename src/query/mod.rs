@@ -12,7 +12,7 @@
 //! | what a node pair is replaced by, whatever is asked | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
 //! | what can be told without a query | [`glance`], [`parting`] |
 //! | pairs that wait | [`queue`], by [`order`]; [`triangle_pairs`] |
-//! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`deadline`] |
+//! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`system`], [`deadline`] |
 //! | all that changes during a query; what is kept for the next | [`workspace`]; [`memory`], [`clearance`] |
 //! | what an unfinished query can still say | [`certificate`], [`narrow`] |
 //! | what a query costs | [`estimate`], [`probe`], [`measure`] |
@@ -59,6 +59,7 @@ mod ray;
 mod refinement;
 mod search;
 mod strategy;
+mod system;
 mod traversal;
 #[cfg(all(test, feature = "std"))]
 mod triangle_bounds_tests;
@@ -66,8 +67,6 @@ mod triangle_pairs;
 mod views;
 mod workspace;
 
-#[cfg(feature = "std")]
-pub use budget::SystemClock;
 pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
 pub(crate) use clearance::displacement;
@@ -84,6 +83,9 @@ pub use order::Order;
 pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
 pub use ray::{RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery};
 pub(crate) use strategy::Strategy;
+pub(crate) use system::SYSTEM;
+#[cfg(all(feature = "std", not(all(target_family = "wasm", target_os = "unknown"))))]
+pub use system::SystemClock;
 pub use workspace::{ResumeError, Workspace};
 
 use crate::math::{Pose, nanoseconds};
@@ -196,16 +198,14 @@ impl<'t> Query<'t> {
     ///
     /// Under a budget of time it looks at the clock more often the nearer the deadline, in the end every
     /// [`Budget::poll_interval`] units of work. It does not allocate, lock or panic.
-    #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Outcome {
-        self.run_with(workspace, None, budget, &crate::SystemClock)
+        self.run_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`Query::run`] with what is remembered of the pair from the frame before, and will be for the next. As long as B stays
     /// within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known without a search.
-    #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Outcome {
-        self.run_with(workspace, Some(memory), budget, &crate::SystemClock)
+        self.run_with(workspace, Some(memory), budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -214,23 +214,21 @@ impl<'t> Query<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Outcome, ResumeError> {
-        self.resume_with(workspace, None, budget, &crate::SystemClock)
+        self.resume_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`Query::resume`] with what is remembered of the pair.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    #[cfg(feature = "std")]
     pub fn resume_with_memory(
         &self,
         workspace: &mut Workspace,
         memory: &mut PairMemory,
         budget: Budget,
     ) -> Result<Outcome, ResumeError> {
-        self.resume_with(workspace, Some(memory), budget, &crate::SystemClock)
+        self.resume_with(workspace, Some(memory), budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`Query::run`] by a clock of the caller's, with or without a memory.

@@ -49,9 +49,7 @@ pub use report::{BodyContact, ContactPhase, GroupDistance, PairDistance, PairPas
 use crate::math::Pose;
 use crate::model::calibration::Calibration;
 use crate::names::named;
-#[cfg(feature = "std")]
-use crate::query::SystemClock;
-use crate::query::{Budget, Clock, Mode, Workspace};
+use crate::query::{Budget, Clock, Mode, SYSTEM, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
@@ -371,15 +369,14 @@ impl Scene {
     ///
     /// If the broad phase is cut, this holds from the frame on in which a pair is known, with `K` plus twice the frames that it
     /// takes to list all known pairs once.
-    #[cfg(feature = "std")]
     pub fn detect(&mut self, budget: Budget) -> &Report {
         #[cfg(feature = "parallel")]
         if let Some(workers) = self.workers.take() {
-            self.frame(budget, &SystemClock, &workers);
+            self.frame(budget.by_system(), &SYSTEM, &workers);
             self.workers = Some(workers);
             return &self.report;
         }
-        self.detect_with(budget, &SystemClock)
+        self.detect_with(budget.by_system(), &SYSTEM)
     }
 
     /// [`Scene::detect`] by a clock of the caller's, on the calling thread alone.

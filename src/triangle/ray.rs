@@ -113,10 +113,12 @@ impl<'q> Aim<'q> {
             }
         }
         let t = above / along;
-        let is_close = above_error + t.abs() * along_error <= 0.4 * TOLERANCE * along.abs() * farthest;
+        // Where `f64` does not do, the errors are infinite, and so may be what they are compared with.
+        let is_close = above_error + t.abs() * along_error < 0.4 * TOLERANCE * along.abs() * farthest;
         let t = if is_close { t * self.unit } else { exact.line().t() };
         let t = if self.ray.is_segment() { t.min(1.0) } else { t };
-        Some((t.max(0.0), if faces < 0 { Side::Front } else { Side::Back }))
+        // Minus zero would be another answer for the same point.
+        Some((t.max(0.0) + 0.0, if faces < 0 { Side::Front } else { Side::Back }))
     }
 }
 

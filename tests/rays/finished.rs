@@ -4,7 +4,7 @@ use crate::common::random::{Family, Random, soup, soups};
 use crate::truth::Line;
 use punctual::glam::DVec3;
 use punctual::{
-    Budget, ManualClock, Ray, RayBatch, RayCast, RayHit, RayMode, RayQuery, Side, StopReason, Tree, Workspace,
+    Budget, ManualClock, Mesh, Ray, RayBatch, RayCast, RayHit, RayMode, RayQuery, Side, StopReason, Tree, Workspace,
 };
 
 pub const ENOUGH: Budget = Budget::work(1 << 40);
@@ -137,6 +137,55 @@ fn an_empty_mesh_and_no_rays_are_answered() {
     assert_eq!((done.done, hits), (1, [None]));
     let done = RayBatch::new(&empty, &[]).run_with(&mut workspace, &mut hits, ENOUGH, &ManualClock::new());
     assert_eq!((done.done, done.stop), (0, StopReason::Finished));
+}
+
+/// The same triangles in units from the least to the largest that a mesh takes, alike along all axes and not: between what
+/// `f64` computes and what only exact sums tell.
+#[test]
+fn meshes_of_any_size() {
+    let power = |exponent: i32| if exponent < -1022 { f64::from_bits(1) } else { 2f64.powi(exponent) };
+    let (mut random, mut workspace, mut count) = (Random::new(3), Workspace::new(), 0);
+    let scales = [-1074, -700, -340, -301, 0, 298, 310, 345, 400, 512, 990];
+    for exponents in scales.iter().flat_map(|&e| [[e; 3], [e, e / 2, -e.max(-990)], [0, e, 0]]) {
+        let scale = DVec3::from_array(exponents.map(power));
+        let corners: Vec<[f64; 3]> = (0..24)
+            .map(|_| (DVec3::from_array([0; 3].map(|_| random.below(9) as f64 - 4.0)) * scale).to_array())
+            .collect();
+        let mesh = Mesh::from_f64(corners, (0..8).map(|i| [3 * i, 3 * i + 1, 3 * i + 2])).unwrap();
+        let tree = Tree::new(mesh);
+        let mut lines = lines(&tree, 6, &mut random);
+        // From a middle of a triangle out and back, by directions of any length.
+        for length in [1.0, 1e-300, 1e-90, 1e90, 1e300] {
+            let [a, b, c] = tree.mesh().triangle(random.below(8));
+            let (middle, unit) = (a * 0.25 + b * 0.25 + c * 0.5, scale * (1.0 / scale.max_element()));
+            let way = random.vector() * unit * length;
+            let origin = middle - way * (scale.max_element() / length);
+            if way != DVec3::ZERO && origin.abs().max_element() < power(1000) {
+                lines.push(Line::half_line(origin, way));
+            }
+        }
+        count += assert_right(&tree, &lines, &mut workspace);
+    }
+    assert!(count > 300, "{count} hits");
+}
+
+/// Parameters and limits beyond the range of `f64`, and what is proven of a run that was stopped there.
+#[test]
+fn limits_far_away() {
+    let far = 2f64.powi(1000);
+    let wall = Mesh::from_f64([[far, -far, -far], [far, far, -far], [far, 0.0, far]], [[0, 1, 2]]).unwrap();
+    let tree = Tree::new(wall);
+    let mut workspace = Workspace::new();
+    for (length, t) in [(1.0, far), (2f64.powi(-20), 2f64.powi(1020)), (2f64.powi(-30), f64::INFINITY), (far, 1.0)] {
+        let line = Line::half_line(DVec3::ZERO, DVec3::X * length);
+        assert_right(&tree, &[Line::half_line(DVec3::ZERO, DVec3::X * length)], &mut workspace);
+        let hit = |ray, workspace: &mut Workspace| run(&tree, ray, RayMode::Nearest, workspace).hit.map(|hit| hit.t);
+        assert_eq!(hit(line.ray, &mut workspace), Some(t));
+        assert_eq!(hit(line.ray.within(t, t), &mut workspace), Some(t));
+        assert_eq!(hit(line.ray.within(0.0, t.min(f64::MAX) * 0.5), &mut workspace), None);
+        let none = RayQuery::new(&tree, line.ray).run_with(&mut workspace, Budget::work(0), &ManualClock::new());
+        assert!(none.stop == StopReason::WorkLimit && none.free_until <= t, "{none:?}");
+    }
 }
 
 #[test]

@@ -107,9 +107,15 @@ fn ask() -> Result<bool, alloc::boxed::Box<dyn core::error::Error>> {
             outcome.verdict, outcome.found, outcome.stats.bv_tests
         ));
         as_expected &= outcome.stop == StopReason::Finished && meet == (outcome.verdict != Verdict::Separated);
-        let stopped = query.run_with(&mut workspace, None, Budget::work(50), &Monotonic);
+        // A budget of work needs no clock.
+        let stopped = query.run(&mut workspace, Budget::work(50));
         as_expected &= query.certificate(&workspace)?.upper_bound() >= outcome.found.max(stopped.found);
     }
+    // Without one there is no time: such a call does nothing, and says so.
+    let query = Query::new(&knot, &ball, Pose::IDENTITY);
+    let untimed = query.run(&mut workspace, Budget::time(Duration::from_secs(1)));
+    as_expected &= untimed.stop == StopReason::Deadline && untimed.stats.work == 0;
+    as_expected &= query.resume(&mut workspace, Budget::unlimited())?.verdict != Verdict::Undecided;
     Ok(as_expected)
 }
 

@@ -31,6 +31,18 @@ fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> 
     core::array::from_fn(|i| f(a[i], b[i]))
 }
 
+/// The square root. Where there is neither an instruction for it nor `std`, that of `wide` is wrong for denormal numbers.
+#[inline(always)]
+fn root(x: f64x2) -> f64x2 {
+    let is_right = cfg!(any(
+        feature = "std",
+        target_feature = "sse2",
+        target_feature = "simd128",
+        all(target_feature = "neon", target_arch = "aarch64")
+    ));
+    if is_right { x.sqrt() } else { f64x2::new(x.to_array().map(libm::sqrt)) }
+}
+
 /// Operations on two vectors.
 macro_rules! lanewise {
     ($($name:ident $operation:expr),*; $($name_d:ident $operation_d:expr),*; $($name_q:ident $operation_q:expr),*) => {
@@ -200,7 +212,7 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     }
     #[inline(always)]
     fn sqrt_q(self, a: Q) -> Q {
-        a.map(f64x2::sqrt)
+        a.map(root)
     }
     #[inline(always)]
     fn inverse_root_q(self, a: Q) -> Q {

@@ -118,17 +118,15 @@ impl<'t> MotionQuery<'t> {
     }
 
     /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
-    #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Passage {
-        self.run_with(workspace, None, budget, &crate::SystemClock)
+        self.run_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`MotionQuery::run`] with what is remembered of the pair, and will be for the next motion: the triangles that met first.
     /// While the way of B's points is less than what the memory knows of the distance at the start
     /// ([`PairMemory::clearance`]), the motion is free without a search.
-    #[cfg(feature = "std")]
     pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Passage {
-        self.run_with(workspace, Some(memory), budget, &crate::SystemClock)
+        self.run_with(workspace, Some(memory), budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -137,9 +135,8 @@ impl<'t> MotionQuery<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this motion and these options, or is complete.
-    #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Passage, ResumeError> {
-        self.resume_with(workspace, None, budget, &crate::SystemClock)
+        self.resume_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`MotionQuery::run`] by a clock of the caller's, with or without a memory.

@@ -66,9 +66,8 @@ impl<'t> RayQuery<'t> {
 
     /// Runs within a budget, by the clock of the system. It does not lock or panic. The first query for [`RayMode::All`] makes
     /// room for 4,096 hits, unless [`Workspace::reserve_ray_hits`] has made some; otherwise nothing is allocated.
-    #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> RayCast {
-        self.run_with(workspace, budget, &crate::SystemClock)
+        self.run_with(workspace, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -77,9 +76,8 @@ impl<'t> RayQuery<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of this tree, this ray and this mode, or is complete.
-    #[cfg(feature = "std")]
     pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<RayCast, ResumeError> {
-        self.resume_with(workspace, budget, &crate::SystemClock)
+        self.resume_with(workspace, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`RayQuery::run`] by a clock of the caller's.
@@ -155,9 +153,8 @@ impl<'t> RayBatch<'t> {
 
     /// Runs within a budget, by the clock of the system, and writes the hits of the rays that are done into `hits`. If one of
     /// the two slices is longer, the rest of it is left alone. It does not allocate, lock or panic.
-    #[cfg(feature = "std")]
     pub fn run(&self, workspace: &mut Workspace, hits: &mut [Option<RayHit>], budget: Budget) -> RayBatchOutcome {
-        self.run_with(workspace, hits, budget, &crate::SystemClock)
+        self.run_with(workspace, hits, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget. `hits` is as long as it was; what is done
@@ -165,14 +162,13 @@ impl<'t> RayBatch<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of this tree and these rays, or is complete.
-    #[cfg(feature = "std")]
     pub fn resume(
         &self,
         workspace: &mut Workspace,
         hits: &mut [Option<RayHit>],
         budget: Budget,
     ) -> Result<RayBatchOutcome, ResumeError> {
-        self.resume_with(workspace, hits, budget, &crate::SystemClock)
+        self.resume_with(workspace, hits, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`RayBatch::run`] by a clock of the caller's.

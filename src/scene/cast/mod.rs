@@ -34,9 +34,8 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::NoRay`].
-    #[cfg(feature = "std")]
     pub fn cast(&mut self, ray: &SceneRay, budget: Budget) -> Result<SceneCast, SceneError> {
-        self.cast_with(ray, budget, &crate::SystemClock)
+        self.cast_with(ray, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`Scene::cast`] by a clock of the caller's.

@@ -7,7 +7,7 @@
 //! while before they sleep again.
 
 use super::crew::Crew;
-use crate::query::{SystemClock, Workspace};
+use crate::query::{SYSTEM, Workspace};
 use crate::scene::body::Bodies;
 use crate::scene::pair::batch::{Batch, Round, workspace};
 use alloc::boxed::Box;
@@ -41,7 +41,7 @@ struct Task {
 impl Task {
     /// Lets go of the bodies before the batch is given back: the owner of the scene may then change them.
     fn run(mut self, scratch: &mut Box<Workspace>) -> (usize, Batch) {
-        self.batch.run(&self.bodies, scratch, &self.round, &SystemClock);
+        self.batch.run(&self.bodies, scratch, &self.round, &SYSTEM);
         (self.index, self.batch)
     }
 }

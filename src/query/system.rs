@@ -1,0 +1,64 @@
+//! The clock of calls that are handed none.
+//!
+//! Where the system has no clock such calls have no time either: a budget of time is over at once, since nothing can tell how
+//! much of it is left. That is so without `std`, and on `wasm32-unknown-unknown`, whose `std` panics when asked for the time.
+
+use super::budget::{Budget, Clock};
+use core::time::Duration;
+
+#[cfg(all(feature = "std", not(all(target_family = "wasm", target_os = "unknown"))))]
+mod clock {
+    use super::{Budget, Clock, Duration};
+    use std::sync::OnceLock;
+    use std::time::Instant;
+
+    /// The monotonic clock of the operating system, about 25 ns a look. All of a program tell the time since the first look.
+    /// There is none without `std`, nor on `wasm32-unknown-unknown`.
+    #[derive(Clone, Copy, Debug, Default)]
+    #[non_exhaustive]
+    pub struct SystemClock;
+
+    impl Clock for SystemClock {
+        fn now(&self) -> Duration {
+            static FIRST_LOOK: OnceLock<Instant> = OnceLock::new();
+            FIRST_LOOK.get_or_init(Instant::now).elapsed()
+        }
+    }
+
+    pub(crate) const SYSTEM: SystemClock = SystemClock;
+
+    impl Budget {
+        /// What is left of a budget by [`SYSTEM`]: all of it.
+        pub(crate) const fn by_system(self) -> Self {
+            self
+        }
+    }
+}
+
+#[cfg(not(all(feature = "std", not(all(target_family = "wasm", target_os = "unknown")))))]
+mod clock {
+    use super::{Budget, Clock, Duration};
+
+    /// Stands still.
+    #[derive(Clone, Copy, Debug)]
+    pub(crate) struct NoClock;
+
+    impl Clock for NoClock {
+        fn now(&self) -> Duration {
+            Duration::ZERO
+        }
+    }
+
+    pub(crate) const SYSTEM: NoClock = NoClock;
+
+    impl Budget {
+        /// What is left of a budget by [`SYSTEM`]: no time.
+        pub(crate) fn by_system(self) -> Self {
+            Self { time: self.time.map(|_| Duration::ZERO), ..self }
+        }
+    }
+}
+
+pub(crate) use clock::SYSTEM;
+#[cfg(all(feature = "std", not(all(target_family = "wasm", target_os = "unknown"))))]
+pub use clock::SystemClock;
