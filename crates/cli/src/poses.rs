@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use punctual::glam::DMat3;
 use punctual::{Pose, Tree};
-use punctual_io::load;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
 use crate::approach::{Approach, Line};
+use crate::input::MeshArgs;
 
 /// Make poses of mesh B in the frame of mesh A: near contact, rolling over each other, or at random.
 ///
@@ -19,7 +19,8 @@ use crate::approach::{Approach, Line};
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("kind").required(true))]
 pub struct Args {
-    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply or .glb.
+    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard
+    /// input, whose format its content tells.
     a: PathBuf,
     /// Mesh B, which takes the poses.
     b: PathBuf,
@@ -40,6 +41,8 @@ pub struct Args {
     /// Another seed gives other poses.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
+    #[command(flatten)]
+    meshes: MeshArgs,
 }
 
 /// Where the poses of a line lie before the first touch, in percent.
@@ -49,7 +52,7 @@ const OFFSETS: [f64; 7] = [-5.0, -2.0, -0.5, -0.1, 0.1, 0.5, 2.0];
 const MOST_MISSES: usize = 1000;
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let (a, b) = (Tree::new(load(&args.a)?), Tree::new(load(&args.b)?));
+    let (a, b) = (Tree::new(args.meshes.load(&args.a)?), Tree::new(args.meshes.load(&args.b)?));
     let mut approach = Approach::new(&a, &b, args.seed);
     // All or nothing.
     let mut lines = Vec::new();
