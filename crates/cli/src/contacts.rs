@@ -78,7 +78,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
             None => writeln!(out, "{i},,,,,,,,,,,,,,,,0,error")?,
         }
     }
-    args.view.write(view::answered(&poses, &answers), |(pose, answer)| {
+    args.view.write(args.input.meshes.up(), view::answered(&poses, &answers), |(pose, answer)| {
         let (bodies, most) = (args.input.bodies([&a, &b]), args.max.map(|most| most as usize));
         punctual_view::contacts(&bodies, args.query(&a, &b, *pose), pose, most, &answer.said)
     })?;

@@ -77,7 +77,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let rows = least_times(args.running.reps, || args.sweep(&a, &b, &poses, &mut workspace));
     writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
     args.print(out, &rows)?;
-    args.view.write(view::answered(&poses, &rows), |(pose, (found, _))| {
+    args.view.write(args.input.meshes.up(), view::answered(&poses, &rows), |(pose, (found, _))| {
         punctual_view::distance(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, found)
     })?;
     Ok(completion)

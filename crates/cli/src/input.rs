@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use punctual::{Budget, BuildOptions, Mesh, Pose, Tree, Workspace};
 use punctual_io::{Axis, FileError, Loaded, ReadOptions, load_with, read_with};
 use punctual_lab::files::{self, Listed};
-use punctual_view::Bodies;
+use punctual_view::{Bodies, Up};
 
 use crate::{Completion, complain, view};
 
@@ -20,9 +20,9 @@ pub struct MeshArgs {
     #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = parse_scale, allow_negative_numbers = true)]
     scale: f64,
     /// The axis that points up in mesh files: turn the meshes such that z does. From y, (x, y, z) becomes (x, -z, y); from x,
-    /// (-z, y, x).
-    #[arg(long, value_enum, default_value = "z")]
-    up: UpName,
+    /// (-z, y, x). Pages of --view have z up then; without it they guess.
+    #[arg(long, value_enum)]
+    up: Option<UpName>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -40,12 +40,17 @@ impl MeshArgs {
         Ok(mesh)
     }
 
+    /// What is up in pictures of the meshes that were read.
+    pub fn up(&self) -> Up {
+        if self.up.is_some() { Up::Z } else { Up::Guess }
+    }
+
     /// Reads a mesh file, or standard input for `-`.
     pub fn load_quietly(&self, file: &Path) -> Result<Loaded, FileError> {
         let up = match self.up {
-            UpName::X => Axis::X,
-            UpName::Y => Axis::Y,
-            UpName::Z => Axis::Z,
+            Some(UpName::X) => Axis::X,
+            Some(UpName::Y) => Axis::Y,
+            Some(UpName::Z) | None => Axis::Z,
         };
         let options = ReadOptions::default().scale(self.scale).up(up);
         if file.as_os_str() != "-" {
@@ -74,7 +79,7 @@ pub struct Input {
     /// answered, and the exit status is 1.
     poses: PathBuf,
     #[command(flatten)]
-    meshes: MeshArgs,
+    pub meshes: MeshArgs,
 }
 
 /// The files, read.

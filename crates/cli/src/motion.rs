@@ -62,7 +62,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let rows = least_times(args.running.reps, || args.sweep(&a, &b, &motions, &mut workspace));
     writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
     print(out, &rows)?;
-    args.view.write(view::answered(&motions, &rows), |(motion, (passage, _))| {
+    args.view.write(args.meshes.up(), view::answered(&motions, &rows), |(motion, (passage, _))| {
         let bodies = view::bodies([&args.a, &args.b], [&a, &b]);
         punctual_view::motion(&bodies, args.query(&a, &b, *motion), passage)
     })?;

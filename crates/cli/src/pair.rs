@@ -115,7 +115,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if let Some(file) = calibration {
         file.write()?;
     }
-    args.view.write(view::answered(&poses, &rows), |(pose, row)| {
+    args.view.write(args.input.meshes.up(), view::answered(&poses, &rows), |(pose, row)| {
         punctual_view::pair(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, args.mode(), &row.outcome)
     })?;
     Ok(completion)

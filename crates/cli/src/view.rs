@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use punctual::{ResumeError, Tree};
 use punctual_lab::files::Listed;
 use punctual_lab::report::{self, Failure};
-use punctual_view::{Bodies, View};
+use punctual_view::{Bodies, Up, View};
 
 /// Two meshes by the names of their files, and their trees.
 pub fn bodies<'t>(files: [&Path; 2], trees: [&'t Tree; 2]) -> Bodies<'t> {
@@ -33,15 +33,17 @@ pub fn answered<'r, E, T>(
 }
 
 impl ViewArgs {
-    /// Writes the page, if it is asked for, of one of `entries`; `None` is one that could not be read.
+    /// Writes the page, if it is asked for, of one of `entries`; `None` is one that could not be read. `up` is what points up
+    /// in the picture.
     pub fn write<T>(
         &self,
+        up: Up,
         mut entries: impl Iterator<Item = Option<T>>,
         show: impl FnOnce(T) -> Result<View, ResumeError>,
     ) -> Result<(), Failure> {
         let (Some(file), at) = (&self.view, self.view_pose) else { return Ok(()) };
         let entry = entries.nth(at).ok_or_else(|| format!("--view-pose {at}: the list has no such entry"))?;
         let entry = entry.ok_or_else(|| format!("--view-pose {at}: this entry was not understood"))?;
-        report::write(file, show(entry)?.html()?)
+        report::write(file, show(entry)?.up(up).html()?)
     }
 }
