@@ -266,9 +266,13 @@ enum punctual_format
    */
   PUNCTUAL_FORMAT_PLY = 2,
   /**
-   * glTF binary: the triangles of the default scene, moved by their nodes.
+   * glTF, binary or JSON text with its buffers in it: the triangles of the default scene, moved by their nodes.
    */
-  PUNCTUAL_FORMAT_GLB = 3,
+  PUNCTUAL_FORMAT_GLTF = 3,
+  /**
+   * OFF in text.
+   */
+  PUNCTUAL_FORMAT_OFF = 4,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -340,10 +344,12 @@ punctual_status punctual_mesh_new_f64(const double *vertices,
                                       struct punctual_mesh **mesh);
 
 /**
- * Reads the mesh of a file, OBJ, STL, PLY or glTF binary by its extension. `path` is UTF-8 and ends with a zero byte.
+ * Reads the mesh of a file, OBJ, STL, PLY, OFF or glTF by its extension, also before `.gz`. `path` is UTF-8 and ends with a
+ * zero byte.
  *
- * Polygons are triangulated; coordinates have the precision of the file. Takes time and memory in proportion to the file, and
- * a glTF file may use its meshes for up to 2^24 triangles.
+ * Polygons are triangulated; coordinates have the precision of the file. What is passed over is not told; `punctual info` tells
+ * it. Takes time and memory in proportion to the file; a glTF file may use its meshes for up to 2^24 triangles, and a packed
+ * file hold up to 2^30 bytes.
  *
  * Fails with BAD_FILE if the file cannot be read or holds no mesh, and with BAD_ARGUMENT if `path` is not UTF-8. The text of
  * `punctual_last_error` names the file and the line or byte in it.
@@ -979,9 +985,14 @@ enum punctual_verdict
    */
   PUNCTUAL_VERDICT_INTERSECTING = 1,
   /**
-   * Proven: no triangle of A shares a point with one of B.
+   * Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes within them.
    */
   PUNCTUAL_VERDICT_SEPARATED = 2,
+  /**
+   * Proven: the witness triangles are no farther apart than the margins of both bodies together. Said only of bodies of a
+   * scene of which one has a margin. Whether some triangles share a point is not said.
+   */
+  PUNCTUAL_VERDICT_WITHIN = 3,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1535,7 +1546,8 @@ typedef struct punctual_distance {
    */
   struct punctual_triangle_pair nearest;
   /**
-   * Their closest points, A's first, both in A's frame; moved towards each other by the margins.
+   * Their closest points, A's first, both in A's frame; moved towards each other by the margins. If the triangles meet, both
+   * are one point, whatever the margins: the middle of the segment in which the triangles do.
    */
   struct punctual_point points[2];
   /**
@@ -2857,6 +2869,11 @@ typedef struct punctual_body_id {
    * Tells bodies of the same index apart.
    */
   uint32_t generation;
+  /**
+   * Tells scenes of this process apart; no other scene takes the id for one of its own. It is no part of what the id says:
+   * compare and store `index` and `generation`. 0: every scene takes the id for its own.
+   */
+  uint32_t scene;
 } punctual_body_id;
 
 /**
@@ -2881,9 +2898,13 @@ typedef struct punctual_report {
    */
   size_t decided;
   /**
-   * How many of them intersect.
+   * How many of them are proven to intersect.
    */
   size_t intersecting;
+  /**
+   * How many of them are proven to come within their margins; not among the intersecting ones.
+   */
+  size_t within;
   /**
    * How many of them are complete.
    */
@@ -2948,11 +2969,16 @@ typedef struct punctual_pair_report {
    */
   bool complete;
   /**
-   * If they meet, two triangles that do; else zeros.
+   * If they meet, two triangles that do; if they come within their margins, two that do; else zeros.
    */
   struct punctual_triangle_pair witness;
   /**
-   * Intersecting pairs of triangles found; at most 1 for MODE_ANY.
+   * How far apart the witness is at most, in the length unit of the scene, margins not subtracted: 0 if they intersect, above
+   * 0 and no more than the margins if they come within them, and infinite without a witness.
+   */
+  double witness_distance;
+  /**
+   * Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with margins, whose witness counts.
    */
   uint64_t found;
   /**
@@ -2960,7 +2986,8 @@ typedef struct punctual_pair_report {
    */
   double probability;
   /**
-   * Expected share of the intersecting pairs of triangles that was found, 0 to 1; 1 if complete.
+   * Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if nothing was found, and between
+   * them otherwise.
    */
   double recall;
   /**
@@ -3625,7 +3652,9 @@ punctual_status punctual_scene_remove_compound(struct punctual_scene *scene, uin
  * Asks for the least distance between two groups of bodies in every frame from now on; margins count, and pairs that may not
  * meet by their filters do not. No pair is asked about that is farther apart than the closest less the tolerance, a length.
  *
- * Fails with BAD_ARGUMENT if a body is in both groups, or the tolerance not from 0 to 2^1000.
+ * Both groups may have bodies in common, or be one: a body has no distance from itself.
+ *
+ * Fails with BAD_ARGUMENT if both are one and the same body, or the tolerance not from 0 to 2^1000.
  */
 punctual_status punctual_scene_measure_groups(struct punctual_scene *scene,
                                               const struct punctual_body_id *x,
@@ -3636,7 +3665,9 @@ punctual_status punctual_scene_measure_groups(struct punctual_scene *scene,
                                               uint64_t *id);
 
 /**
- * Asks for the distance of two groups no more. Nothing changes if it was not asked for.
+ * Asks for the distance of two groups no more.
+ *
+ * Fails with BAD_ARGUMENT if it is not asked for.
  */
 punctual_status punctual_scene_stop_measuring_groups(struct punctual_scene *scene, uint64_t id);
 
