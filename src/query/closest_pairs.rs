@@ -19,8 +19,8 @@ use crate::model::cost::{
     WORK_PER_FEATURES_ALONE, WORK_PER_LOOKUP, WORK_PER_SEGMENT,
 };
 use crate::tree::WIDTH;
-use crate::triangle::distance::{Chosen, Distances, Four, closest, distances};
-use crate::triangle::triangles_intersect;
+use crate::triangle::distance::{Chosen, Closest, Distances, Four, closest, closest_or_meeting, distances};
+use crate::triangle::triangle_segment;
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
@@ -162,7 +162,7 @@ impl Traversal<'_, '_, Distance> {
             let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
             if self.strategy.largest_first {
                 stats.work += WORK_PER_CLOSEST_POINTS;
-                if closest(a, b).low.max(proven) <= margin {
+                if closest_or_meeting(a, b).low.max(proven) <= margin {
                     workspace.found.push(ids);
                     workspace.run.found += 1;
                 }
@@ -182,13 +182,19 @@ impl Traversal<'_, '_, Distance> {
             stats.work += WORK_PER_CLOSEST_POINTS;
             closest(a, b)
         });
-        found.low = found.low.max(proven);
-        let meet = found.low == 0.0 && {
+        let segment = if found.low.max(proven) == 0.0 {
             stats.exact_tests += 1;
             stats.work += WORK_PER_EXACT_TEST;
-            triangles_intersect(a, b)
+            triangle_segment(a, b)
+        } else {
+            None
         };
-        workspace.search.interval.settle(pair, &found, meet);
+        found = match segment {
+            Some(ends) => Closest::meeting(ends),
+            None => found.of_apart(a, b),
+        };
+        found.low = found.low.max(proven);
+        workspace.search.interval.settle(pair, &found);
         self.question.update(self.relation, &workspace.search.interval);
     }
 }
@@ -210,7 +216,7 @@ fn contact(
             return touching;
         }
     }
-    let found = closest(corners[0], corners[1]);
+    let found = closest(corners[0], corners[1]).of_apart(corners[0], corners[1]);
     stats.work += WORK_PER_CLOSEST_POINTS;
     (found.low.max(proven) <= margin).then(|| {
         stats.work += WORK_PER_CONTACT;

@@ -133,12 +133,11 @@ impl Interval {
         low < self.cut || low == 0.0
     }
 
-    /// Takes note of what `f64` says of a pair, and whether the triangles meet.
-    pub fn settle(&mut self, pair: [u32; 2], found: &Closest, meet: bool) {
+    /// Takes note of what `f64` says of a pair.
+    pub fn settle(&mut self, pair: [u32; 2], found: &Closest) {
         self.pass(found.low);
-        let high = if meet { 0.0 } else { found.high };
-        if high < self.high {
-            self.high = high;
+        if found.high < self.high {
+            self.high = found.high;
             self.cut = self.cut_now();
             self.nearest = Some((pair, *found));
         }

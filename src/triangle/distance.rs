@@ -21,6 +21,7 @@ mod batch;
 #[cfg(all(test, feature = "std"))]
 #[path = "../../tests/common/exact_distance.rs"]
 pub(crate) mod exact_distance;
+mod exhaustive;
 mod four;
 mod pair;
 #[cfg(all(test, feature = "std"))]
@@ -34,4 +35,4 @@ pub(crate) use batch::{Chosen, Distances, distances};
 #[cfg(all(test, feature = "std"))]
 pub(crate) use four::Face;
 pub(crate) use four::{Features, Four};
-pub(crate) use pair::{Closest, closest};
+pub(crate) use pair::{Closest, closest, closest_or_meeting};

@@ -15,5 +15,6 @@ mod clearance;
 mod estimates;
 mod files;
 mod finished;
+mod kinds;
 mod memory;
 mod stops;

@@ -27,7 +27,7 @@ use crate::query::triangle_pairs::rows;
 use crate::query::views::Relation;
 use crate::query::workspace::{Run, Workspace};
 use crate::tree::{Tree, WIDTH};
-use crate::triangle::distance::closest;
+use crate::triangle::distance::{closest, closest_or_meeting};
 use crate::triangle::swept::{Glide, Swept, windows};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
@@ -278,7 +278,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         followed.steps += 1;
         let window = if phase == Phase::Direction {
             stats.work += WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST;
-            swept.on(closest(a, &at(from)).direction, [-half, half])
+            swept.on(closest_or_meeting(a, &at(from)).direction, [-half, half])
         } else {
             stats.work += WORK_PER_WINDOW;
             swept.window(if state.cut() > 0.0 { state.cut() - middle } else { f64::INFINITY })
@@ -359,7 +359,7 @@ fn placed(course: &Course, corners: &[DVec3; 3], time: f64) -> [DVec3; 3] {
 
 /// Whether two triangles, thickened by a margin together, meet.
 fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> bool {
-    triangles_intersect(a, b) || margin > 0.0 && closest(a, b).high <= margin
+    triangles_intersect(a, b) || margin > 0.0 && closest(a, b).of_apart(a, b).high <= margin
 }
 
 /// Where the children of an opened pair go. If they are alike, all have the first key of the table.

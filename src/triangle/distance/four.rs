@@ -3,7 +3,7 @@
 //! Only these two features are looked at, and both bounds follow from them as ever. Where others are closer after all, or the
 //! numbers are bad, the bounds lie apart: then nothing is said, and the pair is one for [`closest`](super::closest).
 
-use super::pair::Closest;
+use super::pair::{Closest, TIGHT};
 use crate::math::lanes::{Column, D4, Kernel, Lanes, add, cross, dot, per_axis, scaled, sub};
 use glam::DVec3;
 
@@ -91,7 +91,7 @@ impl Found {
         let (first, second, direction) = (vector(&self.points[0]), vector(&self.points[1]), vector(&self.direction));
         let is_turned = self.turned >> pair & 1 != 0;
         let (points, direction) = if is_turned { ([second, first], -direction) } else { ([first, second], direction) };
-        Some(Closest { points, direction, low: self.low[pair], high: self.high[pair] })
+        Some(Closest { points, direction, low: self.low[pair], high: self.high[pair], is_tight: true })
     }
 }
 
@@ -104,9 +104,6 @@ const LEAST: f64 = 1e-60;
 /// Squared length of a direction that no underflow has spoilt.
 const LEAST_SQUARE: f64 = 1e-270;
 const LARGEST_SQUARE: f64 = 1e270;
-
-/// The features are the closest if the bounds are no farther apart than so many roundings of the reach.
-const TIGHT: f64 = 64.0 * f64::EPSILON;
 
 /// Squared sine below which two edges have no perpendicular direction.
 const PARALLEL: f64 = 1e-12;

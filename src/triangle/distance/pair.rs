@@ -1,6 +1,8 @@
 //! One pair in `f64`: closest points and both bounds.
 
+use super::exhaustive;
 use crate::math::{larger, largest};
+use crate::triangle::triangles_intersect;
 use glam::DVec3;
 
 type Triangle = [DVec3; 3];
@@ -14,37 +16,59 @@ pub(crate) struct Closest {
     pub direction: DVec3,
     pub low: f64,
     pub high: f64,
+    /// Whether `high - low` is within the bound of [`Closest::of_apart`].
+    pub is_tight: bool,
 }
+
+impl Closest {
+    /// Of triangles that meet in the segment with these ends: the middle of it, twice.
+    pub fn meeting([start, end]: [DVec3; 2]) -> Self {
+        let points = [0.5 * start + 0.5 * end; 2];
+        Self { points, direction: DVec3::ZERO, low: 0.0, high: 0.0, is_tight: true }
+    }
+
+    /// The same of triangles with these corners that are known not to meet: `high - low` is no more than [`TIGHT`] times the
+    /// reach of the pair, or than 2^-1021, whatever their shape.
+    ///
+    /// The reach is the length of a vector that has in each component the largest of A's triangle and the largest of B's,
+    /// added, all relative to a corner.
+    #[inline]
+    pub fn of_apart(self, a: &Triangle, b: &Triangle) -> Self {
+        if self.is_tight { self } else { exhaustive::closest(&Pair::new(a, b), self) }
+    }
+}
+
+/// How far apart both bounds are at most, over the reach of the pair.
+pub(super) const TIGHT: f64 = 64.0 * f64::EPSILON;
 
 /// Closest points of two closed triangles, with bounds of their distance that hold for all finite coordinates up to 2^1003.
 ///
-/// If the triangles are apart, `high - low` is some roundings of the extent of the pair: never more than 2e-14 of it was seen.
-/// If they meet, `low` is 0 and `high` may be anything. Which of both is for [`super::super::triangles_intersect`] to say.
+/// If the triangles meet, `low` is 0 and `high` may be anything. Which of both is for [`super::super::triangles_intersect`] to
+/// say. If they are apart, the bounds are tight as a rule, and by [`Closest::of_apart`] always.
 // Compiled for AVX2, in a kernel that it is inlined into, it takes three times as long.
 #[inline(never)]
 pub(crate) fn closest(a: &Triangle, b: &Triangle) -> Closest {
     let pair = Pair::new(a, b);
     let found = pair.closest_features();
-    let length = (found.points[0] - found.points[1]).length();
-    let rounding = f64::EPSILON * pair.reach.length();
-    let high = (length + 3.01 * rounding) * (1.0 + 3.0 * f64::EPSILON) * pair.unit;
-    let (low, direction) = pair.gap(found.direction);
-    let low = low * pair.unit;
-    Closest {
-        points: [a[0] + found.points[0] * pair.unit, a[0] + found.points[1] * pair.unit],
-        direction,
-        // Units are powers of two, so what is above the least normal number is not rounded.
-        low: if low > f64::MIN_POSITIVE { low } else { 0.0 },
-        high: high.max(f64::MIN_POSITIVE),
-    }
+    let high = pair.high(found.points);
+    let (low, direction) = pair.low(found.direction);
+    let points = found.points.map(|point| pair.origin + point * pair.unit);
+    Closest { points, direction, low, high, is_tight: pair.is_tight(low, high) }
+}
+
+/// The same with tight bounds, unless the triangles meet.
+pub(crate) fn closest_or_meeting(a: &Triangle, b: &Triangle) -> Closest {
+    let found = closest(a, b);
+    if found.is_tight || triangles_intersect(a, b) { found } else { found.of_apart(a, b) }
 }
 
 /// Two triangles relative to the first corner of `a`, in a unit that brings the largest coordinate between 1 and 2, or as
 /// near as possible.
-struct Pair {
-    a: Triangle,
-    b: Triangle,
-    unit: f64,
+pub(super) struct Pair {
+    pub a: Triangle,
+    pub b: Triangle,
+    pub origin: DVec3,
+    pub unit: f64,
     /// The largest coordinates of `a` plus those of `b`, axis by axis.
     reach: DVec3,
 }
@@ -61,7 +85,27 @@ impl Pair {
         let exponent = (size.to_bits() >> 52).max(1);
         let (scale, unit) = (f64::from_bits((2046 - exponent) << 52), f64::from_bits(exponent << 52));
         let (a, b) = ([DVec3::ZERO, p1 * scale, p2 * scale], [q0 * scale, q1 * scale, q2 * scale]);
-        Self { a, b, unit, reach: (reach_a + reach_b) * scale }
+        Self { a, b, origin, unit, reach: (reach_a + reach_b) * scale }
+    }
+
+    /// What is proven by two points, one of each triangle: how far apart they are at most.
+    pub fn high(&self, points: [DVec3; 2]) -> f64 {
+        let length = (points[0] - points[1]).length();
+        let rounding = f64::EPSILON * self.reach.length();
+        let high = (length + 3.01 * rounding) * (1.0 + 3.0 * f64::EPSILON) * self.unit;
+        high.max(f64::MIN_POSITIVE)
+    }
+
+    /// What is proven by a direction: how far apart they are at least, and its unit vector from `b` to `a`.
+    pub fn low(&self, n: DVec3) -> (f64, DVec3) {
+        let (gap, direction) = self.gap(n);
+        let low = gap * self.unit;
+        // Units are powers of two, so what is above the least normal number is not rounded.
+        (if low > f64::MIN_POSITIVE { low } else { 0.0 }, direction)
+    }
+
+    pub fn is_tight(&self, low: f64, high: f64) -> bool {
+        high - low <= TIGHT * self.reach.length() * self.unit + 2.0 * f64::MIN_POSITIVE
     }
 
     fn closest_features(&self) -> Features {
@@ -127,7 +171,7 @@ fn range(t: &Triangle, n: DVec3) -> (f64, f64) {
 }
 
 /// `x` brought into 0..=1; 0 if it is no number.
-fn clamped(x: f64) -> f64 {
+pub(super) fn clamped(x: f64) -> f64 {
     let x = if x > 0.0 { x } else { 0.0 };
     if x < 1.0 { x } else { 1.0 }
 }

@@ -1,0 +1,459 @@
+//! Single pairs of triangles of every kind that is hard to tell apart, against exact distances: what a finished answer says
+//! is true, and as tight as is promised, whatever their shape.
+//!
+//! `PUNCTUAL_PAIRS=10000000` takes so many pairs of each kind (a few hundred otherwise), and tells how far it is;
+//! `PUNCTUAL_KIND=name` only one kind, `PUNCTUAL_SEED=n` others. A pair that fails is printed as the bits of its coordinates.
+
+use std::array::from_fn;
+use std::cmp::Ordering;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+
+use punctual::glam::{DMat3, DVec3};
+use punctual::{
+    ContactQuery, Distance, DistanceQuery, ManualClock, Mesh, Motion, MotionQuery, Pose, StopReason, Tree, Workspace,
+};
+
+use crate::common::random::{Drift, Random, pose_about};
+use crate::distance::{ENOUGH, run};
+use crate::exact_distance;
+
+type Triangle = [DVec3; 3];
+
+/// A triangle of A, and one of B before the pose brings it to A's frame.
+#[derive(Clone, Copy, Debug)]
+struct Given {
+    a: Triangle,
+    b: Triangle,
+    /// Whether the corners are exact in `f32`.
+    is_single: [bool; 2],
+    pose: Pose,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    FatSingle,
+    FatDouble,
+    /// 1e-1 to 1e-300 of their length wide, the third corner anywhere along it.
+    Slivers,
+    /// The same, but for rounding in one direction.
+    ParallelSlivers,
+    /// A sliver and a fat triangle.
+    SliverAndFat,
+    /// Two corners next to each other.
+    Needles,
+    /// Exactly collinear in `f32`, turned by a pose.
+    CollinearTurned,
+    /// Collinear up to the rounding of `f64`.
+    Collinear,
+    /// Points and segments against anything.
+    Points,
+    /// A corner 0, or 1e-16 to 1e-6, off a point of the other triangle.
+    CornerNear,
+    /// The same of a point inside both triangles: they meet as a rule.
+    Crossing,
+    /// In one plane, up to the rounding of a pose.
+    Coplanar,
+    /// In planes 1e-17 to 1 apart, edges parallel.
+    Parallel,
+    /// One or two corners in common.
+    Shared,
+    /// Whole coordinates.
+    Whole,
+    /// Coordinates from the least denormal to 1e-300.
+    Denormal,
+    /// Coordinates up to 2^1000.
+    Huge,
+    /// 1e3 to 1e12 from the origin.
+    Far,
+    /// One 1e-1 to 1e-300 of the other.
+    Unequal,
+    /// Every exponent in one pair.
+    Mixed,
+}
+
+impl Kind {
+    const ALL: [Self; 20] = [
+        Self::FatSingle,
+        Self::FatDouble,
+        Self::Slivers,
+        Self::ParallelSlivers,
+        Self::SliverAndFat,
+        Self::Needles,
+        Self::CollinearTurned,
+        Self::Collinear,
+        Self::Points,
+        Self::CornerNear,
+        Self::Crossing,
+        Self::Coplanar,
+        Self::Parallel,
+        Self::Shared,
+        Self::Whole,
+        Self::Denormal,
+        Self::Huge,
+        Self::Far,
+        Self::Unequal,
+        Self::Mixed,
+    ];
+
+    fn pair(self, random: &mut Random) -> Given {
+        let [a, b]: [Triangle; 2] = from_fn(|_| corners(random));
+        match self {
+            Self::FatSingle => near(single(a), single(b), [true; 2], turn(random), random),
+            Self::FatDouble => near(a, b, [false; 2], turn(random), random),
+            Self::Slivers => {
+                let [x, y] = from_fn(|_| width(random));
+                near(sliver(a, x, random), sliver(b, y, random), [false; 2], turn(random), random)
+            }
+            Self::ParallelSlivers => {
+                let x = sliver(a, width(random), random);
+                let way = random.vector();
+                let y = x.map(|corner| corner + way + width(random) * random.vector());
+                near(x, y, [false; 2], DMat3::IDENTITY, random)
+            }
+            Self::SliverAndFat => near(a, sliver(b, width(random), random), [false; 2], turn(random), random),
+            Self::Needles => {
+                let needle = |t: Triangle, random: &mut Random| {
+                    let mut t = [t[0], t[1], t[1] + width(random) * random.vector()];
+                    t.rotate_left(random.below(3));
+                    t
+                };
+                let other = if random.below(2) == 0 { b } else { needle(b, random) };
+                near(needle(a, random), other, [false; 2], turn(random), random)
+            }
+            Self::CollinearTurned => {
+                let [x, y] = from_fn(|_| collinear(random));
+                let (a, is_single) = if random.below(2) == 0 { (a, false) } else { (x, true) };
+                near(a, y, [is_single, true], turn(random), random)
+            }
+            Self::Collinear => {
+                let flat = |t: Triangle, random: &mut Random| {
+                    [t[0], t[1], t[0].lerp(t[1], 1.5 * random.signed())]
+                };
+                let a = if random.below(2) == 0 { a } else { flat(a, random) };
+                near(a, flat(b, random), [false; 2], turn(random), random)
+            }
+            Self::Points => {
+                let flat = |t: Triangle, random: &mut Random| match random.below(4) {
+                    0 => [t[0]; 3],
+                    1 => [t[0], t[0], t[1]],
+                    2 => [t[0], t[1], t[0]],
+                    _ => t,
+                };
+                near(flat(a, random), flat(b, random), [false; 2], turn(random), random)
+            }
+            Self::CornerNear => {
+                let mut b = b;
+                let corner = random.below(3);
+                b[corner] = point_of(&a, random) + offset(random);
+                placed(a, b, DMat3::IDENTITY, random)
+            }
+            Self::Crossing => {
+                let way = point_of(&a, random) - point_of(&b, random) + offset(random);
+                placed(a, b.map(|corner| corner + way), DMat3::IDENTITY, random)
+            }
+            Self::Coplanar => {
+                let flat = |t: Triangle| t.map(|corner| DVec3::new(corner.x, corner.y, 0.0));
+                let (a, b) = (flat(a), flat(b));
+                if random.below(2) == 0 {
+                    near(a, b, [false; 2], DMat3::from_rotation_z(random.signed()), random)
+                } else {
+                    let rotation = random.rotation();
+                    near(a.map(|v| rotation * v), b.map(|v| rotation * v), [false; 2], DMat3::IDENTITY, random)
+                }
+            }
+            Self::Parallel => {
+                let rotation = random.rotation();
+                let b = [a[0], a[1], if random.below(2) == 0 { a[2] } else { b[2] }];
+                let along = DVec3::new(random.signed(), random.signed(), 0.0);
+                let b = b.map(|corner| DVec3::new(corner.x, corner.y, 0.0) + along);
+                let a = a.map(|corner| DVec3::new(corner.x, corner.y, 0.0));
+                let up = DVec3::Z * gap(random);
+                placed(a.map(|v| rotation * v), b.map(|v| rotation * (v + up)), DMat3::IDENTITY, random)
+            }
+            Self::Shared => {
+                let mut b = b;
+                (b[0], b[1]) = (a[1], if random.below(2) == 0 { a[0] } else { b[1] });
+                let nudge = if random.below(2) == 0 { DVec3::ZERO } else { offset(random) };
+                placed(a, b.map(|corner| corner + nudge), DMat3::IDENTITY, random)
+            }
+            Self::Whole => {
+                let whole = |t: Triangle| t.map(|corner| (2.0 * corner).round());
+                let rotation = if random.below(2) == 0 { DMat3::IDENTITY } else { random.rotation() };
+                Given { a: whole(a), b: whole(b), is_single: [true; 2], pose: Pose::new(rotation, whole(a)[0]).unwrap() }
+            }
+            Self::Denormal => {
+                let scale = 10_f64.powf(-300.0 - 23.5 * random.unit());
+                near(a, b, [false; 2], DMat3::IDENTITY, random).scaled(scale)
+            }
+            Self::Huge => {
+                let scale = f64::exp2(990.0 * random.unit());
+                let [x, y] = from_fn(|_| if random.below(2) == 0 { 1.0 } else { width(random) });
+                near(sliver(a, x, random), sliver(b, y, random), [false; 2], DMat3::IDENTITY, random).scaled(scale)
+            }
+            Self::Far => {
+                let far = random.vector() * 10_f64.powf(3.0 + 9.0 * random.unit());
+                let [x, y] = from_fn(|_| if random.below(2) == 0 { 1.0 } else { width(random) });
+                near(sliver(a, x, random), sliver(b, y, random), [false; 2], turn(random), random).moved(far)
+            }
+            Self::Unequal => {
+                let factor = width(random);
+                near(a, b.map(|corner| corner * factor), [false; 2], turn(random), random)
+            }
+            Self::Mixed => {
+                let number = |random: &mut Random| random.signed() * f64::exp2(-40.0 * random.unit() * random.unit() * 20.0);
+                let [a, b] = from_fn(|_| from_fn(|_| DVec3::from_array(from_fn(|_| number(random)))));
+                placed(a, b, DMat3::IDENTITY, random)
+            }
+        }
+    }
+}
+
+fn corners(random: &mut Random) -> Triangle {
+    from_fn(|_| random.vector())
+}
+
+fn single(t: Triangle) -> Triangle {
+    t.map(|corner| corner.as_vec3().as_dvec3())
+}
+
+fn turn(random: &mut Random) -> DMat3 {
+    if random.below(4) == 0 { DMat3::IDENTITY } else { random.rotation() }
+}
+
+/// 1e-1 to 1e-20 mostly, at times down to 1e-300.
+fn width(random: &mut Random) -> f64 {
+    let decades = if random.below(8) == 0 { 300.0 } else { 20.0 };
+    10_f64.powf(-1.0 - (decades - 1.0) * random.unit())
+}
+
+/// 0 or 1e-17 to 1.
+fn gap(random: &mut Random) -> f64 {
+    if random.below(8) == 0 { 0.0 } else { 10_f64.powf(-17.0 * random.unit()) }
+}
+
+/// 0, or 1e-16 to 1e-6 long.
+fn offset(random: &mut Random) -> DVec3 {
+    let length = if random.below(8) == 0 { 0.0 } else { 10_f64.powf(-16.0 + 10.0 * random.unit()) };
+    random.vector() * length
+}
+
+fn sliver([start, end, third]: Triangle, width: f64, random: &mut Random) -> Triangle {
+    // Anywhere along it, and at times a little beyond an end.
+    let mut t = [start, end, start.lerp(end, 1.3 * random.unit() - 0.15) + third * width];
+    t.rotate_left(random.below(3));
+    t
+}
+
+/// Exactly so in `f32`.
+fn collinear(random: &mut Random) -> Triangle {
+    let whole = |random: &mut Random| (random.vector() * 256.0).round() / 256.0;
+    let (start, step) = (whole(random), whole(random));
+    from_fn(|_| start + step * ((random.unit() * 256.0).round() / 256.0))
+}
+
+/// A corner, or a point of an edge or inside, rounded.
+fn point_of(t: &Triangle, random: &mut Random) -> DVec3 {
+    let (mut s, mut u) = (random.unit(), random.unit());
+    if s + u > 1.0 {
+        (s, u) = (1.0 - s, 1.0 - u);
+    }
+    match random.below(4) {
+        0 => t[0],
+        1 => t[1].lerp(t[2], s),
+        _ => t[0] * (1.0 - s - u) + t[1] * s + t[2] * u,
+    }
+}
+
+/// B's triangle comes with a point near one of A's, or anywhere.
+fn near(a: Triangle, b: Triangle, is_single: [bool; 2], rotation: DMat3, random: &mut Random) -> Given {
+    let way = match random.below(4) {
+        0 => 2.0 * random.vector(),
+        1 => point_of(&a, random) - rotation * point_of(&b, random) + 0.3 * random.vector(),
+        _ => point_of(&a, random) - rotation * point_of(&b, random) + offset(random),
+    };
+    Given { a, b, is_single, pose: Pose::new(rotation, way).unwrap() }
+}
+
+/// B's triangle is where it is, or turned there and back.
+fn placed(a: Triangle, b: Triangle, rotation: DMat3, random: &mut Random) -> Given {
+    if random.below(2) == 0 {
+        return Given { a, b, is_single: [false; 2], pose: Pose::new(rotation, DVec3::ZERO).unwrap() };
+    }
+    let pose = pose_about(DVec3::ZERO, 1.0, Drift::None, random);
+    let back = pose.inverse().unwrap();
+    Given { a, b: b.map(|corner| back.transform_point(corner)), is_single: [false; 2], pose }
+}
+
+impl Given {
+    fn scaled(self, factor: f64) -> Self {
+        let pose = Pose::new(*self.pose.rotation(), self.pose.translation() * factor).unwrap();
+        Self { a: self.a.map(|v| v * factor), b: self.b.map(|v| v * factor), pose, ..self }
+    }
+
+    fn moved(self, far: DVec3) -> Self {
+        let pose = Pose::new(*self.pose.rotation(), self.pose.translation() + far).unwrap();
+        Self { a: self.a.map(|v| v + far), pose, ..self }
+    }
+
+    fn bits(&self) -> [Vec<u64>; 3] {
+        let of = |vectors: &[DVec3]| vectors.iter().flat_map(|v| v.to_array().map(f64::to_bits)).collect();
+        let rotation = self.pose.rotation();
+        [of(&self.a), of(&self.b), of(&[rotation.x_axis, rotation.y_axis, rotation.z_axis, self.pose.translation()])]
+    }
+}
+
+fn mesh(t: &Triangle, is_single: bool) -> Tree {
+    let of_one = [[0, 1, 2]];
+    let single = t.map(|corner| corner.as_vec3());
+    let mesh = if is_single { Mesh::new(single, of_one) } else { Mesh::from_f64(*t, of_one) };
+    Tree::new(mesh.unwrap())
+}
+
+/// All that is true of a pair.
+struct Truth {
+    a: Triangle,
+    b: Triangle,
+    exact: exact_distance::Distance,
+    /// What finished bounds differ by at most if no tolerance is asked for: see `docs/numerics.md`.
+    bound: f64,
+    /// How far points are off the triangles at most.
+    rounding: f64,
+}
+
+impl Truth {
+    fn of(a: Triangle, b: Triangle) -> Self {
+        let all = || a.iter().chain(&b);
+        let (low, high) = (all().copied().reduce(DVec3::min).unwrap(), all().copied().reduce(DVec3::max).unwrap());
+        let largest = all().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+        let diagonal = 2.0 * largest * ((high - low) / (2.0 * largest.max(f64::MIN_POSITIVE))).length();
+        let exact = exact_distance::Distance::of(&a, &b);
+        let bound = 3e-14 * diagonal + 2.0 * f64::MIN_POSITIVE;
+        Self { a, b, exact, bound, rounding: 3e-15 * diagonal + 3e-16 * largest + 2.0 * f64::MIN_POSITIVE }
+    }
+
+    fn meet(&self) -> bool {
+        self.exact.is_zero()
+    }
+
+    fn assert_bounds(&self, low: f64, high: f64, margin: f64) {
+        let of = |bound| self.exact.order_of_sum(&[bound, margin]);
+        assert!(low == 0.0 || of(low) != Ordering::Greater, "{low:e} is not below {:e}", self.exact.rounded());
+        assert!(of(high) != Ordering::Less, "{high:e} is not above {:e}", self.exact.rounded());
+    }
+
+    /// The points are where they are said to be; those of triangles that meet are one.
+    fn assert_points(&self, said: &Distance) {
+        let points = said.nearest.unwrap().points;
+        let rounding = if said.high == 0.0 { self.largest() * 1e-12 + 2.0 * f64::MIN_POSITIVE } else { self.rounding };
+        for (point, triangle) in points.iter().zip([&self.a, &self.b]) {
+            let off = exact_distance::Distance::of(&[*point; 3], triangle);
+            assert_ne!(off.order_of(rounding), Ordering::Less, "{:e} > {rounding:e} off", off.rounded());
+        }
+        if said.high == 0.0 {
+            assert_eq!(points[0], points[1], "they are apart");
+            let off = exact_distance::Distance::of(&[points[0]; 3], &self.b);
+            assert_ne!(off.order_of(rounding), Ordering::Less, "{:e} > {rounding:e} off", off.rounded());
+        } else {
+            let apart = exact_distance::Distance::of(&[points[0]; 3], &[points[1]; 3]);
+            assert_ne!(apart.order_of_sum(&[said.high, 2.0 * self.rounding]), Ordering::Less, "{:e}", apart.rounded());
+        }
+    }
+
+    fn largest(&self) -> f64 {
+        self.a.iter().chain(&self.b).map(|v| v.abs().max_element()).fold(0.0, f64::max)
+    }
+
+    fn check(&self, [a, b]: [&Tree; 2], pose: Pose, workspace: &mut Workspace, round: u64) -> f64 {
+        let query = DistanceQuery::new(a, b, pose);
+        let exact = run(&query.absolute_tolerance(0.0), workspace, ENOUGH);
+        self.assert_bounds(exact.low, exact.high, 0.0);
+        assert_eq!((exact.stop, exact.high == 0.0), (StopReason::Finished, self.meet()), "{exact:?}");
+        assert!(exact.high - exact.low <= self.bound, "{exact:?} {:e}", self.exact.rounded());
+        if round.is_multiple_of(4) {
+            self.assert_points(&exact);
+        }
+        let said = run(&query, workspace, ENOUGH);
+        self.assert_bounds(said.low, said.high, 0.0);
+        let tolerance = 1e-6 * a.unit_length().max(b.unit_length());
+        assert!(said.high - said.low <= tolerance.max(1.01e-5 * said.low) + self.bound, "{said:?}");
+
+        let distance = self.exact.rounded();
+        let [closer, farther] = [distance - 1.5 * self.bound, distance + 1.5 * self.bound];
+        for (limit, answer) in [(closer, false), (farther, true), (0.7 * distance, false), (1.4 * distance, true)] {
+            let is_told = limit <= closer && distance > 0.0 || limit >= farther;
+            if limit >= 0.0 && is_told {
+                let said = run(&query.closer_than(limit), workspace, ENOUGH);
+                assert_eq!(said.closer, Some(answer), "{limit:e}: {said:?}, is {distance:e}");
+            }
+            if limit > 0.0 && is_told {
+                let found = ContactQuery::new(a, b, pose).margin(limit).run_with(workspace, ENOUGH, &ManualClock::new());
+                let found = (found.stop, workspace.contacts().map(|contact| contact.distance).collect::<Vec<_>>());
+                assert_eq!((found.0, found.1.len()), (StopReason::Finished, usize::from(answer)), "{limit:e}: {found:?}");
+                if let [said] = found.1[..] {
+                    self.assert_bounds(0.0, said, 0.0);
+                    assert!(said <= distance + self.bound && (said == 0.0) == self.meet(), "{said:e}, is {distance:e}");
+                }
+            }
+        }
+        for [share, rest] in [[0.2, 0.3], [0.0, 1.1]] {
+            let margins = [share * distance + self.bound, rest * distance + self.bound];
+            let said = run(&query.margins(margins).absolute_tolerance(0.0), workspace, ENOUGH);
+            let left = (distance - margins[0] - margins[1]).max(0.0);
+            assert!(said.low <= left + self.bound && left <= said.high + self.bound, "{margins:?} {said:?} {left:e}");
+            assert!(said.high - said.low <= 2.0 * self.bound, "{margins:?} {said:?} {left:e}");
+        }
+        // At rest, with a margin that is just enough and one that is not.
+        if round.is_multiple_of(8) && self.largest() < 1e150 && self.bound > 1e-150 {
+            let motion = Motion::straight(pose, DVec3::ZERO).unwrap();
+            let query = |margin: f64| MotionQuery::new(a, b, motion).margins([margin, 0.0]);
+            let said = query(farther).run_with(workspace, None, ENOUGH, &ManualClock::new());
+            assert_eq!(said.touching_at, Some(0.0), "{farther:e}: {said:?}");
+        }
+        (exact.high - exact.low) / self.bound
+    }
+}
+
+fn check(kind: Kind, count: u64, seed: u64) {
+    let mut random = Random::new(seed + kind as u64);
+    let mut workspace = Workspace::new();
+    let (mut meet, mut worst) = (0, 0.0_f64);
+    for round in 0..count {
+        let given = kind.pair(&mut random);
+        let Given { a, b, is_single, pose } = given;
+        let checked = catch_unwind(AssertUnwindSafe(|| {
+            let truth = Truth::of(a, b.map(|corner| pose.transform_point(corner)));
+            let trees = [mesh(&a, is_single[0]), mesh(&b, is_single[1])];
+            let first = truth.check([&trees[0], &trees[1]], pose, &mut workspace, round);
+            // The other way round without a pose, whose inverse is rounded.
+            let other = [mesh(&truth.b, false), mesh(&truth.a, is_single[0])];
+            let turned = Truth { a: truth.b, b: truth.a, ..truth };
+            let second = turned.check([&other[0], &other[1]], Pose::IDENTITY, &mut workspace, round);
+            (turned.meet(), if turned.meet() { 0.0 } else { first.max(second) })
+        }));
+        match checked {
+            Ok((is_meeting, slack)) => {
+                meet += u64::from(is_meeting);
+                worst = worst.max(slack);
+            }
+            Err(panic) => {
+                eprintln!("{kind:?}, pair {round} of seed {seed}: {:?}", given.bits());
+                resume_unwind(panic);
+            }
+        }
+        if (round + 1) % 100_000 == 0 {
+            eprintln!("{kind:?}: {} pairs, {meet} meet, at most {worst:.3} of the bound", round + 1);
+        }
+    }
+    println!("{kind:?}: {count} pairs, {meet} meet, at most {worst:.3} of the bound");
+}
+
+#[test]
+fn pairs_of_every_kind() {
+    let number = |name: &str| std::env::var(name).ok().map(|text| text.parse::<u64>().expect("a number"));
+    let only = std::env::var("PUNCTUAL_KIND").ok();
+    for kind in Kind::ALL {
+        if only.as_ref().is_none_or(|only| *only == format!("{kind:?}")) {
+            check(kind, number("PUNCTUAL_PAIRS").unwrap_or(300), number("PUNCTUAL_SEED").unwrap_or(1));
+        }
+    }
+}
