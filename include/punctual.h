@@ -1024,7 +1024,8 @@ typedef struct punctual_distance {
    */
   struct punctual_triangle_pair nearest;
   /**
-   * Their closest points, A's first, both in A's frame; moved towards each other by the margins.
+   * Their closest points, A's first, both in A's frame; moved towards each other by the margins. If the triangles meet, both
+   * are one point, whatever the margins: the middle of the segment in which the triangles do.
    */
   struct punctual_point points[2];
   /**

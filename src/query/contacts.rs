@@ -31,7 +31,7 @@ use glam::DVec3;
 ///
 /// **Guarantee.** No pair within the margin is missing from the set of a finished query. With margin 0 the set has exactly the
 /// pairs that meet; otherwise also those that `f64` cannot tell from such: they are farther apart than the margin by no more
-/// than some roundings of the extent of both triangles. The set of a stopped query is a part of that, and every contact that
+/// than 4e-14 times the diagonal of the box around both triangles, whatever their shape. The set of a stopped query is a part of that, and every contact that
 /// it lacks is at least [`Contacts::low`] away and has its middle in one of the boxes of [`ContactQuery::certificate`].
 /// Overlapping boxes are opened first and then the closest, so that what was found is mostly the nearest part.
 ///

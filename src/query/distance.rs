@@ -21,7 +21,8 @@ use glam::DVec3;
 ///
 /// **Guarantee.** Whenever it stops, `low <= distance <= high`: no point of A's surface is closer to B's than `low`, and two
 /// named points of two named triangles are `high` apart. Both bounds only ever improve, and a query that is finished ends
-/// with them as close as the tolerance asks. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
+/// with them as close as the tolerance asks and `f64` can tell: 4e-14 times the diagonal of the box around both meshes,
+/// whatever the shape of their triangles. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
 /// meet says so, whatever the tolerance, unless [`DistanceQuery::leave_contact_open`] was asked for.
 ///
 /// ```
@@ -62,7 +63,7 @@ impl<'t> DistanceQuery<'t> {
     }
 
     /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
-    /// can tell. Surfaces with large parallel parts have many pairs of triangles that are all but equally far apart; a
+    /// can tell, no farther apart than 4e-14 times the diagonal of the box around both meshes. Surfaces with large parallel parts have many pairs of triangles that are all but equally far apart; a
     /// tolerance spares the comparison. Whether surfaces meet is decided with any tolerance, unless
     /// [`DistanceQuery::leave_contact_open`] is asked for too.
     #[must_use]
@@ -309,8 +310,9 @@ fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
 pub struct Nearest {
     /// Triangle of A, triangle of B: ids of the input meshes.
     pub triangles: [u32; 2],
-    /// Their closest points, A's frame, rounded; moved towards each other by the margins. If the triangles meet, a point of
-    /// each, not where they meet.
+    /// Their closest points, A's frame, rounded; moved towards each other by the margins. If the triangles meet, both are one
+    /// point, whatever the margins: the middle of the segment in which the triangles do
+    /// ([`triangle_segment`](crate::triangle_segment)), within 1e-12 times the largest coordinate of both.
     pub points: [DVec3; 2],
 }
 
@@ -329,8 +331,8 @@ pub struct Distance {
     /// The closest triangles found.
     pub nearest: Option<Nearest>,
     /// Whether the surfaces are as close as [`DistanceQuery::closer_than`] asks; `None` if that is undecided, or not asked.
-    /// Undecided stays what `f64` cannot tell: distances that equal the limit up to the rounding of numbers as
-    /// large as the meshes.
+    /// Undecided stays what `f64` cannot tell: distances that equal the limit up to 4e-14 times the diagonal of the box around
+    /// both meshes.
     pub closer: Option<bool>,
     /// Why the query returned.
     pub stop: StopReason,

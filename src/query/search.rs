@@ -181,8 +181,10 @@ impl Search {
         self.is_used = true;
         let waiting = self.waiting.iter().map(|left| root(left.low));
         let others = self.proposed.iter().chain(&*self.put_off).chain(&self.linked).map(|left| left.low);
-        self.interval
-            .raise(f64::from(waiting.chain(others).fold(nodes.min(at_hand).min(root(self.dropped)), f32::min)) * unit);
+        // Of pairs that are left there is more to come. Those that were dropped stay what they are, no closer than the cut: so
+        // their root is not rounded to `f32`.
+        let dropped = libm::sqrt(f64::from(self.dropped)) * (1.0 - f64::EPSILON);
+        self.interval.raise(f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)).min(dropped) * unit);
     }
 
     /// The bucket of a key: eight for each factor of two, so that bounds differ by 4 to 6 percent. The last but few hold
@@ -213,4 +215,29 @@ pub(super) fn least_key(keys: &Keys, pair: &Pair, column: usize) -> f32 {
 /// The distance that a key stands for, rounded down.
 pub(super) fn root(key: f32) -> f32 {
     libm::sqrtf(key.max(0.0)) * (1.0 - f32::EPSILON)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Random;
+    use crate::query::interval::Tolerance;
+    use crate::triangle::distance::Closest;
+    use glam::DVec3;
+
+    /// With no tolerance a search ends when all that is left was dropped: then both bounds are one, as none is below the cut.
+    #[test]
+    fn what_was_dropped_at_the_cut_is_no_closer_than_that() {
+        let mut random = Random::new(1);
+        for _ in 0..1000 {
+            let (high, unit) = (random.between(1e-3, 1e3), f64::exp2(random.between(-9.0, 9.0).floor()));
+            let mut search = Search::new();
+            search.interval = Interval::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY);
+            let points = [DVec3::ZERO, DVec3::X * high];
+            search.interval.settle([0; 2], &Closest { points, direction: -DVec3::X, low: high, high, is_tight: true });
+            search.dropped = search.interval.square_cut(unit);
+            search.bound(&Front::new(1), f32::INFINITY, unit);
+            assert_eq!(search.interval.low(), high);
+        }
+    }
 }

@@ -6,7 +6,6 @@ use std::array::from_fn;
 use std::cmp::Ordering;
 
 use num_bigint::{BigInt, Sign};
-use num_rational::BigRational;
 
 type Vector = [BigInt; 3];
 
@@ -142,7 +141,12 @@ impl Distance {
 
 /// In units of 2^-1074.
 fn whole(x: f64) -> BigInt {
-    (BigRational::from_float(x).unwrap() * (BigInt::from(1) << 1074_u32)).to_integer()
+    assert!(x.is_finite());
+    let bits = x.abs().to_bits();
+    let exponent = (bits >> 52).max(1);
+    let mantissa = bits - ((exponent - 1) << 52);
+    let size = BigInt::from(mantissa) << (exponent - 1);
+    if x < 0.0 { -size } else { size }
 }
 
 fn minus(a: &Vector, b: &Vector) -> Vector {

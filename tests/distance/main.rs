@@ -11,6 +11,7 @@ mod distance;
 mod exact_distance;
 use common::reference;
 
+mod bracket;
 mod clearance;
 mod estimates;
 mod files;

@@ -78,7 +78,8 @@ pub struct punctual_distance {
     pub has_nearest: bool,
     /// The closest triangles found.
     pub nearest: punctual_triangle_pair,
-    /// Their closest points, A's first, both in A's frame; moved towards each other by the margins.
+    /// Their closest points, A's first, both in A's frame; moved towards each other by the margins. If the triangles meet, both
+    /// are one point, whatever the margins: the middle of the segment in which the triangles do.
     pub points: [punctual_point; 2],
     /// What it has done.
     pub stats: punctual_stats,

@@ -110,7 +110,8 @@ impl Distance {
         self.answer.high
     }
 
-    /// The closest points found, (2, 3): that of A and that of B, both in A's frame; None if nothing was found yet.
+    /// The closest points found, (2, 3): that of A and that of B, both in A's frame, moved towards each other by the margins.
+    /// If the triangles meet, both are one point of the segment in which they do. None if nothing was found yet.
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let nearest = self.answer.nearest;

@@ -21,7 +21,8 @@ pub struct DistanceBatch {
     closer: Py<PyArray1<i8>>,
     /// (N, 2) uint32: the closest triangles found, of a and of b; zeros where high is infinite.
     triangles: Py<PyArray2<u32>>,
-    /// (N, 2, 3) float64: their closest points, both in a's frame; NaN where high is infinite.
+    /// (N, 2, 3) float64: their closest points, both in a's frame, one point twice where the triangles meet; NaN where high is
+    /// infinite.
     points: Py<PyArray3<f64>>,
     /// (N,) uint64: units of work done.
     work: Py<PyArray1<u64>>,

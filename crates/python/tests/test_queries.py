@@ -101,7 +101,7 @@ def test_distance_and_its_bounds(ball, ring, touching):
     early = punctual.distance(ball, ring, work=600)
     assert early.stop == "work-limit" and early.low <= apart.high and apart.low <= early.high
     meet = punctual.distance(ball, ring, touching)
-    assert meet.low == meet.high == 0.0
+    assert meet.low == meet.high == 0.0 and np.array_equal(*meet.points)
     thick = punctual.distance(ball, ring, margins=[0.1, 0.2])
     assert thick.high == pytest.approx(apart.high - 0.3, abs=1e-5)
     rough = punctual.distance(ball, ring, relative_tolerance=0.5)

@@ -114,7 +114,8 @@ impl Best<'_> {
     fn or_points(&mut self, points: [DVec3; 2]) -> bool {
         let high = self.pair.high(points);
         if high < self.found.high {
-            (self.found.high, self.found.points) = (high, points.map(|point| self.pair.origin + point * self.pair.unit));
+            (self.found.high, self.found.points) =
+                (high, points.map(|point| self.pair.origin + point * self.pair.unit));
         }
         self.is_tight()
     }

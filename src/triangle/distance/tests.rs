@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 
 use super::exact_distance::Distance;
 use super::pairs::{self, HardPair};
-use super::{Closest, Distances, Face, Features, Four, closest, distances};
+use super::{Closest, Distances, Face, Features, Four, closest, closest_or_meeting, distances};
 use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::math::random::Random;
 use crate::triangle::batch::{Placement, Rows};
@@ -132,8 +132,9 @@ fn assert_bounds(found: &Closest, exact: &Distance) {
 
 /// How far the bounds are from the distance, relative to the size; `None` where they must be 0 and anything.
 fn slack(pair: &[Triangle; 2]) -> Option<[f64; 2]> {
-    let (found, exact) = (closest(&pair[0], &pair[1]), Distance::of(&pair[0], &pair[1]));
+    let (found, exact) = (closest_or_meeting(&pair[0], &pair[1]), Distance::of(&pair[0], &pair[1]));
     assert_bounds(&found, &exact);
+    assert!(found.is_tight || exact.is_zero(), "{found:?}, is {:e}", exact.rounded());
     let distance = exact.rounded();
     (!exact.is_zero()).then(|| [distance - found.low, found.high - distance].map(|slack| slack / size(pair)))
 }
@@ -149,6 +150,27 @@ fn bounds_hold_and_are_tight() {
                 // Of denormal numbers a few bits are all there is.
                 if family != Family::Tiny {
                     assert!(low < 2e-14 && high < 5e-15, "{family:?}: {low:e} {high:e} {pair:?}");
+                }
+            }
+        }
+    }
+}
+
+/// The last resort needs no beginning: one of all features is the closest, whatever the triangles.
+#[test]
+fn every_feature_is_enough() {
+    let none =
+        Closest { points: [DVec3::ZERO; 2], direction: DVec3::ZERO, low: 0.0, high: f64::INFINITY, is_tight: false };
+    for family in Family::ALL {
+        let mut random = Random::new(7);
+        for round in 0..400 {
+            let [a, b] = family.pair(round, &mut random);
+            for (a, b) in [(a, b), (b, a)] {
+                let exact = Distance::of(&a, &b);
+                let found = none.of_apart(&a, &b);
+                if !exact.is_zero() {
+                    assert_bounds(&found, &exact);
+                    assert!(found.is_tight, "{family:?} {found:?}, is {:e}: {a:?} {b:?}", exact.rounded());
                 }
             }
         }

@@ -81,6 +81,12 @@ fn distances_points_and_margins_of_cubes() {
         for row in [&within, &touching] {
             assert_eq!((row.low, row.high, row.stop.as_str()), (0.0, 0.0, "finished"), "{options}: {row:?}");
         }
+        // One point of both, on a face of each.
+        let on_faces = |p: DVec3, x: f64| ((p - DVec3::X * x).abs().max_element() - 1.0).abs() < 1e-12;
+        for (row, x) in [(within, 0.5), (touching, 2.0)] {
+            let (_, [p, q]) = row.nearest.unwrap();
+            assert!(p == q && on_faces(p, 0.0) && on_faces(p, x), "{options}: {p} {q}");
+        }
         for row in [&apart, &again] {
             let width = if options.contains("0.") { 0.2 } else { 1e-5 };
             assert!(
