@@ -279,7 +279,7 @@ fn no_frame_allocates_within_the_room_asked_for() {
     });
     assert!(most > 1_000, "{most} pairs at most");
     assert_eq!(calls, 0);
-    let asked: [(&str, fn(&mut World)); 6] = [
+    let asked: [(&str, Ask); 6] = [
         ("whether they meet", |_| ()),
         ("distances", ask_distances),
         ("motions", |_| ()),
@@ -305,6 +305,9 @@ fn no_frame_allocates_within_the_room_asked_for() {
     assert!(faults.is_empty(), "question, threads, whether it was asked before, calls by frame: {faults:?}");
 }
 
+/// Asks something of all frames.
+type Ask = fn(&mut World);
+
 fn ask_distances(world: &mut World) {
     for (i, &a) in world.ids[..12].iter().enumerate() {
         world.ids[..i].iter().for_each(|&b| world.scene.measure(a, b, 1e-3).unwrap());
@@ -319,7 +322,7 @@ fn ask_groups(world: &mut World) {
 
 /// Of a scene that was asked for room, from its first frame on: those that allocate, and how often. `asks_first`: what is asked is
 /// so before the room is.
-fn frames_that_allocate(question: &str, ask: fn(&mut World), threads: usize, asks_first: bool) -> Vec<(usize, u64)> {
+fn frames_that_allocate(question: &str, ask: Ask, threads: usize, asks_first: bool) -> Vec<(usize, u64)> {
     let mut world = World::new(Scene::new());
     world.scene.track_contacts();
     #[cfg(feature = "parallel")]
