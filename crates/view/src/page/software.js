@@ -94,7 +94,7 @@ class SoftwarePainter {
     const stepU = cy / area, stepV = -by / area, dx = left + 0.5 - ax;
     const slope = Math.abs(bz * stepU + cz * stepV) + Math.abs((cz * bx - bz * cx) / area);
     const near = az + rank * (RANK.slopes * slope + RANK.steps / 2 ** 24);
-    const k = beyond?.[a], kb = beyond?.[b] - k, kc = beyond?.[c] - k;
+    const k = beyond ? beyond[a] : -1, kb = beyond ? beyond[b] - k : 0, kc = beyond ? beyond[c] - k : 0;
     for (let y = top; y <= bottom; y++) {
       const dy = y + 0.5 - ay;
       let u = (dx * cy - dy * cx) / area, v = (bx * dy - by * dx) / area;
