@@ -87,7 +87,7 @@ pub struct punctual_motion_query<'t> {
     /// How, in the world.
     pub of_a: punctual_motion,
     /// Done when nothing moves farther than this, seen from A, between the two times; 0: as close as double can tell. -1 by
-    /// default, as any negative number: a millionth of the unit lengths of both meshes together.
+    /// default, as any negative number: a millionth of the longest extent of the smaller mesh, roughly.
     pub tolerance: f64,
     /// Done also when the two times differ by no more than this. 0 by default.
     pub time_tolerance: f64,

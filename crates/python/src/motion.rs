@@ -133,9 +133,9 @@ fn spend(
 /// T: (4, 4) matrix that brings coordinates of b into those of a, at time 0. to: the same at time 1, with a screw from the
 /// one to the other. Or velocity: (3,), the way until time 1; turn: (3,), axis times angle in radians; point: (3,), a
 /// point of the axis at time 0, which moves with the velocity; the origin of b by default. tolerance: done as soon as
-/// the surfaces are this close at the time that is found; time_tolerance: as soon as it is known this closely. margins:
-/// by how much the surfaces are thickened, that of a and that of b. budget: seconds; work: units of work. memory: what
-/// it learned from the motion before.
+/// the surfaces are this close at the time that is found, about a millionth of the longest extent of the smaller mesh by
+/// default; time_tolerance: as soon as it is known this closely. margins: by how much the surfaces are thickened, that of
+/// a and that of b. budget: seconds; work: units of work. memory: what it learned from the motion before.
 ///
 /// Raises ValueError for a T that is not rigid, numbers that are negative or not finite and for contradictions, and
 /// TypeError for wrong types.
