@@ -3,6 +3,7 @@
 use super::Deadline;
 use super::budget::{Budget, Clock};
 use super::certificate::{Certificate, Place};
+use super::halves::Halves;
 use super::interval::{Interval, Tolerance};
 use super::memory::PairMemory;
 use super::nearest;
@@ -23,6 +24,10 @@ use glam::DVec3;
 /// named points of two named triangles are `high` apart. Both bounds only ever improve, and a query that is finished ends
 /// with them as close as the tolerance asks. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
 /// meet says so, whatever the tolerance, unless [`DistanceQuery::leave_contact_open`] was asked for.
+///
+/// Triangle pairs that are all but equally far apart are all looked at, unless boxes, or a plane between the surfaces, tell
+/// that none is closer. Of nested or parallel sheets within a bend of another mesh these may be as many as the product of their
+/// triangles. A tolerance above the differences spares them.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -52,7 +57,8 @@ impl<'t> DistanceQuery<'t> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The absolute tolerance is a
     /// millionth of the larger mesh's unit ([`Tree::unit_length`], about half of its longest extent; 0 for a point), the
     /// relative one 0. Where the middles of the meshes are more than 64 such units apart, it is 1e-5 if no tolerance at all
-    /// is asked for.
+    /// is asked for. Beside a mesh that is much larger, a small one is told as exactly as itself by a tolerance of its own
+    /// size, which takes up to a tenth more work (`docs/performance.md`).
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let (absolute, relative, margins, limit) = (None, None, [0.0; 2], f64::INFINITY);
@@ -256,6 +262,7 @@ impl<'t> DistanceQuery<'t> {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
         let question = nearest::Distance::new(&relation, &workspace.search.interval);
         let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
+        workspace.search.halves = Halves::of(self.a, self.b);
         workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
         if let Some(memory) = memory {
             // With a limit it takes less.

@@ -36,6 +36,7 @@ mod flushing;
 mod follow;
 mod gaps;
 pub(crate) mod glance;
+mod halves;
 mod intersection;
 mod interval;
 mod known;
