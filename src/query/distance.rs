@@ -7,7 +7,7 @@ use super::halves::Halves;
 use super::interval::{Interval, Tolerance};
 use super::memory::PairMemory;
 use super::nearest;
-use super::options::{DistanceOptions, thickness};
+use super::options::{DistanceOptions, OptionError, thickness};
 use super::outcome::{Stats, StopReason};
 use super::queue::Pair;
 use super::strategy::Strategy;
@@ -45,6 +45,7 @@ pub struct DistanceQuery<'t> {
     b_in_a: Pose,
     pub(super) options: DistanceOptions,
     ceiling: f64,
+    fault: Option<OptionError>,
 }
 
 /// The default absolute tolerance over the size of the larger mesh; and the relative one of bodies that are farther apart than
@@ -64,7 +65,7 @@ impl<'t> DistanceQuery<'t> {
         let (absolute, relative, margins, limit) = (None, None, [0.0; 2], f64::INFINITY);
         let (leaves_contact_open, depth_first) = (false, false);
         let options = DistanceOptions { absolute, relative, margins, limit, leaves_contact_open, depth_first };
-        Self { a, b, b_in_a, options, ceiling: f64::INFINITY }
+        Self { a, b, b_in_a, options, ceiling: f64::INFINITY, fault: None }
     }
 
     /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
@@ -73,13 +74,15 @@ impl<'t> DistanceQuery<'t> {
     /// [`DistanceQuery::leave_contact_open`] is asked for too.
     #[must_use]
     pub fn absolute_tolerance(mut self, length: f64) -> Self {
+        OptionError::note(&mut self.fault, "absolute_tolerance", length, f64::MAX);
         self.options.absolute = Some(length.max(0.0));
         self
     }
 
-    /// Done also as soon as `high <= (1 + share) low`. NaN counts as 0.
+    /// Done also as soon as `high <= (1 + share) low`. What is negative, and NaN, counts as 0.
     #[must_use]
     pub fn relative_tolerance(mut self, share: f64) -> Self {
+        OptionError::note(&mut self.fault, "relative_tolerance", share, f64::MAX);
         self.options.relative = Some(share.max(0.0));
         self
     }
@@ -97,16 +100,27 @@ impl<'t> DistanceQuery<'t> {
     /// a point becomes a ball, a segment a capsule. The distance is that of the thickened surfaces.
     #[must_use]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
+        OptionError::note_margins(&mut self.fault, margins);
         self.options.margins = margins.map(thickness);
         self
     }
 
     /// Asks only whether the (thickened) surfaces are no farther apart than this: done as soon as one of the bounds tells.
-    /// [`Distance::closer`] is the answer. Takes a fraction of the time of the distance. Infinite: not asked.
+    /// [`Distance::closer`] is the answer. Takes a fraction of the time of the distance. Infinite: not asked. What is negative,
+    /// and NaN, counts as 0.
     #[must_use]
     pub fn closer_than(mut self, distance: f64) -> Self {
+        OptionError::note(&mut self.fault, "closer_than", distance, f64::INFINITY);
         self.options.limit = distance.max(0.0);
         self
+    }
+
+    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest that it can.
+    ///
+    /// # Errors
+    /// If a tolerance or a margin is negative, infinite or no number, or the limit negative or no number. The error names the first of them.
+    pub fn checked(self) -> Result<Self, OptionError> {
+        self.fault.map_or(Ok(self), Err)
     }
 
     /// Beyond this, distances are not told apart. A stopped run goes on with the ceiling that it began with.
@@ -248,6 +262,7 @@ impl<'t> DistanceQuery<'t> {
             return workspace.search.begin(interval, None);
         }
         workspace.search.begin(interval, guess);
+        workspace.search.halves = Halves::of(self.a, self.b);
         workspace.testing = guess.is_some();
         workspace.front.push(Pair::new(0, 0));
     }
@@ -262,7 +277,6 @@ impl<'t> DistanceQuery<'t> {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
         let question = nearest::Distance::new(&relation, &workspace.search.interval);
         let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
-        workspace.search.halves = Halves::of(self.a, self.b);
         workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
         if let Some(memory) = memory {
             // With a limit it takes less.

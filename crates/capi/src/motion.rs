@@ -1,7 +1,7 @@
 //! Motion queries: two trees, how they move, and tolerances in; proven times out.
 
 use crate::clock::punctual_clock;
-use crate::distance::{check_margins, not_negative};
+use crate::distance::{check_margins, finite, finite_or_default};
 use crate::estimate::{known, punctual_quantiles};
 use crate::memory::punctual_memory;
 use crate::mesh::punctual_point;
@@ -227,10 +227,8 @@ impl From<Motion> for punctual_motion {
 impl punctual_motion_query<'_> {
     fn check(&self) -> Result<MotionQuery<'_>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
-        if self.tolerance.is_nan() {
-            return Err(Fault::Number("query->tolerance", self.tolerance));
-        }
-        not_negative(self.time_tolerance, "query->time_tolerance")?;
+        finite_or_default(self.tolerance, "query->tolerance")?;
+        finite(self.time_tolerance, "query->time_tolerance")?;
         check_margins(self.margins)?;
         let of_b = self.of_b.check()?;
         let query = if self.a_moves {

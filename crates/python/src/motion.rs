@@ -2,7 +2,7 @@
 
 use crate::answer::{Answer, Asked};
 use crate::arrays::Transform;
-use crate::errors::{not_negative, resume_error, value_error};
+use crate::errors::{finite, resume_error, value_error};
 use crate::estimate::{Certificate, Quantiles};
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
@@ -36,7 +36,7 @@ impl Options {
         let margins = margins.unwrap_or_default();
         let ([tolerance, time_tolerance], [of_a, of_b]) = (tolerances, margins.map(Some));
         let lengths = [("tolerance", tolerance), ("margins[0]", of_a), ("margins[1]", of_b)];
-        not_negative(lengths.into_iter().chain([("time_tolerance", time_tolerance)]))?;
+        finite(lengths.into_iter().chain([("time_tolerance", time_tolerance)]))?;
         Ok(Self { motion, margins, tolerance, time_tolerance })
     }
 

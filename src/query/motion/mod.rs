@@ -18,7 +18,7 @@ use crate::query::Deadline;
 use crate::query::budget::{Budget, Clock};
 use crate::query::certificate::{Certificate, Place};
 use crate::query::memory::PairMemory;
-use crate::query::options::{MotionOptions, thickness};
+use crate::query::options::{MotionOptions, OptionError, thickness};
 use crate::query::outcome::{Stats, StopReason};
 use crate::query::queue::Pair;
 use crate::query::search::Bounded;
@@ -60,6 +60,7 @@ pub struct MotionQuery<'t> {
     a: &'t Tree,
     b: &'t Tree,
     options: MotionOptions,
+    fault: Option<OptionError>,
 }
 
 /// The default tolerance over the unit of the smaller mesh.
@@ -76,7 +77,8 @@ impl<'t> MotionQuery<'t> {
     #[must_use]
     #[inline]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Motion) -> Self {
-        Self { a, b, options: MotionOptions { of_a: None, of_b: b_in_a, length: None, time: 0.0, margin: 0.0 } }
+        let options = MotionOptions { of_a: None, of_b: b_in_a, length: None, time: 0.0, margin: 0.0 };
+        Self { a, b, options, fault: None }
     }
 
     /// Asks about two bodies that both move, in the world or any other common frame.
@@ -94,14 +96,16 @@ impl<'t> MotionQuery<'t> {
     #[must_use]
     #[inline]
     pub fn tolerance(mut self, length: f64) -> Self {
+        OptionError::note(&mut self.fault, "tolerance", length, f64::MAX);
         self.options.length = Some(length.max(0.0));
         self
     }
 
-    /// Done also when the two times differ by no more than this. NaN counts as 0.
+    /// Done also when the two times differ by no more than this. What is negative, and NaN, counts as 0.
     #[must_use]
     #[inline]
     pub fn time_tolerance(mut self, time: f64) -> Self {
+        OptionError::note(&mut self.fault, "time_tolerance", time, f64::MAX);
         self.options.time = if time > 0.0 { time.min(1.0) } else { 0.0 };
         self
     }
@@ -111,9 +115,18 @@ impl<'t> MotionQuery<'t> {
     #[must_use]
     #[inline]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
+        OptionError::note_margins(&mut self.fault, margins);
         let [a, b] = margins.map(thickness);
         self.options.margin = a + b;
         self
+    }
+
+    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest that it can.
+    ///
+    /// # Errors
+    /// If a tolerance or a margin is negative, infinite or no number. The error names the first of them.
+    pub fn checked(self) -> Result<Self, OptionError> {
+        self.fault.map_or(Ok(self), Err)
     }
 
     /// Where B is in A at a time, 0 to 1: the very bits that the query uses.
@@ -254,6 +267,12 @@ impl<'t> MotionQuery<'t> {
         0.5 * if time > LEAST_TOLERANCE { time.min(1.0) } else { LEAST_TOLERANCE }
     }
 
+    fn default_tolerance(&self) -> f64 {
+        let sizes = [self.a, self.b].map(|tree| if tree.size() > 0.0 { tree.size() } else { self.options.margin });
+        let least = smaller(sizes[0], sizes[1]);
+        DEFAULT_TOLERANCE * if least > 0.0 { least } else { 0.5 * (sizes[0] + sizes[1]) }
+    }
+
     /// Spends a budget on the run in the workspace, piece after piece.
     fn spend(
         &self,
@@ -267,12 +286,6 @@ impl<'t> MotionQuery<'t> {
             stop = self.spend_on_piece(course, workspace, deadline);
             if !stop.is_final() || workspace.motion.contact().is_some() {
                 break;
-    fn default_tolerance(&self) -> f64 {
-        let sizes = [self.a, self.b].map(|tree| if tree.size() > 0.0 { tree.size() } else { self.options.margin });
-        let least = smaller(sizes[0], sizes[1]);
-        DEFAULT_TOLERANCE * if least > 0.0 { least } else { 0.5 * (sizes[0] + sizes[1]) }
-    }
-
             }
             workspace.motion.piece += 1;
             if workspace.motion.piece < course.pieces {
