@@ -2079,7 +2079,7 @@ typedef struct punctual_motion_query {
   struct punctual_motion of_a;
   /**
    * Done when nothing moves farther than this, seen from A, between the two times; 0: as close as double can tell. -1 by
-   * default, as any negative number: a millionth of the unit lengths of both meshes together.
+   * default, as any negative number: a millionth of the longest extent of the smaller mesh, roughly.
    */
   double tolerance;
   /**

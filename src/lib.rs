@@ -98,8 +98,8 @@ pub use push_out::{Push, PushOut, PushOutQuery};
 pub use query::SystemClock;
 pub use query::{
     Budget, Certificate, Clock, ContactQuery, Contacts, Distance, DistanceEstimate, DistanceQuery, Estimate, LEVELS,
-    ManualClock, Mode, MotionQuery, Nearest, Order, Outcome, PairMemory, Passage, Prediction, Query, RayBatch,
-    RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Stats, StopReason, Verdict, Workspace,
+    ManualClock, Mode, MotionQuery, Nearest, OptionError, Order, Outcome, PairMemory, Passage, Prediction, Query,
+    RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Stats, StopReason, Verdict, Workspace,
 };
 pub use scene::{
     Body, BodyContact, BodyHit, BodyId, BodyKind, CompoundId, ContactPhase, ContactPoint, ContactPoints, Filter,

@@ -13,8 +13,8 @@ use common::reference::{Place, all_pairs, place};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, BuildOptions, MAX_STEP_WORK, ManualClock, Mesh, Mode, Order, Outcome, Pose, Query, StopReason, Tree,
-    Verdict, Workspace, shapes,
+    Budget, BuildOptions, MAX_STEP_WORK, ManualClock, Mesh, Mode, Order, Outcome, PairMemory, Pose, Query, StopReason,
+    Tree, Verdict, Workspace, shapes,
 };
 
 struct Case {
@@ -408,4 +408,35 @@ fn certificate_boxes_hold_what_a_pose_brings_back_from_afar() {
         }
     }
     assert!(points > 10_000);
+}
+
+/// However little each call does, with and without a memory, in a large and in a small workspace.
+#[test]
+fn the_upper_bound_of_a_certificate_never_grows() {
+    let (mut large, mut again, mut small) = (Workspace::new(), Workspace::new(), Workspace::with_capacity(64, 100_000));
+    let mut lower = 0;
+    for case in cases() {
+        let mut memory = PairMemory::new();
+        case.each_query(|query, mode| {
+            for (workspace, remembers) in [(&mut large, false), (&mut again, true), (&mut small, false)] {
+                let clock = ManualClock::new();
+                let known = remembers.then_some(&mut memory);
+                let mut said = query.run_with(workspace, known, Budget::work(0), &clock);
+                let mut bound = u64::MAX;
+                loop {
+                    let certificate = query.certificate(workspace).unwrap();
+                    assert_certificate(&certificate, &said, if mode == Mode::All { case.truth.len() } else { 0 });
+                    assert!(certificate.upper_bound() <= bound, "{}: {bound}, then {certificate:?}", case.name);
+                    lower += u64::from(certificate.upper_bound() < bound);
+                    bound = certificate.upper_bound();
+                    if said.stop != StopReason::WorkLimit {
+                        break;
+                    }
+                    let known = remembers.then_some(&mut memory);
+                    said = query.resume_with(workspace, known, Budget::work(1), &clock).unwrap();
+                }
+            }
+        });
+    }
+    assert!(lower > 10_000, "{lower}");
 }

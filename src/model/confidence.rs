@@ -57,12 +57,12 @@ pub fn history_features(logit: f64, deepest: f64, history: &History) -> [f64; 6]
     [1.0, logit, verdict, verdict * log((1.0 - rate) / rate), deepest, verdict * deepest]
 }
 
-/// Probability that the surfaces meet, if the query has found no hit; 0 if nothing is left to look at.
+/// Probability that the surfaces meet, if the query has found no hit; 0 if nothing is left that may meet.
 ///
 /// `prior` is the share of hits among the poses that the caller asks about; it shifts the odds from [`DEFAULT_PRIOR`].
 /// Between 0 and 1, both excluded unless nothing is left or the prior is 0 or 1, and rising with the prior.
 pub fn probability(front: &FrontSummary, history: Option<&History>, prior: f64) -> f64 {
-    if front.is_done() {
+    if front.is_clear() {
         return 0.0;
     }
     let weights = if front.is_begun() { &HIT } else { &HIT_BEFORE };
@@ -115,9 +115,9 @@ pub enum Lead {
     Curves,
 }
 
-/// Expected share of the intersecting pairs that has been found: 1 if nothing is left, 0 if nothing is found yet.
+/// Expected share of the intersecting pairs that has been found: 1 if nothing is left that may meet, 0 if nothing is found yet.
 pub fn recall(front: &FrontSummary, lead: Lead) -> f64 {
-    if front.is_done() {
+    if front.is_clear() {
         return 1.0;
     }
     if front.found == 0.0 {

@@ -44,7 +44,12 @@ impl FrontSummary {
 
     /// Whether nothing is left to do.
     pub fn is_done(&self) -> bool {
-        self.probed + self.triangle_pairs + self.node_pairs == 0.0
+        self.probed == 0.0 && self.is_clear()
+    }
+
+    /// Whether nothing is left that may meet: the probe has come to the end of all open pairs.
+    pub fn is_clear(&self) -> bool {
+        self.triangle_pairs + self.node_pairs == 0.0
     }
 }
 

@@ -58,7 +58,7 @@ impl<'w> Certificate<'w> {
     }
 
     /// No more triangle pairs than this intersect (or are closer): those found, and for each open pair the product of its
-    /// triangles.
+    /// triangles. It never grows while a query goes on.
     #[must_use]
     pub fn upper_bound(&self) -> u64 {
         let count = |tree: &Tree, node: u32, alive: u8| {
@@ -76,7 +76,11 @@ impl<'w> Certificate<'w> {
             Open::Piece(_) => self.a.mesh().len() as u64 * self.b.mesh().len() as u64,
         });
         let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
-        open.fold(self.workspace.run.found, u64::saturating_add).min(all)
+        let Workspace { run, march, waiting, doubtful, .. } = self.workspace;
+        // Pairs found along curves that the boxes have not come to are in the product of an open pair too.
+        let waits = waiting.as_slice().iter().chain(doubtful).filter(|pair| march.knows([self.a, self.b], **pair));
+        let ahead = march.followed.saturating_sub(march.passed).saturating_sub(waits.count() as u64);
+        open.fold(run.found.saturating_sub(ahead), u64::saturating_add).min(all)
     }
 
     /// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. An

@@ -10,7 +10,7 @@ use super::certificate::{Certificate, Place};
 use super::intersection::{Intersection, Overlapping};
 use super::interval::{Interval, Tolerance};
 use super::nearest;
-use super::options::{ContactOptions, Mode, Options};
+use super::options::{ContactOptions, Mode, OptionError, Options};
 use super::outcome::{Stats, StopReason};
 use super::queue::Pair;
 use super::strategy::Strategy;
@@ -53,6 +53,7 @@ pub struct ContactQuery<'t> {
     b: &'t Tree,
     b_in_a: Pose,
     pub(super) options: ContactOptions,
+    fault: Option<OptionError>,
 }
 
 /// Room that the first contact query makes in a workspace that has none.
@@ -67,13 +68,14 @@ impl<'t> ContactQuery<'t> {
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let options = ContactOptions { margin: 0.0, limit: usize::MAX };
-        Self { a, b, b_in_a, options }
+        Self { a, b, b_in_a, options, fault: None }
     }
 
     /// Pairs of triangles this close are contacts, in the length unit of the meshes. Less than 0 (and NaN) counts as 0; with
     /// infinity all pairs are.
     #[must_use]
     pub fn margin(mut self, distance: f64) -> Self {
+        OptionError::note(&mut self.fault, "margin", distance, f64::INFINITY);
         self.options.margin = if distance > 0.0 { distance.min(LARGEST_MARGIN) } else { 0.0 };
         self
     }
@@ -83,6 +85,14 @@ impl<'t> ContactQuery<'t> {
     pub fn contact_limit(mut self, contacts: usize) -> Self {
         self.options.limit = contacts.max(1);
         self
+    }
+
+    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest that it can.
+    ///
+    /// # Errors
+    /// If the margin is negative or no number. The error names the first of them.
+    pub fn checked(self) -> Result<Self, OptionError> {
+        self.fault.map_or(Ok(self), Err)
     }
 
     /// Runs within a budget, by the clock of the system. What it finds stays in the workspace.

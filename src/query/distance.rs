@@ -3,10 +3,11 @@
 use super::Deadline;
 use super::budget::{Budget, Clock};
 use super::certificate::{Certificate, Place};
+use super::halves::Halves;
 use super::interval::{Interval, Tolerance};
 use super::memory::PairMemory;
 use super::nearest;
-use super::options::{DistanceOptions, thickness};
+use super::options::{DistanceOptions, OptionError, thickness};
 use super::outcome::{Stats, StopReason};
 use super::queue::Pair;
 use super::strategy::Strategy;
@@ -25,6 +26,10 @@ use glam::DVec3;
 /// whatever the shape of their triangles. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
 /// meet says so, whatever the tolerance, unless [`DistanceQuery::leave_contact_open`] was asked for.
 ///
+/// Triangle pairs that are all but equally far apart are all looked at, unless boxes, or a plane between the surfaces, tell
+/// that none is closer. Of nested or parallel sheets within a bend of another mesh these may be as many as the product of their
+/// triangles. A tolerance above the differences spares them.
+///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
 /// use punctual::{Budget, DistanceQuery, Pose, Tree, Workspace, shapes};
@@ -41,6 +46,7 @@ pub struct DistanceQuery<'t> {
     b_in_a: Pose,
     pub(super) options: DistanceOptions,
     ceiling: f64,
+    fault: Option<OptionError>,
 }
 
 /// The default absolute tolerance over the size of the larger mesh; and the relative one of bodies that are farther apart than
@@ -53,13 +59,14 @@ impl<'t> DistanceQuery<'t> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The absolute tolerance is a
     /// millionth of the larger mesh's unit ([`Tree::unit_length`], about half of its longest extent; 0 for a point), the
     /// relative one 0. Where the middles of the meshes are more than 64 such units apart, it is 1e-5 if no tolerance at all
-    /// is asked for.
+    /// is asked for. Beside a mesh that is much larger, a small one is told as exactly as itself by a tolerance of its own
+    /// size, which takes up to a tenth more work (`docs/performance.md`).
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let (absolute, relative, margins, limit) = (None, None, [0.0; 2], f64::INFINITY);
         let (leaves_contact_open, depth_first) = (false, false);
         let options = DistanceOptions { absolute, relative, margins, limit, leaves_contact_open, depth_first };
-        Self { a, b, b_in_a, options, ceiling: f64::INFINITY }
+        Self { a, b, b_in_a, options, ceiling: f64::INFINITY, fault: None }
     }
 
     /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
@@ -68,13 +75,15 @@ impl<'t> DistanceQuery<'t> {
     /// [`DistanceQuery::leave_contact_open`] is asked for too.
     #[must_use]
     pub fn absolute_tolerance(mut self, length: f64) -> Self {
+        OptionError::note(&mut self.fault, "absolute_tolerance", length, f64::MAX);
         self.options.absolute = Some(length.max(0.0));
         self
     }
 
-    /// Done also as soon as `high <= (1 + share) low`. NaN counts as 0.
+    /// Done also as soon as `high <= (1 + share) low`. What is negative, and NaN, counts as 0.
     #[must_use]
     pub fn relative_tolerance(mut self, share: f64) -> Self {
+        OptionError::note(&mut self.fault, "relative_tolerance", share, f64::MAX);
         self.options.relative = Some(share.max(0.0));
         self
     }
@@ -92,16 +101,27 @@ impl<'t> DistanceQuery<'t> {
     /// a point becomes a ball, a segment a capsule. The distance is that of the thickened surfaces.
     #[must_use]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
+        OptionError::note_margins(&mut self.fault, margins);
         self.options.margins = margins.map(thickness);
         self
     }
 
     /// Asks only whether the (thickened) surfaces are no farther apart than this: done as soon as one of the bounds tells.
-    /// [`Distance::closer`] is the answer. Takes a fraction of the time of the distance. Infinite: not asked.
+    /// [`Distance::closer`] is the answer. Takes a fraction of the time of the distance. Infinite: not asked. What is negative,
+    /// and NaN, counts as 0.
     #[must_use]
     pub fn closer_than(mut self, distance: f64) -> Self {
+        OptionError::note(&mut self.fault, "closer_than", distance, f64::INFINITY);
         self.options.limit = distance.max(0.0);
         self
+    }
+
+    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest that it can.
+    ///
+    /// # Errors
+    /// If a tolerance or a margin is negative, infinite or no number, or the limit negative or no number. The error names the first of them.
+    pub fn checked(self) -> Result<Self, OptionError> {
+        self.fault.map_or(Ok(self), Err)
     }
 
     /// Beyond this, distances are not told apart. A stopped run goes on with the ceiling that it began with.
@@ -246,6 +266,7 @@ impl<'t> DistanceQuery<'t> {
             return workspace.search.begin(interval, None);
         }
         workspace.search.begin(interval, guess);
+        workspace.search.halves = Halves::of(self.a, self.b);
         workspace.testing = guess.is_some();
         workspace.front.push(Pair::new(0, 0));
     }

@@ -62,8 +62,8 @@ fn counts(bv_tests: f64) -> Counts {
 pub struct Estimate {
     /// What the query has still to do.
     pub remaining: Prediction,
-    /// Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart. A [`crate::Calibration`]
-    /// corrects it for one pair of parts.
+    /// Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart, by the query or by the look
+    /// at its front that the estimate takes. A [`crate::Calibration`] corrects it for one pair of parts.
     pub probability: f64,
     /// Expected share of the intersecting pairs that has been found: 1 if the query is complete, 0 if none is found yet. For
     /// [`Mode::Any`], which asks for one, 1 as soon as it is decided.
@@ -160,6 +160,10 @@ impl Query<'_> {
         let mut front = probe.finish(workspace.instructions, EFFORT_AFTER);
         let beyond = (open - sample) as f64 / sample.max(1) as f64;
         front.node_pairs += beyond * front.node_pairs;
+        if front.node_pairs == 0.0 {
+            // Nothing is known of those that were not looked at.
+            front.node_pairs = (open - sample) as f64;
+        }
         front.cost += beyond * front.cost;
         front.depth += beyond * front.depth;
         Ok(front)

@@ -65,9 +65,9 @@ impl Interval {
         Self::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY)
     }
 
-    /// Begins with a lower bound that is known; returns whether that decides all that is asked.
+    /// Takes note of a lower bound that is known of all pairs; returns whether that decides all that is asked.
     pub fn know(&mut self, low: f64) -> bool {
-        self.low = low;
+        self.low = self.low.max(low);
         let is_enough = low >= self.cut;
         if is_enough {
             self.pass(low);

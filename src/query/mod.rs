@@ -36,6 +36,7 @@ mod flushing;
 mod follow;
 mod gaps;
 pub(crate) mod glance;
+mod halves;
 mod intersection;
 mod interval;
 mod known;
@@ -77,8 +78,8 @@ pub use estimate::{DistanceEstimate, Estimate, Prediction};
 pub(crate) use flushing::matters as flushing_matters;
 pub use memory::PairMemory;
 pub use motion::{MotionQuery, Passage};
-pub use options::Mode;
 use options::Options;
+pub use options::{Mode, OptionError};
 pub use order::Order;
 pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
 pub use ray::{RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery};
@@ -153,10 +154,10 @@ impl<'t> Query<'t> {
 
     /// The share of poses with an intersection among those that are asked about, 0 to 1; it shifts the probability of
     /// [`Query::estimate`]. By default that of the poses for which the model was fitted,
-    /// [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR).
+    /// [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR), as with NaN.
     #[must_use]
     pub fn prior(mut self, share: f64) -> Self {
-        self.prior = share;
+        self.prior = if share.is_nan() { DEFAULT_PRIOR } else { share };
         self
     }
 

@@ -153,6 +153,7 @@ impl Workspace {
         self.waiting.copy_from(&run.waiting);
         self.doubtful.clone_from(&run.doubtful);
         self.march.known.copy_from(&run.march.known);
+        (self.march.followed, self.march.passed) = (run.march.followed, run.march.passed);
         if self.run.strategy.march == Marching::Over {
             self.drop_known(trees);
         }

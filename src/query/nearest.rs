@@ -64,6 +64,9 @@ impl Distance {
 impl Question for Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
+        if self.workspace.search.halves.is_due(self.workspace.run.stats.work) && !self.workspace.front.is_empty() {
+            self.look_for_plane();
+        }
         let search = &mut self.workspace.search;
         match search.dive.take() {
             Some(pair) => Some((pair, Origin::Path)),

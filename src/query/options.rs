@@ -4,6 +4,7 @@ use super::order::Order;
 use crate::math::Motion;
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::names::named;
+use core::fmt;
 
 /// What a query looks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -73,6 +74,40 @@ pub(super) struct MotionOptions {
     /// Of both surfaces together.
     pub margin: f64,
 }
+
+/// An argument of a query is negative, larger than what it may be, or no number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct OptionError {
+    /// The method that it was given to, with the index of one of several numbers.
+    pub argument: &'static str,
+}
+
+impl OptionError {
+    /// Keeps the first argument that is not in `0.0..=most`.
+    #[inline]
+    pub(super) fn note(fault: &mut Option<Self>, argument: &'static str, value: f64, most: f64) {
+        if !(0.0..=most).contains(&value) {
+            fault.get_or_insert(Self { argument });
+        }
+    }
+
+    /// The same for margins of both surfaces.
+    #[inline]
+    pub(super) fn note_margins(fault: &mut Option<Self>, margins: [f64; 2]) {
+        for (margin, argument) in margins.into_iter().zip(["margins[0]", "margins[1]"]) {
+            Self::note(fault, argument, margin, COORDINATE_LIMIT);
+        }
+    }
+}
+
+impl fmt::Display for OptionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} is negative, too large or no number", self.argument)
+    }
+}
+
+impl core::error::Error for OptionError {}
 
 /// By how much a surface is thickened, of what was asked for.
 pub(super) fn thickness(margin: f64) -> f64 {

@@ -94,9 +94,15 @@ impl Front {
     }
 
     pub fn clear(&mut self) {
+        self.drop_all();
+        (self.peak, self.jumps) = (0, 0);
+    }
+
+    /// Drops all pairs.
+    pub fn drop_all(&mut self) {
         self.paths.clear();
         self.clear_queue();
-        (self.height, self.base, self.peak, self.jumps) = (0, 0, 0, 0);
+        (self.height, self.base) = (0, 0);
     }
 
     /// Puts a pair on the paths to the witnesses below it, if there are any, and room for what will come of it.

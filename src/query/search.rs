@@ -1,6 +1,7 @@
 //! The state of a distance query: triangle pairs that wait, and what is proven of all that is left.
 
 use super::boxes::Keys;
+use super::halves::Halves;
 use super::interval::Interval;
 use super::queue::{BUCKETS, Front, Pair};
 use crate::math::bits;
@@ -54,6 +55,7 @@ pub(super) struct Search {
     pub put_off: Box<ArrayVec<Bounded, PUT_OFF>>,
     /// The least key of pairs that were dropped when their turn came. Its root is taken once, at the end of a call.
     pub dropped: f32,
+    pub halves: Halves,
     /// The bits of a key that make the first bucket.
     first_bucket: Option<u32>,
 }
@@ -70,6 +72,7 @@ impl Search {
             linked: ArrayVec::new_const(),
             put_off: Box::default(),
             dropped: f32::INFINITY,
+            halves: Halves::NEVER,
             first_bucket: None,
         }
     }
@@ -79,8 +82,14 @@ impl Search {
             return;
         }
         self.is_used = false;
-        (self.interval, self.is_diving, self.dive, self.first_bucket) = (Interval::nothing(), false, None, None);
+        (self.interval, self.halves, self.first_bucket) = (Interval::nothing(), Halves::NEVER, None);
         self.dropped = f32::INFINITY;
+        self.drop_all();
+    }
+
+    /// Drops the dive and all pairs.
+    pub fn drop_all(&mut self) {
+        (self.is_diving, self.dive) = (false, None);
         self.waiting.clear();
         self.proposed.clear();
         self.linked.clear();

@@ -85,12 +85,15 @@ fn after_every_step_the_set_is_true_and_what_is_missing_is_far() {
         contacts += set.len();
         let mut said = run(&case.query(), &mut workspace, Budget::work(0));
         assert_eq!((said.stop, said.found, said.low), (StopReason::WorkLimit, 0, 0.0));
-        let mut steps = 0;
+        let (mut steps, mut bound) = (0, u64::MAX);
         while said.stop != StopReason::Finished {
             assert_eq!(said.stop, StopReason::WorkLimit);
             let part = listed(&workspace);
             assert!(part.iter().all(|contact| set.contains(contact)) && said.found == part.len() as u64);
             case.truth.assert_missing(&set, &part, said.low);
+            let now = case.query().certificate(&workspace).unwrap().upper_bound();
+            assert!(set.len() as u64 <= now && now <= bound, "{}: {bound}, then {now}", case.name);
+            bound = now;
             if steps % 16 == 0 {
                 assert_named(&case, &workspace, &set);
             }

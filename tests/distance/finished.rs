@@ -322,3 +322,36 @@ fn a_relative_tolerance_is_kept_within_margins() {
         }
     }
 }
+
+/// Concentric triangles in one plane, of growing sizes.
+fn nested(count: u32) -> Tree {
+    let corner = |i: u32, angle: f32| {
+        let size = (i + 1) as f32 / count as f32;
+        [size * angle.cos(), size * angle.sin(), 0.0]
+    };
+    let corners = (0..count).flat_map(|i| [0.0, 2.094_395_2, 4.188_790_3].map(|angle| corner(i, angle)));
+    let corners: Vec<[f32; 3]> = corners.collect();
+    Tree::new(Mesh::new(corners, (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<_>>()).unwrap())
+}
+
+/// All pairs of nested triangles are as good as equally far, for boxes; a plane tells.
+#[test]
+fn nested_sheets_take_work_that_grows_with_the_triangles_only() {
+    let mut workspace = Workspace::new();
+    for place in [[5.0, 3.0, 2.0], [0.0, 0.0, 30.0]] {
+        let mut work = |count: u32| {
+            let sheet = nested(count);
+            let pose = Pose::new(DMat3::IDENTITY, place).unwrap();
+            let said = run(&DistanceQuery::new(&sheet, &sheet, pose), &mut workspace, ENOUGH);
+            assert_eq!(said.stop, StopReason::Finished);
+            assert!(said.high - said.low <= 1.001e-6 * sheet.unit_length(), "{said:?}");
+            let outer = nested(1);
+            let exact = run(&DistanceQuery::new(&outer, &outer, pose), &mut workspace, ENOUGH);
+            let truth = exact.high.min(DVec3::from(place).length());
+            assert!(said.low <= truth && truth <= said.high + 1e-6, "{said:?} {exact:?}");
+            said.stats.work
+        };
+        let (few, many) = (work(2_000), work(16_000));
+        assert!(many < 300 * 16_000 && many < 12 * few.max(100 * 2_000), "{few} and {many}");
+    }
+}

@@ -60,7 +60,11 @@ fn cases() -> Vec<Case> {
 /// Everything in turn: after each step.
 fn steps(query: &DistanceQuery, workspace: &mut Workspace) -> Vec<Distance> {
     let mut steps = vec![run(query, workspace, Budget::work(0))];
+    let mut bound = u64::MAX;
     while steps.last().unwrap().stop != StopReason::Finished {
+        let now = query.certificate(workspace).unwrap().upper_bound();
+        assert!(now <= bound, "{bound} may be closer, then {now}");
+        bound = now;
         steps.push(resume(query, workspace, Budget::work(1)));
     }
     steps

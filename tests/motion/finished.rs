@@ -85,6 +85,11 @@ fn both_bodies_may_move() {
     assert!(touching > 5);
 }
 
+fn half_ball() -> Mesh {
+    let ball = shapes::icosphere(3);
+    Mesh::from_f64((0..ball.vertex_count()).map(|i| 0.5 * ball.vertex(i)), ball.triangles().iter().copied()).unwrap()
+}
+
 /// Two boxes face to face: the time is the gap over the speed.
 #[test]
 fn the_time_of_contact_is_that_of_the_gap() {
@@ -96,7 +101,7 @@ fn the_time_of_contact_is_that_of_the_gap() {
         let time = gap / speed;
         let touching = said.touching_at.unwrap();
         assert!(said.free_until <= time && time <= touching, "{gap} {speed}: {said:?}");
-        let tolerance = 1e-6 * (a.unit_length() + b.unit_length());
+        let tolerance = 2e-6 * a.unit_length().min(b.unit_length());
         assert!((touching - said.free_until) * speed <= tolerance, "{gap} {speed}: {said:?}");
         let exact = run(&MotionQuery::new(&a, &b, motion).tolerance(0.0), &mut workspace, ENOUGH);
         assert!((exact.touching_at.unwrap() - exact.free_until) * speed <= 1e-12 * (1.0 + speed), "{exact:?}");
@@ -106,6 +111,58 @@ fn the_time_of_contact_is_that_of_the_gap() {
     let motion = Motion::straight(at(3.0, 0.3, 0.2), [-1.0 + 1e-9, 0.0, 0.0]).unwrap();
     let said = run(&MotionQuery::new(&a, &b, motion), &mut workspace, ENOUGH);
     assert_eq!((said.free_until, said.touching_at), (1.0, None));
+}
+
+/// The tolerance follows the smaller mesh: a ball lands as exactly on a slab as large as a town as on a table.
+#[test]
+fn the_default_tolerance_is_that_of_the_smaller_mesh() {
+    let ball = Tree::new(half_ball());
+    let point = Tree::new(Mesh::from_f64([DVec3::ZERO], [[0, 0, 0]]).unwrap());
+    let mut workspace = Workspace::new();
+    for half in [5.0_f32, 500.0, 50_000.0] {
+        let slab = Tree::new(shapes::cuboid([half, half, 1.0], 16));
+        for turn in [0.0, 0.02] {
+            let start = at(0.3 * f64::from(half), 0.2 * f64::from(half), 4.0);
+            let motion = Motion::turning(start, [0.0, 0.0, -10.0], [0.0, 0.0, turn], start.translation()).unwrap();
+            let said = run(&MotionQuery::new(&slab, &ball, motion), &mut workspace, ENOUGH);
+            let late = said.touching_at.unwrap() - said.free_until;
+            assert!(late * 10.0 <= 2.1e-6 * ball.unit_length(), "{half} {turn}: {said:?}");
+            assert!((said.free_until - 0.25).abs() < 1e-6, "{half} {turn}: {said:?}");
+            // A point that is a ball by its margin, and one that is not.
+            let thick = MotionQuery::new(&slab, &point, motion).margins([0.0, 0.5]);
+            let said = run(&thick, &mut workspace, ENOUGH);
+            let late = said.touching_at.unwrap() - said.free_until;
+            assert!(late * 10.0 <= 1.1e-6 && (said.free_until - 0.25).abs() < 1e-6, "{half} {turn}: {said:?}");
+            let said = run(&MotionQuery::new(&slab, &point, motion), &mut workspace, ENOUGH);
+            assert!((said.free_until - 0.3).abs() < 1e-9 && said.stats.work < 100_000, "{half} {turn}: {said:?}");
+        }
+    }
+}
+
+/// What lies beside what is told by the directions across edges, where planes coincide.
+#[test]
+fn a_turn_in_its_own_plane_takes_little_more_than_one_beside_it() {
+    let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    let tree = Tree::new(Mesh::from_f64(corners, [[0, 1, 2]]).unwrap());
+    let mut workspace = Workspace::new();
+    for place in [0.9, 1.3, 1.5] {
+        for angle in [0.05, 1.0, 6.28] {
+            let mut work = |height: f64| {
+                let start = at(place, place, height);
+                let motion = Motion::turning(start, [0.0; 3], [0.0, 0.0, angle], start.translation()).unwrap();
+                run(&MotionQuery::new(&tree, &tree, motion), &mut workspace, ENOUGH).stats.work
+            };
+            let [within, beside] = [0.0, 0.01].map(&mut work);
+            assert!(within <= 16 * beside, "{place} {angle}: {within} and {beside}");
+        }
+    }
+    // The time at which they meet is that of the angle.
+    let start = at(0.9, 0.9, 0.0);
+    let motion = Motion::turning(start, [0.0; 3], [0.0, 0.0, 6.28], start.translation()).unwrap();
+    let said = run(&MotionQuery::new(&tree, &tree, motion), &mut workspace, ENOUGH);
+    // The edge along y comes to the corner (0, 1), which is at (-.9, .1) from the axis.
+    let nearest = (0.1_f64.atan2(-0.9) - std::f64::consts::FRAC_PI_2) / 6.28;
+    assert!(said.free_until <= nearest && nearest <= said.touching_at.unwrap() + 1e-12, "{nearest} {said:?}");
 }
 
 /// A rod that turns about its middle meets a wall when its end does: the angle is known.

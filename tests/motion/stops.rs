@@ -70,8 +70,11 @@ fn after_every_step_the_first_contact_is_in_the_boxes_of_the_certificate() {
         let place = known.touching_at.and_then(|time| place(&query, [a, b], time, known.triangles?));
         let within = 2.0 * (known.touching_at.unwrap_or(1.0) - known.free_until) + 1e-9;
         let mut said = run(&query, &mut workspace, Budget::work(0));
+        let mut bound = u64::MAX;
         while said.stop != StopReason::Finished {
             let certificate = query.certificate(&workspace).unwrap();
+            assert!(certificate.upper_bound() <= bound, "{bound}, then {}", certificate.upper_bound());
+            bound = certificate.upper_bound();
             let open = certificate.open_pairs();
             assert!(certificate.boxes().count() <= open && (open > 0 || certificate.upper_bound() == 0));
             assert!(certificate.boxes().all(|open| open.min.is_finite() && open.max.is_finite() && !open.is_empty()));

@@ -293,10 +293,8 @@ pub unsafe extern "C" fn punctual_distance_query_estimate(
 impl<'t> punctual_distance_query<'t> {
     fn check(self) -> Result<DistanceQuery<'t>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
-        if self.absolute_tolerance.is_nan() {
-            return Err(Fault::Number("query->absolute_tolerance", self.absolute_tolerance));
-        }
-        not_negative(self.relative_tolerance, "query->relative_tolerance")?;
+        finite_or_default(self.absolute_tolerance, "query->absolute_tolerance")?;
+        finite(self.relative_tolerance, "query->relative_tolerance")?;
         not_negative(self.closer_than, "query->closer_than")?;
         check_margins(self.margins)?;
         let query = DistanceQuery::new(a, b, self.b_in_a.check()?);
@@ -315,12 +313,19 @@ impl<'t> punctual_distance_query<'t> {
 
 pub(crate) fn check_margins(margins: [f64; 2]) -> Result<(), Fault> {
     for (margin, what) in margins.into_iter().zip(["query->margins[0]", "query->margins[1]"]) {
-        not_negative(margin, what)?;
-        if margin.is_infinite() {
-            return Err(Fault::Number(what, margin));
-        }
+        finite(margin, what)?;
     }
     Ok(())
+}
+
+/// What is negative stands for the default.
+pub(crate) fn finite_or_default(value: f64, what: &'static str) -> Result<(), Fault> {
+    if value < f64::INFINITY { Ok(()) } else { Err(Fault::Number(what, value)) }
+}
+
+pub(crate) fn finite(value: f64, what: &'static str) -> Result<(), Fault> {
+    not_negative(value, what)?;
+    finite_or_default(value, what)
 }
 
 pub(crate) fn not_negative(value: f64, what: &'static str) -> Result<(), Fault> {

@@ -2,7 +2,7 @@
 
 use crate::arrays::list;
 use crate::budget::{punctual_budget, punctual_clock};
-use crate::distance::{check_margins, not_negative};
+use crate::distance::{check_margins, finite, finite_or_default};
 use crate::memory::{known, punctual_memory};
 use crate::outcome::{punctual_certificate, punctual_quantiles, punctual_stats, punctual_stop_reason};
 use crate::pose::{punctual_aabb, punctual_point, punctual_pose};
@@ -89,7 +89,7 @@ pub struct punctual_motion_query<'t> {
     /// How, in the world.
     pub of_a: punctual_motion,
     /// Done when nothing moves farther than this, seen from A, between the two times; 0: as close as double can tell. -1 by
-    /// default, as any negative number: a millionth of the unit lengths of both meshes together.
+    /// default, as any negative number: a millionth of the longest extent of the smaller mesh, roughly.
     pub tolerance: f64,
     /// Done also when the two times differ by no more than this. 0 by default.
     pub time_tolerance: f64,
@@ -293,10 +293,8 @@ impl From<Motion> for punctual_motion {
 impl<'t> punctual_motion_query<'t> {
     pub(crate) fn check(self) -> Result<MotionQuery<'t>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
-        if self.tolerance.is_nan() {
-            return Err(Fault::Number("query->tolerance", self.tolerance));
-        }
-        not_negative(self.time_tolerance, "query->time_tolerance")?;
+        finite_or_default(self.tolerance, "query->tolerance")?;
+        finite(self.time_tolerance, "query->time_tolerance")?;
         check_margins(self.margins)?;
         let of_b = self.of_b.check()?;
         let query = if self.a_moves != 0 {

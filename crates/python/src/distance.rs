@@ -2,7 +2,7 @@
 
 use crate::answer::{Answer, Asked};
 use crate::arrays::{Transform, numbers_if, table};
-use crate::errors::{not_negative, resume_error, undecided};
+use crate::errors::{finite, not_negative, resume_error, undecided};
 use crate::estimate::{Certificate, DistanceEstimate, Quantiles};
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
@@ -40,9 +40,9 @@ impl DistanceOptions {
             ("relative_tolerance", relative),
             ("margins[0]", Some(margins[0])),
             ("margins[1]", Some(margins[1])),
-            ("closer_than", limit),
         ];
-        not_negative(numbers)?;
+        finite(numbers)?;
+        not_negative([("closer_than", limit)])?;
         Ok(Self { absolute, relative, margins, limit, leave_contact_open })
     }
 
@@ -211,6 +211,7 @@ pub fn closer_than<'py>(
     work: Option<u64>,
     memory: Option<PyRefMut<'_, Memory>>,
 ) -> PyResult<Bound<'py, Distance>> {
+    not_negative([("length", Some(length))])?;
     let options = DistanceOptions::new([None; 2], margins, Some(length), false)?;
     ask(py, [a, b], T.unwrap_or_default().0, options, Limit::new(budget, work)?, memory)
 }

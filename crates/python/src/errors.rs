@@ -34,6 +34,17 @@ pub fn not_negative(numbers: impl IntoIterator<Item = (&'static str, Option<f64>
     Ok(())
 }
 
+/// Refuses those and infinite ones.
+pub fn finite(numbers: impl IntoIterator<Item = (&'static str, Option<f64>)>) -> PyResult<()> {
+    for (what, number) in numbers {
+        not_negative([(what, number)])?;
+        if number == Some(f64::INFINITY) {
+            return Err(value_error(format_args!("{what} is inf, expected a finite number")));
+        }
+    }
+    Ok(())
+}
+
 pub fn resume_error(_: punctual::ResumeError) -> PyErr {
     ResumeError::new_err("the query has no run to go on with: it was not run, or its last run is complete")
 }

@@ -2,7 +2,7 @@
 
 use crate::answer::{Answer, Asked};
 use crate::arrays::{Transform, numbers_if};
-use crate::errors::{not_negative, resume_error, value_error};
+use crate::errors::{finite, resume_error, value_error};
 use crate::estimate::{Certificate, Quantiles};
 use crate::limit::Limit;
 use crate::memory::{Memory, lent};
@@ -40,7 +40,7 @@ impl Options {
         let margins = numbers_if(margins, "margins")?.unwrap_or_default();
         let ([tolerance, time_tolerance], [of_a, of_b]) = (tolerances, margins.map(Some));
         let lengths = [("tolerance", tolerance), ("margins[0]", of_a), ("margins[1]", of_b)];
-        not_negative(lengths.into_iter().chain([("time_tolerance", time_tolerance)]))?;
+        finite(lengths.into_iter().chain([("time_tolerance", time_tolerance)]))?;
         Ok(Self { motion, margins, tolerance, time_tolerance })
     }
 
@@ -129,9 +129,9 @@ pub fn path(
 /// T: (4, 4) matrix that brings coordinates of b into those of a, at time 0. to: the same at time 1, with a screw from the
 /// one to the other. Or velocity: (3,), the way until time 1; turn: (3,), axis times angle in radians; point: (3,), a
 /// point of the axis at time 0, which moves with the velocity; the origin of b by default. tolerance: done as soon as
-/// the surfaces are this close at the time that is found; time_tolerance: as soon as it is known this closely. margins:
-/// by how much the surfaces are thickened, that of a and that of b. budget: seconds; work: units of work. memory: what
-/// it learned from the motion before.
+/// the surfaces are this close at the time that is found, about a millionth of the longest extent of the smaller mesh by
+/// default; time_tolerance: as soon as it is known this closely. margins: by how much the surfaces are thickened, that of
+/// a and that of b. budget: seconds; work: units of work. memory: what it learned from the motion before.
 ///
 /// Raises ValueError for a T that is not rigid, numbers that are negative or not finite and for contradictions, and
 /// TypeError for wrong types.

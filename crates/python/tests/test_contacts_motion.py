@@ -132,6 +132,7 @@ def test_a_motion_is_predicted_resumed_and_asked_for_what_is_left(ball, ring):
         ({"velocity": [1, 0, 0], "point": [0, 0, 0]}, "only together with turn"),
         ({"velocity": [1, 0, np.nan]}, "not finite"),
         ({"velocity": [1, 0, 0], "tolerance": -1.0}, "tolerance is -1"),
+        ({"velocity": [1, 0, 0], "time_tolerance": np.inf}, "time_tolerance is inf"),
         ({"velocity": [1, 0, 0], "margins": [0.0, np.nan]}, r"margins\[1\] is NaN"),
         ({"to": np.zeros((4, 4))}, "T: "),
     ],

@@ -71,13 +71,16 @@ def test_options_of_queries(ball, options, error, text):
         ({"absolute_tolerance": -1.0}, "absolute_tolerance is -1, expected a number that is not negative"),
         ({"relative_tolerance": float("nan")}, "relative_tolerance is NaN"),
         ({"margins": [0.0, -0.1]}, r"margins\[1\] is -0.1"),
+        ({"margins": [float("inf"), 0.0]}, r"margins\[0\] is inf, expected a finite number"),
+        ({"absolute_tolerance": float("inf")}, "absolute_tolerance is inf"),
+        ({"relative_tolerance": float("inf")}, "relative_tolerance is inf"),
         ({"margins": [0.1]}, r"margins: shape \[1\], expected \(2,\)"),
     ],
 )
 def test_options_of_distances(ball, options, text):
     with pytest.raises(ValueError, match=text):
         punctual3d.distance(ball, ball, **options)
-    with pytest.raises(ValueError, match="closer_than is -1"):
+    with pytest.raises(ValueError, match="length is -1"):
         punctual3d.closer_than(ball, ball, -1.0)
 
 

@@ -18,7 +18,7 @@ use crate::query::Deadline;
 use crate::query::budget::{Budget, Clock};
 use crate::query::certificate::{Certificate, Place};
 use crate::query::memory::PairMemory;
-use crate::query::options::{MotionOptions, thickness};
+use crate::query::options::{MotionOptions, OptionError, thickness};
 use crate::query::outcome::{Stats, StopReason};
 use crate::query::queue::Pair;
 use crate::query::search::Bounded;
@@ -37,10 +37,13 @@ use sweep::{Sweep, span};
 /// **Guarantee.** Whenever it stops, the surfaces meet at no time before `free_until`, and at `touching_at` they do: two named
 /// triangles intersect exactly at the pose of that time ([`MotionQuery::pose`]). `free_until` only ever grows, and
 /// `touching_at` only ever falls. A query that is finished has found a contact no later than the tolerance after `free_until`,
-/// or none, and then the motion is free to its end, time 1. There is one exception: surfaces that pass each other within a small
-/// part of the tolerance, or of the rounding of their coordinates, without meeting may leave `free_until` where they do, while
-/// the search goes on for a contact that can be proven. So may all surfaces where squares of lengths overflow, from 1e154 on:
-/// nothing is claimed there but contacts that were found.
+/// or none, and then the motion is free to its end, time 1.
+///
+/// There is one exception: grazes. Surfaces may come within a few tolerances of each other, or of the rounding of their
+/// coordinates, or may meet so briefly, or in so small a place, that no pose in `f64` shows it, as a point that goes through a
+/// triangle. Then `free_until` stays at that time, and the search goes on for a contact that it can prove: `touching_at` may be
+/// later by more than the tolerance, or `None` although `free_until` is less than 1. Both still hold. So it is with all surfaces
+/// where squares of lengths overflow, from 1e154 on.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -57,21 +60,25 @@ pub struct MotionQuery<'t> {
     a: &'t Tree,
     b: &'t Tree,
     options: MotionOptions,
+    fault: Option<OptionError>,
 }
 
-/// The default tolerance over the sum of both meshes' units.
-const DEFAULT_TOLERANCE: f64 = 1e-6;
+/// The default tolerance over the unit of the smaller mesh.
+const DEFAULT_TOLERANCE: f64 = 2e-6;
 
 /// The least tolerance in time.
 const LEAST_TOLERANCE: f64 = 4.0 * f64::EPSILON;
 
 impl<'t> MotionQuery<'t> {
-    /// Asks about the meshes of `a` and `b`, where `b_in_a` says where B is in A from time 0 to 1. The tolerance is a length: a
-    /// millionth of the units of both meshes together ([`Tree::unit_length`], about half of a mesh's longest extent).
+    /// Asks about the meshes of `a` and `b`, where `b_in_a` says where B is in A from time 0 to 1. The tolerance is a length: two
+    /// millionths of the smaller mesh's unit ([`Tree::unit_length`], about half of its longest extent), but no less than the
+    /// rounding of coordinates. A point is as large as its margin; beside one without a margin it is a millionth of the other
+    /// mesh's unit.
     #[must_use]
     #[inline]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Motion) -> Self {
-        Self { a, b, options: MotionOptions { of_a: None, of_b: b_in_a, length: None, time: 0.0, margin: 0.0 } }
+        let options = MotionOptions { of_a: None, of_b: b_in_a, length: None, time: 0.0, margin: 0.0 };
+        Self { a, b, options, fault: None }
     }
 
     /// Asks about two bodies that both move, in the world or any other common frame.
@@ -89,14 +96,16 @@ impl<'t> MotionQuery<'t> {
     #[must_use]
     #[inline]
     pub fn tolerance(mut self, length: f64) -> Self {
+        OptionError::note(&mut self.fault, "tolerance", length, f64::MAX);
         self.options.length = Some(length.max(0.0));
         self
     }
 
-    /// Done also when the two times differ by no more than this. NaN counts as 0.
+    /// Done also when the two times differ by no more than this. What is negative, and NaN, counts as 0.
     #[must_use]
     #[inline]
     pub fn time_tolerance(mut self, time: f64) -> Self {
+        OptionError::note(&mut self.fault, "time_tolerance", time, f64::MAX);
         self.options.time = if time > 0.0 { time.min(1.0) } else { 0.0 };
         self
     }
@@ -106,9 +115,18 @@ impl<'t> MotionQuery<'t> {
     #[must_use]
     #[inline]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
+        OptionError::note_margins(&mut self.fault, margins);
         let [a, b] = margins.map(thickness);
         self.options.margin = a + b;
         self
+    }
+
+    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest that it can.
+    ///
+    /// # Errors
+    /// If a tolerance or a margin is negative, infinite or no number. The error names the first of them.
+    pub fn checked(self) -> Result<Self, OptionError> {
+        self.fault.map_or(Ok(self), Err)
     }
 
     /// Where B is in A at a time, 0 to 1: the very bits that the query uses.
@@ -245,10 +263,16 @@ impl<'t> MotionQuery<'t> {
     /// Half of it: a contact is looked for so much after the time at which it may be. Others that may be as much earlier do
     /// not matter then, so that neighbors which meet at the same time are not looked at one by one.
     fn tolerance_in_time(&self, course: &Course) -> f64 {
-        let length = self.options.length.unwrap_or(DEFAULT_TOLERANCE * (self.a.size() + self.b.size()));
+        let length = self.options.length.unwrap_or_else(|| self.default_tolerance());
         // No time is known better than the places are.
         let time = self.options.time.max(length.max(8.0 * course.rounding) / course.speed);
         0.5 * if time > LEAST_TOLERANCE { time.min(1.0) } else { LEAST_TOLERANCE }
+    }
+
+    fn default_tolerance(&self) -> f64 {
+        let sizes = [self.a, self.b].map(|tree| if tree.size() > 0.0 { tree.size() } else { self.options.margin });
+        let least = smaller(sizes[0], sizes[1]);
+        DEFAULT_TOLERANCE * if least > 0.0 { least } else { 0.5 * (sizes[0] + sizes[1]) }
     }
 
     /// Spends a budget on the run in the workspace, piece after piece.

@@ -56,20 +56,19 @@ impl Swept {
     }
 
     /// When they may meet by the normals of both and the products of their edges, which turn with B; `None`: never. Once that is
-    /// not before `latest` the rest of them is left out.
+    /// not before `latest` the rest of them is left out. Of triangles in planes that are all but parallel these say little of
+    /// what lies beside what, so the directions across the edges in the planes are added.
     pub fn window(&self, latest: f64) -> Option<Window> {
         let (of_a, of_b, turns) = (edges(&self.a), edges(&self.b), edges(&self.velocities));
+        let size = largest(most(of_a).max(most(of_b)));
         // About what it adds to projections that a direction turns.
-        let turned = if self.is_straight {
-            0.0
-        } else {
-            let [size, turn] = [most(of_a).max(most(of_b)), most(turns)].map(largest);
-            0.5 * size * turn * largest(self.reach) * self.half
-        };
-        let mut window = self.on(of_a[0].cross(of_a[1]), [-self.half, self.half])?;
+        let turned =
+            if self.is_straight { 0.0 } else { 0.5 * size * largest(most(turns)) * largest(self.reach) * self.half };
+        let [m, n] = [&of_a, &of_b].map(|edges| edges[0].cross(edges[1]));
+        let turn_of_n = || turns[0].cross(of_b[1]) + of_b[0].cross(turns[1]);
+        let mut window = self.on(m, [-self.half, self.half])?;
         if window[0] < latest {
-            let turn = || turns[0].cross(of_b[1]) + of_b[0].cross(turns[1]);
-            window = self.on_turning_with_b(of_b[0].cross(of_b[1]), turn, turned, window)?;
+            window = self.on_turning_with_b(n, turn_of_n, turned, window)?;
         }
         for d in of_a {
             for j in 0..3 {
@@ -77,6 +76,13 @@ impl Swept {
                     return Some(window);
                 }
                 window = self.on_turning_with_b(d.cross(of_b[j]), || d.cross(turns[j]), turned, window)?;
+            }
+        }
+        if m.cross(n).length_squared() < PARALLEL * m.length_squared() * n.length_squared() {
+            for (d, (e, turn)) in of_a.into_iter().zip(of_b.into_iter().zip(turns)) {
+                window = self.on(m.cross(d), window)?;
+                let turn = || turn_of_n().cross(e) + n.cross(turn);
+                window = self.on_turning_with_b(n.cross(e), turn, turned * size, window)?;
             }
         }
         Some(window)
@@ -194,6 +200,9 @@ impl Swept {
         if window[0] <= window[1] { window } else { NEVER }
     }
 }
+
+/// The square of the sine of the angle up to which planes are all but parallel.
+const PARALLEL: f64 = 0.01;
 
 /// Of sums of projections.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;

@@ -202,6 +202,8 @@ fn numbers_out_of_range_are_named_by_distance_queries() {
         (punctual_distance_query { absolute_tolerance: nan, ..query }, "absolute_tolerance is NaN"),
         (punctual_distance_query { relative_tolerance: -0.1, ..query }, "relative_tolerance is -0.1"),
         (punctual_distance_query { relative_tolerance: nan, ..query }, "relative_tolerance is NaN"),
+        (punctual_distance_query { absolute_tolerance: infinite, ..query }, "absolute_tolerance is inf"),
+        (punctual_distance_query { relative_tolerance: infinite, ..query }, "relative_tolerance is inf"),
         (punctual_distance_query { closer_than: -1.0, ..query }, "closer_than is -1"),
         (punctual_distance_query { margins: [-1.0, 0.0], ..query }, "margins[0] is -1"),
         (punctual_distance_query { margins: [0.0, infinite], ..query }, "margins[1] is inf"),

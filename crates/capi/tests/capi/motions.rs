@@ -129,7 +129,9 @@ fn bad_motions_are_refused() {
     assert_eq!(refused(punctual_motion_query { b: None, ..query }, "query->b is null"), Status::Null);
     for (bad, what) in [
         (punctual_motion_query { tolerance: f64::NAN, ..query }, "query->tolerance"),
+        (punctual_motion_query { tolerance: f64::INFINITY, ..query }, "query->tolerance is inf"),
         (punctual_motion_query { time_tolerance: -1.0, ..query }, "query->time_tolerance"),
+        (punctual_motion_query { time_tolerance: f64::INFINITY, ..query }, "query->time_tolerance is inf"),
         (punctual_motion_query { margins: [0.0, f64::INFINITY], ..query }, "query->margins[1]"),
         (punctual_motion_query { of_b: punctual_motion { turn: NAN, ..motion }, ..query }, "not finite"),
         (punctual_motion_query { of_b: punctual_motion { velocity: FAR, ..motion }, ..query }, "2^990"),

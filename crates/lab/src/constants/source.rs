@@ -30,7 +30,9 @@ pub fn fit(data: &Data) -> String {
     let (remembering, alone): (Vec<&Sample>, Vec<&Sample>) = open.into_iter().partition(|sample| sample.last.is_some());
     // Before a query and after a part of it are two questions; one answer to both would be the worse for each.
     let hit = [false, true].map(|begun| {
-        let moments = of(&alone, Mode::Any).filter(|sample| sample.front.is_begun() == begun);
+        // Of a front that leaves nothing the answer is known.
+        let moments =
+            of(&alone, Mode::Any).filter(|sample| sample.front.is_begun() == begun && !sample.front.is_clear());
         regression(moments, |s| (hit_features(&s.front), f64::from(s.is_hit())))
     });
     [
@@ -95,7 +97,7 @@ fn other_counts(data: &Data) -> String {
 }
 
 fn chances(alone: &[&Sample], remembering: &[&Sample], hit: &Hit) -> String {
-    let moved = of(remembering, Mode::Any).filter(|sample| sample.stop.is_some());
+    let moved = of(remembering, Mode::Any).filter(|sample| sample.stop.is_some() && !sample.front.is_clear());
     let after_history = regression(moved, |s| {
         let features = s.last.map(|last| history_features(logit(hit, s), s.front.deepest, &last.history));
         (features.unwrap_or_default(), f64::from(s.is_hit()))

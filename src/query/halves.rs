@@ -1,0 +1,102 @@
+//! Whether a plane parts two surfaces as far as the closest triangles found are apart.
+//!
+//! Where many triangles are all but equally far away, as those of nested or parallel sheets, boxes cannot tell them apart, and a
+//! search looks at all pairs of them: quadratic. If the surfaces lie on two sides of a slab across the line between the closest
+//! points, one look at all vertices ends the search. It is taken when the search has done so much that the look adds next to
+//! nothing, and again when it has done twice as much.
+
+use super::interval::Interval;
+use super::nearest::Distance;
+use super::traversal::Traversal;
+use crate::math::Pose;
+use crate::tree::Tree;
+use glam::DVec3;
+
+/// A look at all vertices, a few at a time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Halves {
+    /// The work from which on there is a look.
+    due: u64,
+    /// How many vertices were looked at, those of A first.
+    looked: usize,
+    /// From A to B, a unit vector.
+    direction: DVec3,
+    /// How far along it A reaches, and where B begins.
+    ends: [f64; 2],
+}
+
+/// The look begins after so many units of work for each vertex.
+const WORK_BEFORE: u64 = 16;
+
+/// Vertices of a step, and of a unit of work.
+const STEP: usize = 1024;
+const PER_WORK: u64 = 8;
+
+/// Rounding of a place along the direction, over the largest coordinates of both meshes and of the translation: of the placed
+/// vertices, and of the sums here.
+const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
+
+impl Halves {
+    pub const NEVER: Self = Self { due: u64::MAX, looked: 0, direction: DVec3::ZERO, ends: [0.0; 2] };
+
+    pub fn of(a: &Tree, b: &Tree) -> Self {
+        Self { due: WORK_BEFORE * (a.mesh().vertex_count() + b.mesh().vertex_count()) as u64, ..Self::NEVER }
+    }
+
+    #[inline(always)]
+    pub fn is_due(&self, work: u64) -> bool {
+        work >= self.due
+    }
+
+    /// Looks at some vertices, after so much work. Returns what that took, and at the end of the look how far the surfaces are
+    /// apart at least.
+    fn look(&mut self, a: &Tree, b: &Tree, b_in_a: &Pose, interval: &Interval, work: u64) -> (u64, Option<f64>) {
+        let [count_of_a, count_of_b] = [a, b].map(|tree| tree.mesh().vertex_count());
+        if self.looked == 0 {
+            let towards = interval.nearest().map_or(DVec3::ZERO, |(_, found)| -found.direction);
+            self.direction = towards.normalize_or_zero();
+            self.ends = [f64::NEG_INFINITY, f64::INFINITY];
+        }
+        let along = self.direction;
+        let along_b = b_in_a.rotation().transpose() * along;
+        let until = (self.looked + STEP).min(count_of_a + count_of_b);
+        for i in self.looked..until.min(count_of_a) {
+            self.ends[0] = self.ends[0].max(along.dot(a.mesh().vertex(i)));
+        }
+        for i in self.looked.max(count_of_a)..until.max(count_of_a) {
+            self.ends[1] = self.ends[1].min(along_b.dot(b.mesh().vertex(i - count_of_a)));
+        }
+        let taken = ((until - self.looked) as u64).div_ceil(PER_WORK);
+        self.looked = until;
+        if until < count_of_a + count_of_b {
+            return (taken, None);
+        }
+        (self.looked, self.due) = (0, 2 * work);
+        let largest = |tree: &Tree| {
+            let bounds = tree.mesh().aabb();
+            bounds.min.abs().max(bounds.max.abs()).max_element()
+        };
+        let shift = b_in_a.translation();
+        let error = ROUNDINGS * (largest(a) + largest(b) + shift.abs().max_element()) + f64::MIN_POSITIVE;
+        (taken, Some((self.ends[1] - self.ends[0] + along.dot(shift) - error) * (1.0 - 4.0 * f64::EPSILON)))
+    }
+}
+
+impl Traversal<'_, '_, Distance> {
+    /// Goes on with the look. If that decides all that is asked, nothing is left.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn look_for_plane(&mut self) {
+        let work = self.workspace.work();
+        let search = &mut self.workspace.search;
+        let (taken, gap) = search.halves.look(self.a, self.b, self.b_in_a, &search.interval, work);
+        self.workspace.run.stats.work += taken;
+        // NaN proves nothing.
+        if let Some(gap) = gap.filter(|gap| *gap > 0.0 && *gap < f64::INFINITY)
+            && self.workspace.search.interval.know(gap)
+        {
+            self.workspace.front.drop_all();
+            self.workspace.search.drop_all();
+        }
+    }
+}
