@@ -111,16 +111,3 @@ fn no_files_import_each_other_in_a_circle() {
     }
     assert!(seen > 200, "{seen} imports: are they still found?");
 }
-
-#[test]
-fn no_file_is_longer_than_450_lines() {
-    let mut seen = 0;
-    for (module, _) in ARROWS {
-        for file in files(module) {
-            let lines = fs::read_to_string(&file).unwrap().lines().count();
-            assert!(lines <= 450, "{} has {lines} lines", file.display());
-            seen += 1;
-        }
-    }
-    assert!(seen > 100, "{seen} files: are they still found?");
-}

@@ -263,11 +263,12 @@ fn near_the_deadline_the_clock_is_looked_at_after_each_exact_test() {
         let outcome = query.run_with(&mut Workspace::new(), None, Budget::time(time), &clock);
         assert_eq!(outcome.stop, StopReason::Finished);
         assert!(outcome.stats.exact_tests > 100);
-        (outcome.stats.elapsed.unwrap().as_nanos(), u128::from(outcome.stats.exact_tests))
+        [outcome.stats.elapsed.unwrap().as_nanos() as u64, outcome.stats.exact_tests]
     };
-    let (near, exact_tests) = looks(Duration::from_micros(8));
+    let [near, exact_tests] = looks(Duration::from_micros(8));
     assert!(near >= exact_tests, "{near}");
-    assert_eq!(looks(Duration::from_secs(1)).0, 1, "only at the end");
+    let [far, _] = looks(Duration::from_secs(1));
+    assert!(far < near / 10, "at the end, and now and then whether the call is cancelled: {far}");
 }
 
 /// With a clock that stands still a time budget never ends, and one of nothing is over at the first look.

@@ -6,8 +6,6 @@
 //! nothing, and again when it has done twice as much.
 
 use super::interval::Interval;
-use super::nearest::Distance;
-use super::traversal::Traversal;
 use crate::math::Pose;
 use crate::tree::Tree;
 use glam::DVec3;
@@ -50,7 +48,7 @@ impl Halves {
 
     /// Looks at some vertices, after so much work. Returns what that took, and at the end of the look how far the surfaces are
     /// apart at least.
-    fn look(&mut self, a: &Tree, b: &Tree, b_in_a: &Pose, interval: &Interval, work: u64) -> (u64, Option<f64>) {
+    pub fn look(&mut self, a: &Tree, b: &Tree, b_in_a: &Pose, interval: &Interval, work: u64) -> (u64, Option<f64>) {
         let [count_of_a, count_of_b] = [a, b].map(|tree| tree.mesh().vertex_count());
         if self.looked == 0 {
             let towards = interval.nearest().map_or(DVec3::ZERO, |(_, found)| -found.direction);
@@ -79,24 +77,5 @@ impl Halves {
         let shift = b_in_a.translation();
         let error = ROUNDINGS * (largest(a) + largest(b) + shift.abs().max_element()) + f64::MIN_POSITIVE;
         (taken, Some((self.ends[1] - self.ends[0] + along.dot(shift) - error) * (1.0 - 4.0 * f64::EPSILON)))
-    }
-}
-
-impl Traversal<'_, '_, Distance> {
-    /// Goes on with the look. If that decides all that is asked, nothing is left.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn look_for_plane(&mut self) {
-        let work = self.workspace.work();
-        let search = &mut self.workspace.search;
-        let (taken, gap) = search.halves.look(self.a, self.b, self.b_in_a, &search.interval, work);
-        self.workspace.run.stats.work += taken;
-        // NaN proves nothing.
-        if let Some(gap) = gap.filter(|gap| *gap > 0.0 && *gap < f64::INFINITY)
-            && self.workspace.search.interval.know(gap)
-        {
-            self.workspace.front.drop_all();
-            self.workspace.search.drop_all();
-        }
     }
 }

@@ -270,3 +270,22 @@ impl Traversal<'_, '_, Distance> {
         }
     }
 }
+
+impl Traversal<'_, '_, Distance> {
+    /// Goes on with a look at all vertices. If that decides all that is asked, nothing is left.
+    #[cold]
+    #[inline(never)]
+    fn look_for_plane(&mut self) {
+        let work = self.workspace.work();
+        let search = &mut self.workspace.search;
+        let (taken, gap) = search.halves.look(self.a, self.b, self.b_in_a, &search.interval, work);
+        self.workspace.run.stats.work += taken;
+        // NaN proves nothing.
+        if let Some(gap) = gap.filter(|gap| *gap > 0.0 && *gap < f64::INFINITY)
+            && self.workspace.search.interval.know(gap)
+        {
+            self.workspace.front.drop_all();
+            self.workspace.search.drop_all();
+        }
+    }
+}

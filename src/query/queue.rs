@@ -98,7 +98,6 @@ impl Front {
         (self.peak, self.jumps) = (0, 0);
     }
 
-    /// Drops all pairs.
     pub fn drop_all(&mut self) {
         self.paths.clear();
         self.clear_queue();

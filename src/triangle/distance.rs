@@ -32,7 +32,8 @@ mod tests;
 
 pub(in crate::triangle) use batch::Pair;
 pub(crate) use batch::{Chosen, Distances, distances};
+pub(crate) use exhaustive::closest_or_meeting;
 #[cfg(all(test, feature = "std"))]
 pub(crate) use four::Face;
 pub(crate) use four::{Features, Four};
-pub(crate) use pair::{Closest, closest, closest_or_meeting};
+pub(crate) use pair::{Closest, closest};

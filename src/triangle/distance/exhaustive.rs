@@ -11,10 +11,29 @@
 //!   parallel edges are.
 //! - A point in a face is found along its longest edge first and then across it, so that no error is divided by the width.
 //!
-//! Constant time, about ten times that of [`closest`](super::closest). The bound is derived in `docs/numerics.md`.
+//! Constant time, about ten times that of [`closest`]. The bound is derived in `docs/numerics.md`.
 
-use super::pair::{Closest, Pair, clamped};
+use super::pair::{Closest, Pair, clamped, closest};
+use crate::triangle::triangles_intersect;
 use glam::DVec3;
+
+impl Closest {
+    /// The same of triangles with these corners that are known not to meet: `high - low` is no more than
+    /// [`TIGHT`](super::pair::TIGHT) times the reach of the pair, or than 2^-1021, whatever their shape.
+    ///
+    /// The reach is the length of a vector that has in each component the largest of A's triangle and the largest of B's,
+    /// added, all relative to a corner.
+    #[inline]
+    pub fn of_apart(self, a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
+        if self.is_tight { self } else { by_all_features(&Pair::new(a, b), self) }
+    }
+}
+
+/// [`closest`] with tight bounds, unless the triangles meet.
+pub(crate) fn closest_or_meeting(a: &[DVec3; 3], b: &[DVec3; 3]) -> Closest {
+    let found = closest(a, b);
+    if found.is_tight || triangles_intersect(a, b) { found } else { found.of_apart(a, b) }
+}
 
 /// A corner on the grid, or a difference of two.
 #[derive(Clone, Copy)]
@@ -92,7 +111,7 @@ impl<'t> Shape<'t> {
 /// Improves what is known of two triangles that do not meet, until their bounds are tight.
 #[cold]
 #[inline(never)]
-pub(super) fn closest(pair: &Pair, found: Closest) -> Closest {
+fn by_all_features(pair: &Pair, found: Closest) -> Closest {
     let shapes = [Shape::new(&pair.a), Shape::new(&pair.b)];
     let mut best = Best { pair, found };
     let _ = best.or_faces(&shapes) || best.or_edges(&shapes) || best.or_corners(&shapes);

@@ -1,8 +1,6 @@
 //! One pair in `f64`: closest points and both bounds.
 
-use super::exhaustive;
 use crate::math::{larger, largest};
-use crate::triangle::triangles_intersect;
 use glam::DVec3;
 
 type Triangle = [DVec3; 3];
@@ -26,16 +24,6 @@ impl Closest {
         let points = [0.5 * start + 0.5 * end; 2];
         Self { points, direction: DVec3::ZERO, low: 0.0, high: 0.0, is_tight: true }
     }
-
-    /// The same of triangles with these corners that are known not to meet: `high - low` is no more than [`TIGHT`] times the
-    /// reach of the pair, or than 2^-1021, whatever their shape.
-    ///
-    /// The reach is the length of a vector that has in each component the largest of A's triangle and the largest of B's,
-    /// added, all relative to a corner.
-    #[inline]
-    pub fn of_apart(self, a: &Triangle, b: &Triangle) -> Self {
-        if self.is_tight { self } else { exhaustive::closest(&Pair::new(a, b), self) }
-    }
 }
 
 /// How far apart both bounds are at most, over the reach of the pair.
@@ -56,12 +44,6 @@ pub(crate) fn closest(a: &Triangle, b: &Triangle) -> Closest {
     Closest { points, direction, low, high, is_tight: pair.is_tight(low, high) }
 }
 
-/// The same with tight bounds, unless the triangles meet.
-pub(crate) fn closest_or_meeting(a: &Triangle, b: &Triangle) -> Closest {
-    let found = closest(a, b);
-    if found.is_tight || triangles_intersect(a, b) { found } else { found.of_apart(a, b) }
-}
-
 /// Two triangles relative to the first corner of `a`, in a unit that brings the largest coordinate between 1 and 2, or as
 /// near as possible.
 pub(super) struct Pair {
@@ -74,7 +56,7 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    fn new(a: &Triangle, b: &Triangle) -> Self {
+    pub fn new(a: &Triangle, b: &Triangle) -> Self {
         let origin = a[0];
         let (p1, p2) = (a[1] - origin, a[2] - origin);
         let (q0, q1, q2) = (b[0] - origin, b[1] - origin, b[2] - origin);

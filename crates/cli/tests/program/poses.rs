@@ -78,6 +78,9 @@ fn poses_that_cannot_be_made_are_refused() {
     folder.run("poses a.obj b.obj --contact 3 --roll 3").assert_refused(&["cannot be used with"]);
     folder.run("poses a.obj b.obj --roll 3 --inside").assert_refused(&["--inside", "cannot be used"]);
     folder.run("poses a.obj none.obj --roll 3").assert_refused(&["none.obj"]);
-    folder.write("empty.obj", "v 0 0 0\n");
-    folder.run("poses a.obj empty.obj --contact 3").assert_refused(&["none of", "lines in a row"]);
+    // Specks at two ends of a box, which no line hits.
+    let speck = |x: f32| format!("v {x} {x} {x}\nv {} {x} {x}\nv {x} {} {x}\n", x + 1e-6, x + 1e-6);
+    folder.write("specks.obj", format!("{}{}f 1 2 3\nf 4 5 6\n", speck(0.0), speck(1.0)));
+    folder.write("speck.obj", format!("{}f 1 2 3\n", speck(0.0)));
+    folder.run("poses specks.obj speck.obj --contact 3").assert_refused(&["none of", "lines in a row"]);
 }
