@@ -1,5 +1,5 @@
-//! Who may import whom inside the library, that no files of a folder import each other in a circle, and that none is too
-//! long to be read at a sitting. What the crates around the library may see, Cargo enforces.
+//! Who may import whom inside the library, and that no files of a folder import each other in a circle. What the crates around
+//! the library may see, Cargo enforces.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

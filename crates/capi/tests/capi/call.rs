@@ -53,7 +53,8 @@ fn begun<T>(init: impl FnOnce(*mut T, usize)) -> T {
 /// What the header makes of each `_init`.
 macro_rules! constructors {
     ($($new:ident($init:ident: $($argument:ident: $type:ty),*) -> $made:ty;)*) => {
-        $(pub fn $new<'t>($($argument: $type),*) -> $made {
+        $(#[allow(clippy::extra_unused_lifetimes, reason = "only some of them borrow")]
+        pub fn $new<'t>($($argument: $type),*) -> $made {
             // SAFETY: the place is as large as said.
             begun(|place, size| unsafe { $init(place, size, $($argument),*) })
         })*
