@@ -52,8 +52,8 @@ static void files(const char *folder) {
   OK(punctual_mesh_describe(mesh, &facts));
   CHECK(facts.triangles == 1 && facts.bounds.max.y == 1);
   punctual_mesh_free(mesh);
-  FAILS(punctual_mesh_read_bytes((const uint8_t *)triangle, 1, 4, &untouched), BAD_ARGUMENT,
-        "punctual_mesh_read_bytes: format has no value 4");
+  FAILS(punctual_mesh_read_bytes((const uint8_t *)triangle, 1, 9, &untouched), BAD_ARGUMENT,
+        "punctual_mesh_read_bytes: format has no value 9");
   CHECK(punctual_mesh_read_bytes((const uint8_t *)broken, sizeof broken - 1, PUNCTUAL_FORMAT_OBJ, &untouched) ==
         PUNCTUAL_STATUS_BAD_FILE);
   CHECK(strncmp(punctual_last_error(), "punctual_mesh_read_bytes: line 2: ", 34) == 0);

@@ -37,7 +37,7 @@ impl Surface {
                     Some(rest) => rest.split_once('/').map_or(rest, |(_, file)| file),
                     None => name,
                 };
-                let mesh = punctual_io::load(&folder.join(name))?;
+                let mesh = punctual_io::load(&folder.join(name))?.mesh;
                 Self::scaled(&mesh, scale.map_or(DVec3::ONE, |scale| DVec3::from_array(scale.0)))
             }
         })
