@@ -139,7 +139,9 @@ int main(int count, char **arguments) {
     must(unhurried.scene.detect(punctual::unlimited()));
     pairs.resize(report.pair_count);
     must(game.scene.pairs(pairs.data(), pairs.size()));
-    for (const punctual_pair_report &pair : pairs) {
+    for (punctual_pair_report &pair : pairs) {
+      // The bodies of the same index and generation in the other world.
+      pair.a.scene = pair.b.scene = 0;
       auto truth = must(unhurried.scene.pair(pair.a, pair.b));
       wrong += !truth || (pair.verdict != PUNCTUAL_VERDICT_UNDECIDED && pair.verdict != truth->verdict);
     }

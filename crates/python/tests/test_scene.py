@@ -107,7 +107,7 @@ def test_margins(ball):
     scene.set_margin(still, pair.low - 1e-6)
     assert (scene.step().verdict == 1).sum() == 0
     scene.set_margin(still, pair.high + 1e-6)
-    assert scene.step().verdict.tolist() == [1]
+    assert scene.step().verdict.tolist() == [2]
 
 
 def test_distances_are_those_of_single_queries(ball, ring):
@@ -147,12 +147,12 @@ def test_distances_are_those_of_single_queries(ball, ring):
 
 
 def test_within_margins_is_another_word(ball):
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     a, b = scene.insert(ball, margin=0.1), scene.insert(ball, placed(2.05))
     report = scene.step()
     assert (report.verdict.tolist(), report.probability.tolist(), report.found.tolist()) == ([2], [1.0], [1])
     at = [ball.vertices[ball.faces[triangle]] for triangle in report.witness[0]]
-    alone = punctual.distance(*(punctual.Tree(corners, [[0, 1, 2]]) for corners in at), placed(2.05))
+    alone = punctual3d.distance(*(punctual3d.Tree(corners, [[0, 1, 2]]) for corners in at), placed(2.05))
     assert report.witness_distance[0] == pytest.approx(alone.high, rel=1e-9) and 0.0 < alone.high <= 0.1
     scene.set_pose(b, placed(1.5))
     report = scene.step()
@@ -166,7 +166,7 @@ def test_within_margins_is_another_word(ball):
 
 
 def test_the_distance_within_a_group(ball):
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     links = [scene.insert(ball, placed(x)) for x in (0.0, 3.0, 7.0)]
     scene.measure_groups(links, links, 1e-3)
     found = scene.step().group_distances
@@ -178,7 +178,7 @@ def test_the_distance_within_a_group(ball):
 
 
 def test_a_refused_call_leaves_the_last_report(ball):
-    scene = punctual.Scene()
+    scene = punctual3d.Scene()
     a, b = scene.insert(ball), scene.insert(ball, placed(1.0))
     scene.step()
     far = placed(2.0**995)
@@ -380,8 +380,6 @@ def test_groups_are_as_far_apart_as_their_closest_bodies(ball):
     assert (found.bodies[0][0] in x) != (found.bodies[0][1] in x) and found.triangles[0, 0] >= 0
     scene.stop_measuring_groups(measure)
     assert len(scene.step().group_distances) == 0
-    with pytest.raises(ValueError, match="no distance from itself"):
-        scene.measure_groups(x, x, 1e-3)
 
 
 def test_contact_points(ball):
