@@ -2,7 +2,7 @@
 
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
-use std::ptr::null_mut;
+use std::ptr::{null, null_mut};
 use std::slice;
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
@@ -78,6 +78,20 @@ impl Call {
         Ok(None)
     }
 
+    /// As [`make`](Self::make) for a struct that begins with its size.
+    pub fn fill<T>(mut self, bytes: &mut Unstructured, call: impl FnOnce(*mut T) -> Status) -> Result<Option<T>> {
+        let mut out = sized(0xa5);
+        let place = self.given(bytes, out.as_mut_ptr())?.unwrap_or(null_mut());
+        if self.judge(call(place)) {
+            // SAFETY: a call that succeeds has written its output.
+            return Ok(Some(unsafe { out.assume_init() }));
+        }
+        // SAFETY: all of it was written, or overwritten against the call's word.
+        let left = unsafe { slice::from_raw_parts(out.as_ptr().cast::<u8>(), size_of::<T>()) };
+        assert!(left[size_of::<u32>()..].iter().all(|&byte| byte == 0xa5), "a failure wrote an output");
+        Ok(None)
+    }
+
     /// As [`make`](Self::make) for a handle.
     pub fn own<T>(
         self,
@@ -100,6 +114,30 @@ impl Call {
         assert!(text().starts_with("punctual_"), "{}", text());
         false
     }
+}
+
+/// A place for a struct that begins with its size; all other bytes are alike.
+pub fn sized<T>(byte: u8) -> MaybeUninit<T> {
+    let mut out = MaybeUninit::<T>::uninit();
+    // SAFETY: any bytes may be in a place without a value, and the struct is longer than its size.
+    unsafe {
+        out.as_mut_ptr().cast::<u8>().write_bytes(byte, size_of::<T>());
+        out.as_mut_ptr().cast::<u32>().write(size_of::<T>() as u32);
+    }
+    out
+}
+
+/// A struct as an `_init` of the interface makes it.
+pub fn begun<T>(init: impl FnOnce(*mut T, usize)) -> T {
+    let mut out = MaybeUninit::uninit();
+    init(out.as_mut_ptr(), size_of::<T>());
+    // SAFETY: it writes as many bytes as it is told.
+    unsafe { out.assume_init() }
+}
+
+/// A struct of the caller's, or null.
+pub fn asked<T>(question: Option<&T>) -> *const T {
+    question.map_or(null(), |question| question)
 }
 
 /// An index into a list that is not empty.

@@ -1,7 +1,7 @@
 //! Workspaces, memories and queries.
 
 use super::World;
-use super::call::{Call, any};
+use super::call::{Call, any, asked as raw, begun};
 use super::surfaces::{Grown, pose};
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use punctual_capi::{punctual_status as Status, *};
@@ -114,7 +114,7 @@ fn remember(world: &mut World, bytes: &mut Unstructured) -> Result<()> {
     let Some(at) = any(bytes, &world.memories)? else { return Ok(()) };
     let mut call = Call::default();
     let memory = call.given(bytes, &*world.memories[at])?;
-    if let Some(facts) = call.make(bytes, |out| punctual_memory_describe(memory, out))? {
+    if let Some(facts) = call.fill(bytes, |out| unsafe { punctual_memory_describe(memory, out) })? {
         assert!((-1..=1).contains(&facts.last_verdict) && facts.last_bv_tests >= -1);
     }
     if bytes.arbitrary()? {
@@ -126,13 +126,19 @@ fn remember(world: &mut World, bytes: &mut Unstructured) -> Result<()> {
                 Ok(f64::from(bytes.arbitrary::<u8>()?))
             }
         };
-        let costs =
-            punctual_cost_model { bv_test: cost()?, triangle_test: cost()?, box_update: cost()?, setup: cost()? };
+        let costs = punctual_cost_model {
+            size: size_of::<punctual_cost_model>() as u32,
+            bv_test: cost()?,
+            triangle_test: cost()?,
+            box_update: cost()?,
+            setup: cost()?,
+        };
         let numbers = [costs.bv_test, costs.triangle_test, costs.box_update, costs.setup];
         call.fault(numbers.iter().any(|cost| !cost.is_finite()), Status::BadArgument);
         let Some(desk) = world.desks.first_mut() else { return Ok(()) };
         let workspace = call.given(bytes, &mut *desk.workspace)?;
-        call.judge(punctual_workspace_set_cost_model(workspace, costs));
+        // SAFETY: of the size that it says.
+        call.judge(unsafe { punctual_workspace_set_cost_model(workspace, &costs) });
     } else if bytes.ratio(1, 4)? {
         punctual_memory_free(Some(world.memories.swap_remove(at)));
     }
@@ -176,12 +182,17 @@ fn drain(desk: &mut Desk, bytes: &mut Unstructured) -> Result<()> {
     pairs(desk, bytes).map(drop)
 }
 
+fn new_query(b_in_a: punctual_pose) -> punctual_query<'static> {
+    // SAFETY: the place is as large as said.
+    begun(|place, size| unsafe { punctual_query_init(place, size, None, None, b_in_a) })
+}
+
 /// A query between any two trees, with any options.
 fn question(world: &World, call: &mut Call, bytes: &mut Unstructured) -> Result<Option<Ask>> {
     let (Some(a), Some(b)) = (any(bytes, &world.trees)?, any(bytes, &world.trees)?) else { return Ok(None) };
     let (b_in_a, valid) = pose(bytes)?;
     call.fault(valid.is_none(), Status::BadPose);
-    let mut query = punctual_query_new(None, None, b_in_a);
+    let mut query = new_query(b_in_a);
     (query.mode, query.order) = (call.value(bytes, 2)?, call.value(bytes, 6)?);
     if bytes.arbitrary()? {
         query.seed = bytes.arbitrary()?;
@@ -228,7 +239,7 @@ fn held(world: &World, desk: usize, call: &mut Call, bytes: &mut Unstructured) -
     };
     let place = |version| world.trees.iter().position(|tree| tree.shape.version == version);
     let [Some(a), Some(b)] = run.question.versions.map(place) else { return question(world, call, bytes) };
-    let mut query = punctual_query_new(None, None, run.question.b_in_a);
+    let mut query = new_query(run.question.b_in_a);
     (query.mode, query.queue_threshold) = (run.question.mode, run.question.queue_threshold);
     ((query.order, query.seed), query.pair_limit) = (run.question.order, run.question.pair_limit);
     Ok(Some(Ask { trees: [a, b], query }))
@@ -264,7 +275,7 @@ fn start(
     let run = if resume { punctual_query_resume } else { punctual_query_run };
     // SAFETY: `context` outlives the call.
     let Some(outcome) =
-        call.make(bytes, |out| unsafe { run(query, workspace, memory, budget, clock.as_ref(), out) })?
+        call.fill(bytes, |out| unsafe { run(raw(query), workspace, memory, budget, clock.as_ref(), out) })?
     else {
         // The workspace is as it was.
         return pairs(desk, bytes).map(drop);
@@ -302,7 +313,7 @@ fn left(world: &World, desk: usize, bytes: &mut Unstructured) -> Result<()> {
     let query = asked.with(trees, &mut call, bytes)?;
     let query = call.given(bytes, &query)?;
     if bytes.ratio(1, 4)? {
-        if let Some(expected) = call.make(bytes, |out| punctual_query_predict(query, memory, out))? {
+        if let Some(expected) = call.make(bytes, |out| unsafe { punctual_query_predict(raw(query), memory, out) })? {
             assert_ordered(&expected);
         }
         return Ok(());
@@ -311,7 +322,9 @@ fn left(world: &World, desk: usize, bytes: &mut Unstructured) -> Result<()> {
     call.fault(run.is_none(), Status::NotResumable);
     let workspace = call.given(bytes, &*desk.workspace)?;
     if bytes.ratio(1, 3)? {
-        let Some(said) = call.make(bytes, |out| punctual_query_estimate(query, workspace, memory, out))? else {
+        let Some(said) =
+            call.fill(bytes, |out| unsafe { punctual_query_estimate(raw(query), workspace, memory, out) })?
+        else {
             return Ok(());
         };
         assert_ordered(&said.remaining);
@@ -324,7 +337,9 @@ fn left(world: &World, desk: usize, bytes: &mut Unstructured) -> Result<()> {
         }
         return Ok(());
     }
-    let Some(open) = call.make(bytes, |out| punctual_query_certificate(query, workspace, out))? else { return Ok(()) };
+    let Some(open) = call.fill(bytes, |out| unsafe { punctual_query_certificate(raw(query), workspace, out) })? else {
+        return Ok(());
+    };
     let run = run.expect("the call took it");
     assert!(open.upper_bound >= run.truth.len() as u64 && open.upper_bound >= run.outcome.found);
     if run.outcome.stop == punctual_stop_reason::Finished {
@@ -334,7 +349,8 @@ fn left(world: &World, desk: usize, bytes: &mut Unstructured) -> Result<()> {
     let mut boxes = Vec::<punctual_aabb>::with_capacity(bytes.int_in_range(0..=40)?);
     let (first, capacity) = call.array(bytes, boxes.as_mut_ptr(), boxes.capacity())?;
     // SAFETY: there is room for as many as said, or it is refused.
-    let count = call.make(bytes, |out| unsafe { punctual_query_open_boxes(query, workspace, first, capacity, out) })?;
+    let count =
+        call.make(bytes, |out| unsafe { punctual_query_open_boxes(raw(query), workspace, first, capacity, out) })?;
     let Some(count) = count else { return Ok(()) };
     assert!(count <= open.open_pairs);
     // SAFETY: as many were written as there is room for.

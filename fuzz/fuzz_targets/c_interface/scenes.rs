@@ -1,7 +1,7 @@
 //! Scenes: bodies that come, change and go, and frames between them.
 
 use super::World;
-use super::call::{Call, any};
+use super::call::{Call, any, asked, begun, sized};
 use super::queries::{budget, clock};
 use super::surfaces::{Grown, Shape, moved, narrowed, pose, vertices};
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
@@ -9,7 +9,7 @@ use punctual::Pose;
 use punctual_capi::{punctual_status as Status, *};
 use punctual_fuzz::reference;
 use std::mem::MaybeUninit;
-use std::slice;
+use std::ptr::null_mut;
 
 /// A scene, its bodies as a plain list, and the ids that are no longer valid.
 pub struct Stage {
@@ -119,7 +119,7 @@ fn change(world: &mut World, at: usize, bytes: &mut Unstructured) -> Result<()> 
         }
         6 => {
             let scene = call.given(bytes, &*scene)?;
-            if let Some(body) = call.make(bytes, |out| punctual_scene_body(scene, id, out))? {
+            if let Some(body) = call.fill(bytes, |out| unsafe { punctual_scene_body(scene, id, out) })? {
                 known.compare(&body);
             }
         }
@@ -181,13 +181,15 @@ impl Stage {
         Ok(match (stranger, any(bytes, &self.removed)?) {
             (false, _) => self.actors[actor].id,
             (true, Some(gone)) if bytes.arbitrary()? => self.removed[gone],
-            (true, _) => punctual_body_id { index: bytes.int_in_range(0..=9)?, generation: 0xdead },
+            (true, _) => punctual_body_id { index: bytes.int_in_range(0..=9)?, generation: 0xdead, scene: 0 },
         })
     }
 
     fn insert(&mut self, tree: &Grown, bytes: &mut Unstructured) -> Result<()> {
         let mut call = Call::default();
-        let mut body = punctual_body_new(None, place(&mut call, bytes)?);
+        let pose = place(&mut call, bytes)?;
+        // SAFETY: the place is as large as said.
+        let mut body = begun(|place, size| unsafe { punctual_body_init(place, size, None, pose) });
         body.kind = call.value(bytes, 2)?;
         if bytes.arbitrary()? {
             body.importance = importance(&mut call, bytes)?;
@@ -195,7 +197,7 @@ impl Stage {
         }
         let with = punctual_body { tree: call.given(bytes, &*tree.handle)?, ..body };
         let (scene, with) = (call.given(bytes, &mut *self.scene)?, call.given(bytes, &with)?);
-        if let Some(id) = call.make(bytes, |out| punctual_scene_insert(scene, with, out))? {
+        if let Some(id) = call.make(bytes, |out| unsafe { punctual_scene_insert(scene, asked(with), out) })? {
             let used = self.actors.iter().map(|actor| &actor.id).chain(&self.removed).any(|other| *other == id);
             assert!(!used, "{id:?} was in use before");
             self.actors.push(Actor { id, shape: tree.shape.clone(), body });
@@ -211,17 +213,25 @@ impl Stage {
         let (budget, unlimited) = budget(&mut call, bytes)?;
         let scene = call.given(bytes, &mut *self.scene)?;
         // The report may be null, so this is not a call that must write.
-        let mut out = MaybeUninit::uninit();
-        let place = if bytes.ratio(1, 16)? { None } else { Some(&mut out) };
+        let mut out = sized(0);
+        let place = if bytes.ratio(1, 16)? { null_mut() } else { out.as_mut_ptr() };
         // SAFETY: `context` outlives the call.
         if !call.judge(unsafe { punctual_scene_detect(scene, budget, clock.as_ref(), place) }) {
             return Ok(());
         }
         let mut call = Call::default();
         let scene = call.given(bytes, &*self.scene)?;
-        let Some(report) = call.make(bytes, |out| punctual_scene_report(scene, out))? else { return Ok(()) };
-        // SAFETY: the report's, until the next frame.
-        let pairs = unsafe { slice::from_raw_parts(report.pairs, report.pair_count) };
+        let Some(report) = call.fill(bytes, |out| unsafe { punctual_scene_report(scene, out) })? else { return Ok(()) };
+        let mut pairs: Vec<punctual_pair_report> = Vec::with_capacity(report.pair_count);
+        let (first, room, size) = (pairs.as_mut_ptr(), pairs.capacity(), size_of::<punctual_pair_report>());
+        let mut call = Call::default();
+        let scene = call.given(bytes, &*self.scene)?;
+        // SAFETY: there is room for as many as said.
+        let count = call.make(bytes, |out| unsafe { punctual_scene_pairs(scene, first, size, room, out) })?;
+        let Some(count) = count else { return Ok(()) };
+        assert_eq!(count, report.pair_count);
+        // SAFETY: as many were written.
+        unsafe { pairs.set_len(count) };
         let decided = pairs.iter().filter(|pair| pair.verdict != punctual_verdict::Undecided).count();
         let intersecting = pairs.iter().filter(|pair| pair.verdict == punctual_verdict::Intersecting).count();
         assert_eq!((report.decided, report.intersecting), (decided, intersecting));
@@ -265,9 +275,10 @@ impl Stage {
     ) -> Result<()> {
         let mut call = Call::default();
         let scene = call.given(bytes, &*self.scene)?;
-        let mut again = MaybeUninit::uninit();
-        let place = call.given(bytes, &mut again)?;
-        if let Some(listed) = call.make(bytes, |out| punctual_scene_pair(scene, b.id, a.id, place, out))? {
+        let (mut again, size) = (MaybeUninit::<punctual_pair_report>::uninit(), size_of::<punctual_pair_report>());
+        let place = call.given(bytes, again.as_mut_ptr())?.unwrap_or(null_mut());
+        let listed = call.make(bytes, |out| unsafe { punctual_scene_pair(scene, b.id, a.id, place, size, out) })?;
+        if let Some(listed) = listed {
             assert_eq!(listed, pair.is_some());
             // SAFETY: written if it is listed.
             assert!(!listed || pair == Some(&unsafe { again.assume_init() }));
@@ -299,7 +310,7 @@ impl Stage {
         assert!(!pair.complete || self.mode == punctual_mode::Any as u32 || pair.found == found);
         let mut call = Call::default();
         let scene = call.given(bytes, &*self.scene)?;
-        if let Some(open) = call.make(bytes, |out| punctual_scene_certificate(scene, b.id, a.id, out))? {
+        if let Some(open) = call.fill(bytes, |out| unsafe { punctual_scene_certificate(scene, b.id, a.id, out) })? {
             assert!(open.upper_bound >= found || (pair.complete && open.upper_bound >= pair.found));
         }
         Ok(())

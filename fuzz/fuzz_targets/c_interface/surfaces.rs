@@ -1,7 +1,7 @@
 //! Meshes, trees, poses and triangles.
 
 use super::World;
-use super::call::{Call, any};
+use super::call::{Call, any, asked as raw, begun};
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
 use punctual::{Mesh, Pose, shapes};
@@ -112,7 +112,7 @@ fn given(bytes: &mut Unstructured) -> Result<Option<Surface>> {
 fn check(Surface { handle, mesh }: &Surface, bytes: &mut Unstructured) -> Result<()> {
     let mut call = Call::default();
     let asked = call.given(bytes, &**handle)?;
-    if let Some(facts) = call.make(bytes, |out| punctual_mesh_describe(asked, out))? {
+    if let Some(facts) = call.fill(bytes, |out| unsafe { punctual_mesh_describe(asked, out) })? {
         assert_eq!((facts.triangles, facts.vertices), (mesh.len(), mesh.vertex_count()));
         assert_eq!((facts.bytes, facts.is_f32), (mesh.bytes(), mesh.is_f32()));
     }
@@ -213,13 +213,14 @@ fn plant(world: &mut World, bytes: &mut Unstructured) -> Result<()> {
     let mut call = Call::default();
     let Surface { handle, mesh } = &world.surfaces[at];
     let asked = call.given(bytes, &**handle)?;
-    let mut options = punctual_build_options_default();
+    // SAFETY: the place is as large as said.
+    let mut options = begun(|place, size| unsafe { punctual_build_options_init(place, size) });
     let chosen = bytes.arbitrary::<bool>()?;
     if chosen {
         options.effort = call.value(bytes, 3)?;
         (options.frames, options.threads) = (bytes.arbitrary::<u8>()?.into(), bytes.arbitrary()?);
     }
-    let made = call.own(bytes, |out| punctual_tree_new(asked, chosen.then_some(&options), out))?;
+    let made = call.own(bytes, |out| unsafe { punctual_tree_new(asked, raw(chosen.then_some(&options)), out) })?;
     if let Some(handle) = made {
         assert_eq!(punctual_tree_validate(Some(&handle)), Status::Ok);
         world.trees.push(Grown { handle, shape: Shape::new(mesh.clone()) });
@@ -276,14 +277,16 @@ fn refit(Grown { handle, shape }: &mut Grown, bytes: &mut Unstructured) -> Resul
 fn tell(Grown { handle, shape }: &Grown, bytes: &mut Unstructured) -> Result<()> {
     let mut call = Call::default();
     let tree = call.given(bytes, &**handle)?;
-    let Some(facts) = call.make(bytes, |out| punctual_tree_describe(tree, out))? else { return Ok(()) };
+    let Some(facts) = call.fill(bytes, |out| unsafe { punctual_tree_describe(tree, out) })? else { return Ok(()) };
     assert_eq!(facts.triangles, shape.mesh.len());
     let mut call = Call::default();
     let tree = call.given(bytes, &**handle)?;
     let mut levels = vec![punctual_tree_level { nodes: 0, alpha: [0.0; 3] }; bytes.int_in_range(0..=4)?];
     let (first, capacity) = call.array(bytes, levels.as_mut_ptr(), levels.len())?;
     // SAFETY: there is room for as many as said, or it is refused.
-    let count = call.make(bytes, |out| unsafe { punctual_tree_levels(tree, first, capacity, out) })?;
+    let count = call.make(bytes, |out| unsafe {
+        punctual_tree_levels(tree, first, size_of::<punctual_tree_level>(), capacity, out)
+    })?;
     assert!(count.is_none_or(|count| count == facts.depth));
     Ok(())
 }
@@ -294,7 +297,7 @@ fn copy(world: &mut World, at: usize, bytes: &mut Unstructured) -> Result<()> {
     let Grown { handle, shape } = &world.trees[at];
     let tree = call.given(bytes, &**handle)?;
     let Some(handle) = call.own(bytes, |out| punctual_tree_mesh(tree, out))? else { return Ok(()) };
-    let facts = Call::default().make(bytes, |out| punctual_mesh_describe(Some(&handle), out))?;
+    let facts = Call::default().fill(bytes, |out| unsafe { punctual_mesh_describe(Some(&handle), out) })?;
     let (triangles, vertices) = (shape.mesh.len(), shape.mesh.vertex_count());
     assert!(facts.is_none_or(|facts| (facts.triangles, facts.vertices) == (triangles, vertices)));
     punctual_mesh_free(Some(handle));
