@@ -344,11 +344,14 @@ punctual_status punctual_mesh_new_f64(const double *vertices,
                                       struct punctual_mesh **mesh);
 
 /**
- * Reads the mesh of a file, OBJ, STL, PLY, OFF or glTF by its extension, also before `.gz`. `path` is UTF-8 and ends with a
+ * Reads the mesh of a file, OBJ, STL, PLY, OFF or glTF by its extension, also before `.gz`. `path` is UTF-8 and ends
+ * with a
  * zero byte.
  *
- * Polygons are triangulated; coordinates have the precision of the file. What is passed over is not told; `punctual info` tells
- * it. Takes time and memory in proportion to the file; a glTF file may use its meshes for up to 2^24 triangles, and a packed
+ * Polygons are triangulated; coordinates have the precision of the file. What is passed over is not told; `punctual
+ * info` tells
+ * it. Takes time and memory in proportion to the file; a glTF file may use its meshes for up to 2^24 triangles, and a
+ * packed
  * file hold up to 2^30 bytes.
  *
  * Fails with BAD_FILE if the file cannot be read or holds no mesh, and with BAD_ARGUMENT if `path` is not UTF-8. The text of
@@ -518,7 +521,8 @@ typedef struct punctual_tree_facts {
    */
   uint32_t size;
   /**
-   * How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no unit.
+   * How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no
+   * unit.
    */
   float degradation;
   /**
@@ -691,8 +695,10 @@ typedef struct punctual_segment {
 punctual_status punctual_triangles_intersect(struct punctual_triangle a, struct punctual_triangle b, bool *intersect);
 
 /**
- * The segment in which two closed triangles meet. `meet` says whether they do; if not, `segment`, two points, is left alone. Of
- * triangles that touch in a point both ends are that point; of triangles in one plane it is the longest segment in both. Ends
+ * The segment in which two closed triangles meet. `meet` says whether they do; if not, `segment`, two points, is left
+ * alone. Of
+ * triangles that touch in a point both ends are that point; of triangles in one plane it is the longest segment in
+ * both. Ends
  * are within 1e-12 times the largest coordinate of both triangles.
  *
  * Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
@@ -707,7 +713,8 @@ punctual_status punctual_triangle_segment(struct punctual_triangle a,
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the default
+ * The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the
+ * default
  * poll interval.
  */
 #define PUNCTUAL_MAX_STEP_WORK 352
@@ -759,14 +766,16 @@ typedef struct punctual_budget {
    */
   uint32_t kind;
   /**
-   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default. A
+   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by
+   * default. A
    * frame of a scene goes by the default.
    */
   uint64_t poll_interval;
 } punctual_budget;
 
 /**
- * A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind (throw),
+ * A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind
+ * (throw),
  * and not use what that call is using.
  */
 typedef struct punctual_clock {
@@ -791,7 +800,8 @@ struct punctual_budget punctual_budget_unlimited(void);
 struct punctual_budget punctual_budget_time(uint64_t nanoseconds);
 
 /**
- * Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK): the
+ * Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK):
+ * the
  * same bits on every machine, in every run.
  */
 struct punctual_budget punctual_budget_work(uint64_t units);
@@ -989,7 +999,8 @@ enum punctual_verdict
    */
   PUNCTUAL_VERDICT_SEPARATED = 2,
   /**
-   * Proven: the witness triangles are no farther apart than the margins of both bodies together. Said only of bodies of a
+   * Proven: the witness triangles are no farther apart than the margins of both bodies together. Said only of bodies
+   * of a
    * scene of which one has a margin. Whether some triangles share a point is not said.
    */
   PUNCTUAL_VERDICT_WITHIN = 3,
@@ -1474,7 +1485,8 @@ typedef struct punctual_distance_query {
    */
   uint32_t size;
   /**
-   * Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then whether the
+   * Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then
+   * whether the
    * surfaces meet: 0 (the default) or not 0.
    */
   uint32_t leave_contact_open;
@@ -1546,7 +1558,8 @@ typedef struct punctual_distance {
    */
   struct punctual_triangle_pair nearest;
   /**
-   * Their closest points, A's first, both in A's frame; moved towards each other by the margins. If the triangles meet, both
+   * Their closest points, A's first, both in A's frame; moved towards each other by the margins. If the triangles
+   * meet, both
    * are one point, whatever the margins: the middle of the segment in which the triangles do.
    */
   struct punctual_point points[2];
@@ -1718,7 +1731,8 @@ typedef struct punctual_contact_query {
    */
   size_t contact_limit;
   /**
-   * Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they meet. With infinity all pairs are.
+   * Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they meet. With infinity
+   * all pairs are.
    */
   double margin;
 } punctual_contact_query;
@@ -2217,7 +2231,8 @@ punctual_status punctual_motion_query_estimate(const struct punctual_motion_quer
                                                struct punctual_quantiles *work);
 
 /**
- * Where the surfaces may still meet before the contact that the last run of this query in the workspace found, if any. Takes time
+ * Where the surfaces may still meet before the contact that the last run of this query in the workspace found, if any.
+ * Takes time
  * linear in the open pairs; allocates nothing.
  *
  * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
@@ -2227,8 +2242,10 @@ punctual_status punctual_motion_query_certificate(const struct punctual_motion_q
                                                   struct punctual_certificate *certificate);
 
 /**
- * Boxes in A's frame, at most one for each open pair: where the surfaces meet before the contact that was found, if any, all points
- * of A that B touches are in one of them. As many as `capacity` allows are written to `boxes`, and how many there are to
+ * Boxes in A's frame, at most one for each open pair: where the surfaces meet before the contact that was found, if
+ * any, all points
+ * of A that B touches are in one of them. As many as `capacity` allows are written to `boxes`, and how many there are
+ * to
  * `count`.
  *
  * Fails as `punctual_motion_query_certificate`.
@@ -2870,7 +2887,8 @@ typedef struct punctual_body_id {
    */
   uint32_t generation;
   /**
-   * Tells scenes of this process apart; no other scene takes the id for one of its own. It is no part of what the id says:
+   * Tells scenes of this process apart; no other scene takes the id for one of its own. It is no part of what the id
+   * says:
    * compare and store `index` and `generation`. 0: every scene takes the id for its own.
    */
   uint32_t scene;
@@ -2973,7 +2991,8 @@ typedef struct punctual_pair_report {
    */
   struct punctual_triangle_pair witness;
   /**
-   * How far apart the witness is at most, in the length unit of the scene, margins not subtracted: 0 if they intersect, above
+   * How far apart the witness is at most, in the length unit of the scene, margins not subtracted: 0 if they
+   * intersect, above
    * 0 and no more than the margins if they come within them, and infinite without a witness.
    */
   double witness_distance;
@@ -2986,7 +3005,8 @@ typedef struct punctual_pair_report {
    */
   double probability;
   /**
-   * Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if nothing was found, and between
+   * Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if nothing was found, and
+   * between
    * them otherwise.
    */
   double recall;
@@ -3292,13 +3312,13 @@ punctual_status punctual_scene_new(uint32_t mode,
                                    struct punctual_scene **scene);
 
 /**
- * Asks from the next frame on for any intersection of each pair, or for the number of all, by a `punctual_mode`. What earlier
+ * Asks from the next frame on for any intersection of each pair, or for the number of all, by a `punctual_mode`. What
+ * earlier
  * frames found does not answer another question.
  *
  * Fails with BAD_ARGUMENT if it is unknown.
  */
-punctual_status punctual_scene_set_mode(struct punctual_scene *scene,
-                                        uint32_t mode);
+punctual_status punctual_scene_set_mode(struct punctual_scene *scene, uint32_t mode);
 
 /**
  * Says which boxes the broad phase compares from the next frame on, by a `punctual_reach`.
@@ -3308,12 +3328,13 @@ punctual_status punctual_scene_set_mode(struct punctual_scene *scene,
 punctual_status punctual_scene_set_reach(struct punctual_scene *scene, uint32_t reach);
 
 /**
- * Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair takes 72 bytes, and about 430 more
- * from its first turn on. Pairs beyond that are left out, and `is_full` of the report says so, until an eighth of the room is
+ * Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair takes 72 bytes, and
+ * about 430 more
+ * from its first turn on. Pairs beyond that are left out, and `is_full` of the report says so, until an eighth of the
+ * room is
  * free again. Those that are kept already stay.
  */
-punctual_status punctual_scene_set_max_pairs(struct punctual_scene *scene,
-                                             size_t pairs);
+punctual_status punctual_scene_set_max_pairs(struct punctual_scene *scene, size_t pairs);
 
 /**
  * Frees a scene and ends its threads; null is fine.
@@ -3445,8 +3466,10 @@ punctual_status punctual_scene_detect(struct punctual_scene *scene,
 punctual_status punctual_scene_report(const struct punctual_scene *scene, struct punctual_report *report);
 
 /**
- * The pairs of the last frame: all that may meet and whose boxes overlap, or whose distance is asked for, ascending by index, as
- * far as they are known and listed. As many as `capacity` allows are written to `pairs`, and how many there are to `count`.
+ * The pairs of the last frame: all that may meet and whose boxes overlap, or whose distance is asked for, ascending by
+ * index, as
+ * far as they are known and listed. As many as `capacity` allows are written to `pairs`, and how many there are to
+ * `count`.
  */
 punctual_status punctual_scene_pairs(const struct punctual_scene *scene,
                                      struct punctual_pair_report *pairs,
@@ -3466,7 +3489,8 @@ punctual_status punctual_scene_pair(const struct punctual_scene *scene,
                                     bool *listed);
 
 /**
- * Whether the last frame knew all bodies that this one may meet: it was placed where it is, and the search for its partners came
+ * Whether the last frame knew all bodies that this one may meet: it was placed where it is, and the search for its
+ * partners came
  * to its end. Of two such bodies that may meet and are not in `punctual_scene_pairs` together the boxes are apart if
  * `unlisted` of the report is 0.
  */
@@ -3727,8 +3751,10 @@ punctual_status punctual_scene_set_question_importance(struct punctual_scene *sc
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * A correction of the probabilities that estimates tell, learned on the caller's own work: one for each pair of parts whose
- * queries are stopped, or for a scene, which learns by itself. Plain data: to go on with it another day, store its numbers.
+ * A correction of the probabilities that estimates tell, learned on the caller's own work: one for each pair of parts
+ * whose
+ * queries are stopped, or for a scene, which learns by itself. Plain data: to go on with it another day, store its
+ * numbers.
  */
 typedef struct punctual_calibration {
   /**
@@ -3764,7 +3790,8 @@ PUNCTUAL_INLINE punctual_calibration punctual_calibration_default(void) {
 }
 
 /**
- * The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1; what is beyond counts as these, and
+ * The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1; what is beyond counts as
+ * these, and
  * NaN as .5.
  *
  * Fails with BAD_ARGUMENT if the numbers of the calibration are none that can be learned.
@@ -3774,14 +3801,14 @@ punctual_status punctual_calibration_apply(const struct punctual_calibration *ca
                                            double *corrected);
 
 /**
- * Learns from a moment: the probability that `punctual_query_estimate` told then, before `punctual_calibration_apply`, and whether
- * the surfaces met at that pose: 0 or not 0. What was told as certain, or NaN, teaches nothing. Takes about a microsecond.
+ * Learns from a moment: the probability that `punctual_query_estimate` told then, before `punctual_calibration_apply`,
+ * and whether
+ * the surfaces met at that pose: 0 or not 0. What was told as certain, or NaN, teaches nothing. Takes about a
+ * microsecond.
  *
  * Fails as `punctual_calibration_apply`.
  */
-punctual_status punctual_calibration_learn(struct punctual_calibration *calibration,
-                                           double told,
-                                           uint32_t met);
+punctual_status punctual_calibration_learn(struct punctual_calibration *calibration, double told, uint32_t met);
 
 /**
  * What a scene has learned: the probability of a pair whose query was stopped includes it.

@@ -25,8 +25,10 @@
 //!
 //! # Guarantees
 //!
-//! - **No false answer.** [`Verdict::Intersecting`] has a witness, two triangles that do intersect; [`Verdict::Within`] one
-//!   that is within the margins of two bodies of a scene; [`Verdict::Separated`] is said when nothing is left to visit; everything else is [`Verdict::Undecided`]. The answer is exact for the pose as given.
+//! - **No false answer.** [`Verdict::Intersecting`] has a witness, two triangles that do intersect; [`Verdict::Within`]
+//!   one
+//!   that is within the margins of two bodies of a scene; [`Verdict::Separated`] is said when nothing is left to visit;
+//!   everything else is [`Verdict::Undecided`]. The answer is exact for the pose as given.
 //! - **It stops.** A budget of work is passed by at most [`MAX_STEP_WORK`]; under a budget of time the clock is looked at more
 //!   often the nearer the deadline, in the end every [`Budget::poll_interval`] units of work.
 //! - **What is missing is named**, by the [`Certificate`]: an upper bound, and boxes that hold every intersection not reported.

@@ -1,4 +1,5 @@
-//! Numbers that a query cannot use are named, whichever they are; what is asked in spite of them goes by the nearest that it can.
+//! Numbers that a query cannot use are named, whichever they are; what is asked in spite of them goes by the nearest
+//! that it can.
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{

@@ -1,4 +1,5 @@
-//! A clock can cancel calls, whatever their budget: they end within some millions of units of work, and what they know then is
+//! A clock can cancel calls, whatever their budget: they end within some millions of units of work, and what they know
+//! then is
 //! true. Without a cancellation nothing changes.
 
 use std::cell::Cell;

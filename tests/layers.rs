@@ -1,4 +1,5 @@
-//! Who may import whom inside the library, and that no files of a folder import each other in a circle. What the crates around
+//! Who may import whom inside the library, and that no files of a folder import each other in a circle. What the crates
+//! around
 //! the library may see, Cargo enforces.
 
 use std::collections::{BTreeMap, BTreeSet};

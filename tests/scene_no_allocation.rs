@@ -320,7 +320,8 @@ fn ask_groups(world: &mut World) {
     let _ = world.scene.measure_groups(x, x, 1e-3).unwrap();
 }
 
-/// Of a scene that was asked for room, from its first frame on: those that allocate, and how often. `asks_first`: what is asked is
+/// Of a scene that was asked for room, from its first frame on: those that allocate, and how often. `asks_first`: what
+/// is asked is
 /// so before the room is.
 fn frames_that_allocate(question: &str, ask: Ask, threads: usize, asks_first: bool) -> Vec<(usize, u64)> {
     let mut world = World::new(Scene::new());

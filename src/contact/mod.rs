@@ -30,7 +30,8 @@ pub struct Contact {
     /// right-hand rule, so that it points out of meshes whose normals do. Where these are equal, it is `n`; a triangle
     /// without area has no normal, and if that is so of both, the direction is the x axis.
     pub normal: DVec3,
-    /// How far apart they are, as proven: the true distance is not more, and less by no more than 4e-14 times the diagonal of
+    /// How far apart they are, as proven: the true distance is not more, and less by no more than 4e-14 times the
+    /// diagonal of
     /// the box around both triangles, whatever their shape. 0 only if they meet.
     pub distance: f64,
     /// Where triangles that meet do so: [`triangle_segment`](crate::triangle_segment), directed along the cross product of

@@ -115,7 +115,8 @@ pub enum Lead {
     Curves,
 }
 
-/// Expected share of the intersecting pairs that has been found: 1 if nothing is left that may meet, 0 if nothing is found yet.
+/// Expected share of the intersecting pairs that has been found: 1 if nothing is left that may meet, 0 if nothing is
+/// found yet.
 pub fn recall(front: &FrontSummary, lead: Lead) -> f64 {
     if front.is_clear() {
         return 1.0;

@@ -27,7 +27,8 @@ pub const WORK_PER_TRIANGLE_TEST: u64 = 44;
 /// Work of one exact triangle test, on average.
 pub const WORK_PER_EXACT_TEST: u64 = 200;
 
-/// Work of a lower bound of the distance of two triangles in `f32`, and of their closest points in `f64`. The few pairs that are
+/// Work of a lower bound of the distance of two triangles in `f32`, and of their closest points in `f64`. The few pairs
+/// that are
 /// asked by all of their features, and the segment of surfaces that meet, which ends a query, take some times that.
 pub(crate) const WORK_PER_DISTANCE_TEST: u64 = 130;
 pub(crate) const WORK_PER_CLOSEST_POINTS: u64 = 700;

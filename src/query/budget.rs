@@ -24,8 +24,10 @@ impl Budget {
 
     /// Stop within this time from the start of the call.
     ///
-    /// Calls that are handed no clock go by the system's. Where it has none, without `std` and on `wasm32-unknown-unknown`, they
-    /// take the time as over at once ([`StopReason::Deadline`](crate::StopReason::Deadline)) and do nothing: hand them a
+    /// Calls that are handed no clock go by the system's. Where it has none, without `std` and on
+    /// `wasm32-unknown-unknown`, they
+    /// take the time as over at once ([`StopReason::Deadline`](crate::StopReason::Deadline)) and do nothing: hand them
+    /// a
     /// [`Clock`], or give them a budget of work.
     pub const fn time(limit: Duration) -> Self {
         Self { time: Some(limit), ..Self::unlimited() }
@@ -60,7 +62,8 @@ pub trait Clock {
     /// Time since some fixed moment; never less than the call before.
     fn now(&self) -> Duration;
 
-    /// True if calls by this clock have to end now, as at a deadline, whatever their budget: a user has cancelled them. Asked
+    /// True if calls by this clock have to end now, as at a deadline, whatever their budget: a user has cancelled them.
+    /// Asked
     /// about once a millisecond.
     fn is_cancelled(&self) -> bool {
         false

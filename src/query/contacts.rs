@@ -31,7 +31,8 @@ use glam::DVec3;
 ///
 /// **Guarantee.** No pair within the margin is missing from the set of a finished query. With margin 0 the set has exactly the
 /// pairs that meet; otherwise also those that `f64` cannot tell from such: they are farther apart than the margin by no more
-/// than 4e-14 times the diagonal of the box around both triangles, whatever their shape. The set of a stopped query is a part of that, and every contact that
+/// than 4e-14 times the diagonal of the box around both triangles, whatever their shape. The set of a stopped query is
+/// a part of that, and every contact that
 /// it lacks is at least [`Contacts::low`] away and has its middle in one of the boxes of [`ContactQuery::certificate`].
 /// Overlapping boxes are opened first and then the closest, so that what was found is mostly the nearest part.
 ///
@@ -87,7 +88,8 @@ impl<'t> ContactQuery<'t> {
         self
     }
 
-    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest that it can.
+    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest
+    /// that it can.
     ///
     /// # Errors
     /// If the margin is negative or no number. The error names the first of them.

@@ -182,7 +182,8 @@ impl<'c> Deadline<'c> {
         safe / if self.done == 0 { FIRST_TO_SLOWEST } else { self.stretch }
     }
 
-    /// Looks at the clock: work that takes no longer than the time that is left; `None` if it is up, or the call cancelled.
+    /// Looks at the clock: work that takes no longer than the time that is left; `None` if it is up, or the call
+    /// cancelled.
     fn safe_work(&mut self) -> Option<u64> {
         if self.clock.is_cancelled() {
             return None;

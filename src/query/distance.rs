@@ -26,8 +26,10 @@ use glam::DVec3;
 /// whatever the shape of their triangles. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
 /// meet says so, whatever the tolerance, unless [`DistanceQuery::leave_contact_open`] was asked for.
 ///
-/// Triangle pairs that are all but equally far apart are all looked at, unless boxes, or a plane between the surfaces, tell
-/// that none is closer. Of nested or parallel sheets within a bend of another mesh these may be as many as the product of their
+/// Triangle pairs that are all but equally far apart are all looked at, unless boxes, or a plane between the surfaces,
+/// tell
+/// that none is closer. Of nested or parallel sheets within a bend of another mesh these may be as many as the product
+/// of their
 /// triangles. A tolerance above the differences spares them.
 ///
 /// ```
@@ -59,7 +61,8 @@ impl<'t> DistanceQuery<'t> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The absolute tolerance is a
     /// millionth of the larger mesh's unit ([`Tree::unit_length`], about half of its longest extent; 0 for a point), the
     /// relative one 0. Where the middles of the meshes are more than 64 such units apart, it is 1e-5 if no tolerance at all
-    /// is asked for. Beside a mesh that is much larger, a small one is told as exactly as itself by a tolerance of its own
+    /// is asked for. Beside a mesh that is much larger, a small one is told as exactly as itself by a tolerance of its
+    /// own
     /// size, which takes up to a tenth more work (`docs/performance.md`).
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
@@ -70,7 +73,8 @@ impl<'t> DistanceQuery<'t> {
     }
 
     /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
-    /// can tell, no farther apart than 4e-14 times the diagonal of the box around both meshes. Surfaces with large parallel parts have many pairs of triangles that are all but equally far apart; a
+    /// can tell, no farther apart than 4e-14 times the diagonal of the box around both meshes. Surfaces with large
+    /// parallel parts have many pairs of triangles that are all but equally far apart; a
     /// tolerance spares the comparison. Whether surfaces meet is decided with any tolerance, unless
     /// [`DistanceQuery::leave_contact_open`] is asked for too.
     #[must_use]
@@ -107,7 +111,8 @@ impl<'t> DistanceQuery<'t> {
     }
 
     /// Asks only whether the (thickened) surfaces are no farther apart than this: done as soon as one of the bounds tells.
-    /// [`Distance::closer`] is the answer. Takes a fraction of the time of the distance. Infinite: not asked. What is negative,
+    /// [`Distance::closer`] is the answer. Takes a fraction of the time of the distance. Infinite: not asked. What is
+    /// negative,
     /// and NaN, counts as 0.
     #[must_use]
     pub fn closer_than(mut self, distance: f64) -> Self {
@@ -116,10 +121,12 @@ impl<'t> DistanceQuery<'t> {
         self
     }
 
-    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest that it can.
+    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest
+    /// that it can.
     ///
     /// # Errors
-    /// If a tolerance or a margin is negative, infinite or no number, or the limit negative or no number. The error names the first of them.
+    /// If a tolerance or a margin is negative, infinite or no number, or the limit negative or no number. The error
+    /// names the first of them.
     pub fn checked(self) -> Result<Self, OptionError> {
         self.fault.map_or(Ok(self), Err)
     }
@@ -237,7 +244,8 @@ impl<'t> DistanceQuery<'t> {
         workspace.run.holds_stopped(&self.key()).is_ok()
     }
 
-    /// Proven by the run in the workspace: the closest triangles found are no farther apart, margins not subtracted. 0 only if
+    /// Proven by the run in the workspace: the closest triangles found are no farther apart, margins not subtracted. 0
+    /// only if
     /// they intersect.
     pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace.search.interval.high()
@@ -334,7 +342,8 @@ fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
 pub struct Nearest {
     /// Triangle of A, triangle of B: ids of the input meshes.
     pub triangles: [u32; 2],
-    /// Their closest points, A's frame, rounded; moved towards each other by the margins. If the triangles meet, both are one
+    /// Their closest points, A's frame, rounded; moved towards each other by the margins. If the triangles meet, both
+    /// are one
     /// point, whatever the margins: the middle of the segment in which the triangles do
     /// ([`triangle_segment`](crate::triangle_segment)), within 1e-12 times the largest coordinate of both.
     pub points: [DVec3; 2],
@@ -355,7 +364,8 @@ pub struct Distance {
     /// The closest triangles found.
     pub nearest: Option<Nearest>,
     /// Whether the surfaces are as close as [`DistanceQuery::closer_than`] asks; `None` if that is undecided, or not asked.
-    /// Undecided stays what `f64` cannot tell: distances that equal the limit up to 4e-14 times the diagonal of the box around
+    /// Undecided stays what `f64` cannot tell: distances that equal the limit up to 4e-14 times the diagonal of the box
+    /// around
     /// both meshes.
     pub closer: Option<bool>,
     /// Why the query returned.

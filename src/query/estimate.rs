@@ -62,7 +62,8 @@ fn counts(bv_tests: f64) -> Counts {
 pub struct Estimate {
     /// What the query has still to do.
     pub remaining: Prediction,
-    /// Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart, by the query or by the look
+    /// Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart, by the query or by
+    /// the look
     /// at its front that the estimate takes. A [`crate::Calibration`] corrects it for one pair of parts.
     pub probability: f64,
     /// Expected share of the intersecting pairs that has been found: 1 if the query is complete, 0 if none is found yet. For

@@ -269,9 +269,7 @@ impl Traversal<'_, '_, Distance> {
             }
         }
     }
-}
 
-impl Traversal<'_, '_, Distance> {
     /// Goes on with a look at all vertices. If that decides all that is asked, nothing is left.
     #[cold]
     #[inline(never)]

@@ -21,11 +21,13 @@ pub enum Verdict {
         witness: [u32; 2],
     },
     /// Proven: these triangles are no farther apart than the margins of both bodies together. Said only of bodies of a
-    /// [`crate::Scene`] of which one has a [margin](crate::Body::margin). Whether some triangles share a point is not said.
+    /// [`crate::Scene`] of which one has a [margin](crate::Body::margin). Whether some triangles share a point is not
+    /// said.
     Within {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],
-        /// Their distance in A's frame, in the length unit of the meshes, margins not subtracted: proven, the true one is not
+        /// Their distance in A's frame, in the length unit of the meshes, margins not subtracted: proven, the true one
+        /// is not
         /// more. Above 0, and at most the sum of the margins.
         distance: f64,
     },
@@ -121,7 +123,8 @@ pub enum StopReason {
     Finished,
     /// The first intersection was found, which is all that [`crate::Mode::Any`] asks for.
     FirstHit,
-    /// The time was up, or the clock said that the call is cancelled ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
+    /// The time was up, or the clock said that the call is cancelled
+    /// ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
     Deadline,
     /// The work was spent.
     WorkLimit,

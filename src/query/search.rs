@@ -190,7 +190,8 @@ impl Search {
         self.is_used = true;
         let waiting = self.waiting.iter().map(|left| root(left.low));
         let others = self.proposed.iter().chain(&*self.put_off).chain(&self.linked).map(|left| left.low);
-        // Of pairs that are left there is more to come. Those that were dropped stay what they are, no closer than the cut: so
+        // Of pairs that are left there is more to come. Those that were dropped stay what they are, no closer than the
+        // cut: so
         // their root is not rounded to `f32`.
         let dropped = libm::sqrt(f64::from(self.dropped)) * (1.0 - f64::EPSILON);
         self.interval.raise(f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)).min(dropped) * unit);
@@ -234,7 +235,8 @@ mod tests {
     use crate::triangle::distance::Closest;
     use glam::DVec3;
 
-    /// With no tolerance a search ends when all that is left was dropped: then both bounds are one, as none is below the cut.
+    /// With no tolerance a search ends when all that is left was dropped: then both bounds are one, as none is below
+    /// the cut.
     #[test]
     fn what_was_dropped_at_the_cut_is_no_closer_than_that() {
         let mut random = Random::new(1);

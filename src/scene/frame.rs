@@ -33,7 +33,8 @@ impl Scene {
         let (number, mode, asked_since, rest) = (self.report.frame, self.mode, self.asked_since, self.rest);
         let (cut, moved) = (!self.report.is_whole(), self.bodies.changed > 0);
         let mut share = Share::new(clock);
-        // Without a budget bodies are placed first, so that their pairs are found while other threads test known ones; on one
+        // Without a budget bodies are placed first, so that their pairs are found while other threads test known ones;
+        // on one
         // thread too, so that all learn the same.
         let overlaps = budget.is_unlimited();
         if overlaps {

@@ -5,8 +5,10 @@ use core::fmt;
 use core::hash::{Hash, Hasher};
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// Tells the scenes of a process apart, so that none takes the ids of another one for its own. It is no part of what an id
-/// says: ids compare, hash, print and are stored without it, so that what scenes report that were told the same is the same.
+/// Tells the scenes of a process apart, so that none takes the ids of another one for its own. It is no part of what an
+/// id
+/// says: ids compare, hash, print and are stored without it, so that what scenes report that were told the same is the
+/// same.
 #[derive(Clone, Copy, Default)]
 pub(super) struct SceneNumber(u32);
 
@@ -55,7 +57,8 @@ impl Hash for SceneNumber {
     fn hash<H: Hasher>(&self, _: &mut H) {}
 }
 
-/// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again, and no other scene takes
+/// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again, and no other
+/// scene takes
 /// it for one of its own.
 ///
 /// Ids compare by index and generation: those of two scenes to which the same was done are equal, and a
@@ -80,13 +83,15 @@ impl BodyId {
         u64::from(self.generation) << 32 | u64::from(self.index)
     }
 
-    /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are ids of its bodies. Which
+    /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are ids of its
+    /// bodies. Which
     /// scene the id was of is not in the number: every scene takes it for its own, as it does an id that was read.
     pub fn from_bits(bits: u64) -> Self {
         Self { index: bits as u32, generation: (bits >> 32) as u32, scene: SceneNumber::default() }
     }
 
-    /// The number of its scene in this process, from 1; 0 if the id was made of bits or read. For other languages: it is no part
+    /// The number of its scene in this process, from 1; 0 if the id was made of bits or read. For other languages: it
+    /// is no part
     /// of what the id says.
     pub fn scene(self) -> u32 {
         self.scene.0
@@ -139,8 +144,10 @@ macro_rules! numbered {
                 self.number
             }
 
-            /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are its ids. Which
-            /// scene the id was of is not in the number: every scene takes it for its own, as it does an id that was read.
+            /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are its ids.
+            /// Which
+            /// scene the id was of is not in the number: every scene takes it for its own, as it does an id that was
+            /// read.
             pub fn from_bits(bits: u64) -> Self {
                 Self::new(bits, SceneNumber::default())
             }
@@ -178,14 +185,16 @@ macro_rules! numbered {
 }
 
 numbered!(
-    /// Names a compound of one scene ([`crate::Scene::insert_compound`]); that of a removed one is never valid again, and no
+    /// Names a compound of one scene ([`crate::Scene::insert_compound`]); that of a removed one is never valid again,
+    /// and no
     /// other scene takes it for one of its own. Ids compare by their numbers.
     CompoundId,
     "compound"
 );
 
 numbered!(
-    /// Names two groups of bodies whose distance is asked for ([`crate::Scene::measure_groups`]), until that ends; no other
+    /// Names two groups of bodies whose distance is asked for ([`crate::Scene::measure_groups`]), until that ends; no
+    /// other
     /// scene takes it for one of its own. Ids compare by their numbers.
     MeasureId,
     "measure"

@@ -162,7 +162,8 @@ impl Scene {
         (self.reach, self.is_known) = (reach, false);
     }
 
-    /// The most pairs of near bodies that are kept; by default 1,048,576. A pair takes 72 bytes, and about 450 more from its
+    /// The most pairs of near bodies that are kept; by default 1,048,576. A pair takes 72 bytes, and about 450 more
+    /// from its
     /// first turn on.
     ///
     /// Pairs beyond that are left out, and [`Report::is_full`] says so, until an eighth of the room is free again. Those that
@@ -270,7 +271,8 @@ impl Scene {
     /// Moves several bodies: [`Scene::set_pose`] of each, in this order, or of none.
     ///
     /// # Errors
-    /// If a body is not in the scene, or its pose too far from a rotation or too far out; all then stay where they were.
+    /// If a body is not in the scene, or its pose too far from a rotation or too far out; all then stay where they
+    /// were.
     pub fn set_poses(
         &mut self,
         poses: impl IntoIterator<Item = (BodyId, Pose), IntoIter: Clone>,
@@ -331,9 +333,12 @@ impl Scene {
     /// Under a budget of work, `B` units are for queries, as if all pairs were known, and the broad phase may do `B + 65,536`
     /// units of its own ([`Report::broad_phase_work`]).
     ///
-    /// **Lock-step.** Scenes to which the same was done, frame by frame with the same budgets, report the same bits on any number
-    /// of threads and on every machine, as long as every frame from the first on had a budget of work or none. What a frame finds
-    /// within a budget of time depends on the machine, and later frames, under whatever budget, go on from there: a scene that
+    /// **Lock-step.** Scenes to which the same was done, frame by frame with the same budgets, report the same bits on
+    /// any number
+    /// of threads and on every machine, as long as every frame from the first on had a budget of work or none. What a
+    /// frame finds
+    /// within a budget of time depends on the machine, and later frames, under whatever budget, go on from there: a
+    /// scene that
     /// had one such frame is out of step for good, and is to be made anew. Rays may be cast within any budget.
     ///
     ///

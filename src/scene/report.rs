@@ -19,19 +19,23 @@ pub struct PairReport {
     pub b: BodyId,
     /// Whether their surfaces meet, thickened by their [margins](crate::Body::margin), in this frame.
     pub verdict: Verdict,
-    /// Intersecting pairs of triangles found; at most 1 in [`crate::Mode::Any`], and of bodies with margins, whose witness
+    /// Intersecting pairs of triangles found; at most 1 in [`crate::Mode::Any`], and of bodies with margins, whose
+    /// witness
     /// counts.
     pub found: u64,
     /// Whether nothing is left to find: decided, in [`crate::Mode::Any`], and its distance or motion known, if that is asked
     /// for; in [`crate::Mode::All`], all have been found. Undecided all the same if rounding hides whether bodies with margins
     /// meet, or bodies in motion at its start.
     pub complete: bool,
-    /// Probability that the surfaces meet: 1 or 0 if that is decided, whatever else is open, 0.5 if the pair is complete all the same. Otherwise by
+    /// Probability that the surfaces meet: 1 or 0 if that is decided, whatever else is open, 0.5 if the pair is
+    /// complete all the same. Otherwise by
     /// [`crate::Query::estimate`] for a pair whose query was stopped, corrected by [`crate::Scene::calibration`], and by what is
     /// remembered and what the boxes have in common for one that had no turn, or in frames of less than 1 ms.
     pub probability: f64,
-    /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, 0 if nothing was found, and
-    /// between them otherwise: by [`crate::Query::estimate`] for a query that was stopped, or else the share of its expected
+    /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, 0 if nothing was found,
+    /// and
+    /// between them otherwise: by [`crate::Query::estimate`] for a query that was stopped, or else the share of its
+    /// expected
     /// work that is done.
     pub recall: f64,
     /// Frames since it was decided: 0 if it was in this one. A pair that never was counts from the frame before its boxes
@@ -120,7 +124,8 @@ pub enum ContactPhase {
 
 named!(ContactPhase { Began => "began", Persists => "persists", Undecided => "undecided", Ended => "ended" });
 
-/// A contact of two bodies: [`crate::Scene::track_contacts`]. They touch as long as their [verdict meets](Verdict::meets),
+/// A contact of two bodies: [`crate::Scene::track_contacts`]. They touch as long as their [verdict
+/// meets](Verdict::meets),
 /// margins included.
 ///
 /// It begins and ends in frames that prove it: of a pair that is undecided nothing is told but what was proven last. So between
@@ -169,7 +174,8 @@ pub struct Report {
     pub decided: usize,
     /// How many of `pairs` are proven to intersect: [`Verdict::Intersecting`].
     pub intersecting: usize,
-    /// How many of `pairs` are proven to come within their margins: [`Verdict::Within`]. They are not among the intersecting
+    /// How many of `pairs` are proven to come within their margins: [`Verdict::Within`]. They are not among the
+    /// intersecting
     /// ones.
     #[cfg_attr(feature = "serde", serde(default))]
     pub within: usize,
@@ -292,7 +298,8 @@ impl Report {
         (self.unplaced, self.unpaired, self.unlisted) == (0, 0, 0)
     }
 
-    /// What it says about two bodies; `None` if they are not in [`Report::pairs`] together. A report is data: ids of another
+    /// What it says about two bodies; `None` if they are not in [`Report::pairs`] together. A report is data: ids of
+    /// another
     /// scene to which the same was done name the same here.
     pub fn pair(&self, x: BodyId, y: BodyId) -> Option<&PairReport> {
         let (a, b) = if x.index() < y.index() { (x, y) } else { (y, x) };

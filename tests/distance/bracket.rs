@@ -1,7 +1,10 @@
-//! A quick judge of distances: an interval that certainly holds the distance of two triangles, as narrow as their shape allows.
+//! A quick judge of distances: an interval that certainly holds the distance of two triangles, as narrow as their shape
+//! allows.
 //!
-//! The features are found in plain `f64`; what they prove is computed in pairs of `f64` (about 100 bits), with all rounding
-//! allowed for. Where the interval does not tell, there is [`exact_distance`](crate::exact_distance), a hundred times slower.
+//! The features are found in plain `f64`; what they prove is computed in pairs of `f64` (about 100 bits), with all
+//! rounding
+//! allowed for. Where the interval does not tell, there is [`exact_distance`](crate::exact_distance), a hundred times
+//! slower.
 
 use std::array::from_fn;
 use std::ops::{Add, Mul, Sub};

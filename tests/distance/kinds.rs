@@ -1,8 +1,10 @@
-//! Single pairs of triangles of every kind that is hard to tell apart, against exact distances: what a finished answer says
+//! Single pairs of triangles of every kind that is hard to tell apart, against exact distances: what a finished answer
+//! says
 //! is true, and as tight as is promised, whatever their shape.
 //!
 //! `PUNCTUAL_PAIRS=10000000` takes so many pairs of each kind (a few hundred otherwise), and tells how far it is;
-//! `PUNCTUAL_KIND=name` only one kind, `PUNCTUAL_SEED=n` others. A pair that fails is printed as the bits of its coordinates.
+//! `PUNCTUAL_KIND=name` only one kind, `PUNCTUAL_SEED=n` others. A pair that fails is printed as the bits of its
+//! coordinates.
 
 use std::array::from_fn;
 use std::cell::OnceCell;

@@ -49,7 +49,8 @@ impl Answers {
     }
 }
 
-/// A rotation by a quaternion that need not have length 1, without functions whose last bit is a matter of the platform.
+/// A rotation by a quaternion that need not have length 1, without functions whose last bit is a matter of the
+/// platform.
 fn rotation([w, x, y, z]: [f64; 4]) -> DMat3 {
     let square = w * w + x * x + y * y + z * z;
     DMat3::from_cols_array_2d(&[

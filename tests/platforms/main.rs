@@ -1,6 +1,7 @@
 //! The same bits on every platform: hashes of answers against those of a file, which holds for all of them.
 //!
-//! `.ci/platforms` runs this test by an emulator for others than the one at hand. After a change that is meant to give other
+//! `.ci/platforms` runs this test by an emulator for others than the one at hand. After a change that is meant to give
+//! other
 //! answers, `PUNCTUAL_BLESS=1 cargo test --test platforms` writes the file anew.
 
 extern crate alloc;

@@ -139,7 +139,8 @@ fn an_empty_mesh_and_no_rays_are_answered() {
     assert_eq!((done.done, done.stop), (0, StopReason::Finished));
 }
 
-/// The same triangles in units from the least to the largest that a mesh takes, alike along all axes and not: between what
+/// The same triangles in units from the least to the largest that a mesh takes, alike along all axes and not: between
+/// what
 /// `f64` computes and what only exact sums tell.
 #[test]
 fn meshes_of_any_size() {

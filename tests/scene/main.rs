@@ -147,7 +147,8 @@ fn change(scene: &mut Scene, model: &mut Model, trees: &[Arc<Tree>], random: &mu
     }
 }
 
-/// The triangles of a verdict meet, or are as far apart as it says, and that is within the margins. Up to the rounding of the
+/// The triangles of a verdict meet, or are as far apart as it says, and that is within the margins. Up to the rounding
+/// of the
 /// relative pose, which a motion takes otherwise.
 #[track_caller]
 fn assert_witness(scene: &Scene, pair: &PairReport) {

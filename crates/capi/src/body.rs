@@ -15,7 +15,8 @@ pub struct punctual_body_id {
     pub index: u32,
     /// Tells bodies of the same index apart.
     pub generation: u32,
-    /// Tells scenes of this process apart; no other scene takes the id for one of its own. It is no part of what the id says:
+    /// Tells scenes of this process apart; no other scene takes the id for one of its own. It is no part of what the id
+    /// says:
     /// compare and store `index` and `generation`. 0: every scene takes the id for its own.
     pub scene: u32,
 }

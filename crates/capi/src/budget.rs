@@ -5,7 +5,8 @@ use core::ffi::c_void;
 use core::time::Duration;
 use punctual::{Budget, Clock, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, SystemClock};
 
-/// The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the default
+/// The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the
+/// default
 /// poll interval.
 pub const PUNCTUAL_MAX_STEP_WORK: u64 = 352;
 
@@ -35,12 +36,14 @@ pub struct punctual_budget {
     pub limit: u64,
     /// A `punctual_budget_kind`.
     pub kind: u32,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by default. A
+    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by
+    /// default. A
     /// frame of a scene goes by the default.
     pub poll_interval: u64,
 }
 
-/// A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind (throw),
+/// A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind
+/// (throw),
 /// and not use what that call is using.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +66,8 @@ pub extern "C" fn punctual_budget_time(nanoseconds: u64) -> punctual_budget {
     punctual_budget { limit: nanoseconds, kind: punctual_budget_kind::Time as u32, ..punctual_budget_unlimited() }
 }
 
-/// Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK): the
+/// Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK):
+/// the
 /// same bits on every machine, in every run.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_work(units: u64) -> punctual_budget {

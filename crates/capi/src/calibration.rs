@@ -6,8 +6,10 @@ use crate::status::{Fault, door, given, punctual_status};
 use core::mem::MaybeUninit;
 use punctual::Calibration;
 
-/// A correction of the probabilities that estimates tell, learned on the caller's own work: one for each pair of parts whose
-/// queries are stopped, or for a scene, which learns by itself. Plain data: to go on with it another day, store its numbers.
+/// A correction of the probabilities that estimates tell, learned on the caller's own work: one for each pair of parts
+/// whose
+/// queries are stopped, or for a scene, which learns by itself. Plain data: to go on with it another day, store its
+/// numbers.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_calibration {
@@ -50,7 +52,8 @@ pub unsafe extern "C" fn punctual_calibration_init(calibration: *mut punctual_ca
     unsafe { begin(calibration, size, punctual_calibration::default()) }
 }
 
-/// The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1; what is beyond counts as these, and
+/// The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1; what is beyond counts as
+/// these, and
 /// NaN as .5.
 ///
 /// Fails with BAD_ARGUMENT if the numbers of the calibration are none that can be learned.
@@ -68,8 +71,10 @@ pub unsafe extern "C" fn punctual_calibration_apply(
     })
 }
 
-/// Learns from a moment: the probability that `punctual_query_estimate` told then, before `punctual_calibration_apply`, and whether
-/// the surfaces met at that pose: 0 or not 0. What was told as certain, or NaN, teaches nothing. Takes about a microsecond.
+/// Learns from a moment: the probability that `punctual_query_estimate` told then, before `punctual_calibration_apply`,
+/// and whether
+/// the surfaces met at that pose: 0 or not 0. What was told as certain, or NaN, teaches nothing. Takes about a
+/// microsecond.
 ///
 /// Fails as `punctual_calibration_apply`.
 #[unsafe(no_mangle)]

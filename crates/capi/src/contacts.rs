@@ -28,7 +28,8 @@ pub struct punctual_contact_query<'t> {
     pub b_in_a: punctual_pose,
     /// Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default when it is full.
     pub contact_limit: usize,
-    /// Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they meet. With infinity all pairs are.
+    /// Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they meet. With infinity
+    /// all pairs are.
     pub margin: f64,
 }
 

@@ -34,7 +34,8 @@ pub enum punctual_closer {
 pub struct punctual_distance_query<'t> {
     /// Its size in bytes, as made.
     pub size: u32,
-    /// Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then whether the
+    /// Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then
+    /// whether the
     /// surfaces meet: 0 (the default) or not 0.
     pub leave_contact_open: u32,
     /// Tree A.
@@ -78,7 +79,8 @@ pub struct punctual_distance {
     pub has_nearest: bool,
     /// The closest triangles found.
     pub nearest: punctual_triangle_pair,
-    /// Their closest points, A's first, both in A's frame; moved towards each other by the margins. If the triangles meet, both
+    /// Their closest points, A's first, both in A's frame; moved towards each other by the margins. If the triangles
+    /// meet, both
     /// are one point, whatever the margins: the middle of the segment in which the triangles do.
     pub points: [punctual_point; 2],
     /// What it has done.

@@ -94,11 +94,14 @@ pub enum punctual_format {
     Off = 4,
 }
 
-/// Reads the mesh of a file, OBJ, STL, PLY, OFF or glTF by its extension, also before `.gz`. `path` is UTF-8 and ends with a
+/// Reads the mesh of a file, OBJ, STL, PLY, OFF or glTF by its extension, also before `.gz`. `path` is UTF-8 and ends
+/// with a
 /// zero byte.
 ///
-/// Polygons are triangulated; coordinates have the precision of the file. What is passed over is not told; `punctual info` tells
-/// it. Takes time and memory in proportion to the file; a glTF file may use its meshes for up to 2^24 triangles, and a packed
+/// Polygons are triangulated; coordinates have the precision of the file. What is passed over is not told; `punctual
+/// info` tells
+/// it. Takes time and memory in proportion to the file; a glTF file may use its meshes for up to 2^24 triangles, and a
+/// packed
 /// file hold up to 2^30 bytes.
 ///
 /// Fails with BAD_FILE if the file cannot be read or holds no mesh, and with BAD_ARGUMENT if `path` is not UTF-8. The text of

@@ -235,7 +235,8 @@ pub unsafe extern "C" fn punctual_motion_query_estimate(
     })
 }
 
-/// Where the surfaces may still meet before the contact that the last run of this query in the workspace found, if any. Takes time
+/// Where the surfaces may still meet before the contact that the last run of this query in the workspace found, if any.
+/// Takes time
 /// linear in the open pairs; allocates nothing.
 ///
 /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
@@ -253,8 +254,10 @@ pub unsafe extern "C" fn punctual_motion_query_certificate(
     })
 }
 
-/// Boxes in A's frame, at most one for each open pair: where the surfaces meet before the contact that was found, if any, all points
-/// of A that B touches are in one of them. As many as `capacity` allows are written to `boxes`, and how many there are to
+/// Boxes in A's frame, at most one for each open pair: where the surfaces meet before the contact that was found, if
+/// any, all points
+/// of A that B touches are in one of them. As many as `capacity` allows are written to `boxes`, and how many there are
+/// to
 /// `count`.
 ///
 /// Fails as `punctual_motion_query_certificate`.

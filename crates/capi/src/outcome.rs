@@ -24,7 +24,8 @@ pub enum punctual_verdict {
     Intersecting = 1,
     /// Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes within them.
     Separated = 2,
-    /// Proven: the witness triangles are no farther apart than the margins of both bodies together. Said only of bodies of a
+    /// Proven: the witness triangles are no farther apart than the margins of both bodies together. Said only of bodies
+    /// of a
     /// scene of which one has a margin. Whether some triangles share a point is not said.
     Within = 3,
 }

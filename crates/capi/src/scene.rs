@@ -48,14 +48,16 @@ pub struct punctual_pair_report {
     pub complete: bool,
     /// If they meet, two triangles that do; if they come within their margins, two that do; else zeros.
     pub witness: punctual_triangle_pair,
-    /// How far apart the witness is at most, in the length unit of the scene, margins not subtracted: 0 if they intersect, above
+    /// How far apart the witness is at most, in the length unit of the scene, margins not subtracted: 0 if they
+    /// intersect, above
     /// 0 and no more than the margins if they come within them, and infinite without a witness.
     pub witness_distance: f64,
     /// Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with margins, whose witness counts.
     pub found: u64,
     /// Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is complete all the same.
     pub probability: f64,
-    /// Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if nothing was found, and between
+    /// Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if nothing was found, and
+    /// between
     /// them otherwise.
     pub recall: f64,
     /// Frames since it was decided: 0 if it was in this one.
@@ -195,7 +197,8 @@ pub extern "C" fn punctual_scene_new(
     })
 }
 
-/// Asks from the next frame on for any intersection of each pair, or for the number of all, by a `punctual_mode`. What earlier
+/// Asks from the next frame on for any intersection of each pair, or for the number of all, by a `punctual_mode`. What
+/// earlier
 /// frames found does not answer another question.
 ///
 /// Fails with BAD_ARGUMENT if it is unknown.
@@ -218,8 +221,10 @@ pub extern "C" fn punctual_scene_set_reach(scene: Option<&mut punctual_scene>, r
     })
 }
 
-/// Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair takes 72 bytes, and about 430 more
-/// from its first turn on. Pairs beyond that are left out, and `is_full` of the report says so, until an eighth of the room is
+/// Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair takes 72 bytes, and
+/// about 430 more
+/// from its first turn on. Pairs beyond that are left out, and `is_full` of the report says so, until an eighth of the
+/// room is
 /// free again. Those that are kept already stay.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_scene_set_max_pairs(scene: Option<&mut punctual_scene>, pairs: usize) -> punctual_status {
@@ -467,8 +472,10 @@ pub unsafe extern "C" fn punctual_scene_report(
     })
 }
 
-/// The pairs of the last frame: all that may meet and whose boxes overlap, or whose distance is asked for, ascending by index, as
-/// far as they are known and listed. As many as `capacity` allows are written to `pairs`, and how many there are to `count`.
+/// The pairs of the last frame: all that may meet and whose boxes overlap, or whose distance is asked for, ascending by
+/// index, as
+/// far as they are known and listed. As many as `capacity` allows are written to `pairs`, and how many there are to
+/// `count`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_scene_pairs(
     scene: Option<&punctual_scene>,
@@ -511,7 +518,8 @@ pub unsafe extern "C" fn punctual_scene_pair(
     })
 }
 
-/// Whether the last frame knew all bodies that this one may meet: it was placed where it is, and the search for its partners came
+/// Whether the last frame knew all bodies that this one may meet: it was placed where it is, and the search for its
+/// partners came
 /// to its end. Of two such bodies that may meet and are not in `punctual_scene_pairs` together the boxes are apart if
 /// `unlisted` of the report is 0.
 #[unsafe(no_mangle)]

@@ -1,8 +1,11 @@
 //! Structs that may grow: what a caller and a library of different versions read and write of them.
 //!
-//! Such a struct begins with its size, as the caller knows it; of an array the size of one element is an argument beside its
-//! length. New fields come at the end, and 0 in them means what the library did before it had them. So of an older, shorter
-//! struct no byte behind its end is touched, and the fields that it lacks have their defaults. In a newer, longer one, what is
+//! Such a struct begins with its size, as the caller knows it; of an array the size of one element is an argument
+//! beside its
+//! length. New fields come at the end, and 0 in them means what the library did before it had them. So of an older,
+//! shorter
+//! struct no byte behind its end is touched, and the fields that it lacks have their defaults. In a newer, longer one,
+//! what is
 //! not known here has to be 0 where it is read, and becomes 0 where it is written.
 
 use crate::arrays::{check, room};
@@ -28,7 +31,8 @@ pub(crate) unsafe trait Grows: Copy {
 /// It does.
 pub(crate) unsafe trait Sized32: Grows {}
 
-/// `grows!(T: needed..last)`: every caller has the fields up to `needed`. Nothing follows `last`, so that a new field makes the
+/// `grows!(T: needed..last)`: every caller has the fields up to `needed`. Nothing follows `last`, so that a new field
+/// makes the
 /// struct longer rather than to fill its end.
 macro_rules! grows {
     ($type:ty: $needed:ident..$last:ident) => {

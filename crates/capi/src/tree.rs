@@ -59,7 +59,8 @@ grows!(punctual_build_options: size, effort..threads);
 pub struct punctual_tree_facts {
     /// Its size in bytes, to be set before the call.
     pub size: u32,
-    /// How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no unit.
+    /// How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no
+    /// unit.
     pub degradation: f32,
     /// Triangles of the mesh.
     pub triangles: usize,

@@ -54,8 +54,10 @@ pub extern "C" fn punctual_triangles_intersect(
     })
 }
 
-/// The segment in which two closed triangles meet. `meet` says whether they do; if not, `segment`, two points, is left alone. Of
-/// triangles that touch in a point both ends are that point; of triangles in one plane it is the longest segment in both. Ends
+/// The segment in which two closed triangles meet. `meet` says whether they do; if not, `segment`, two points, is left
+/// alone. Of
+/// triangles that touch in a point both ends are that point; of triangles in one plane it is the longest segment in
+/// both. Ends
 /// are within 1e-12 times the largest coordinate of both triangles.
 ///
 /// Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.

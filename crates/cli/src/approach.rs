@@ -13,7 +13,8 @@ pub struct Approach<'t> {
     workspace: Workspace,
 }
 
-/// A turn of B, and the line on which the middle of its box moves: from a point against the direction, which has length 1.
+/// A turn of B, and the line on which the middle of its box moves: from a point against the direction, which has length
+/// 1.
 #[derive(Clone, Copy)]
 pub struct Line {
     pub turn: DMat3,

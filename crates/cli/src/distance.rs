@@ -15,7 +15,8 @@ use crate::view::{self, ViewArgs};
 /// How far apart two meshes are at each pose of a list.
 ///
 /// Prints CSV, a line for each pose: low <= distance <= high, both proven, also where a budget ended the query; the closest
-/// triangles found, counted from 0, and their closest points in A's frame, one point twice where the triangles meet (empty if
+/// triangles found, counted from 0, and their closest points in A's frame, one point twice where the triangles meet
+/// (empty if
 /// none was found yet, high is then inf);
 /// closer is the answer to --closer-than: yes, no (both proven), undecided, or empty if it was not asked; ns is the least
 /// time of all sweeps, pose update included; stop tells why the query ended, or error; work is in work units. All but ns

@@ -19,7 +19,8 @@ use crate::input::MeshArgs;
 /// `notice`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Mesh files: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard input, whose format its
+    /// Mesh files: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard input, whose format
+    /// its
     /// content tells.
     #[arg(required = true)]
     files: Vec<PathBuf>,

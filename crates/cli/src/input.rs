@@ -16,10 +16,12 @@ use crate::{Completion, complain, view};
 
 #[derive(clap::Args)]
 pub struct MeshArgs {
-    /// Multiply the coordinates of mesh files by S, such as 0.001 for files in millimetres; not those of poses, motions or rays.
+    /// Multiply the coordinates of mesh files by S, such as 0.001 for files in millimetres; not those of poses, motions
+    /// or rays.
     #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = parse_scale, allow_negative_numbers = true)]
     scale: f64,
-    /// The axis that points up in mesh files: turn the meshes such that z does. From y, (x, y, z) becomes (x, -z, y); from x,
+    /// The axis that points up in mesh files: turn the meshes such that z does. From y, (x, y, z) becomes (x, -z, y);
+    /// from x,
     /// (-z, y, x). Pages of --view have z up then; without it they guess.
     #[arg(long, value_enum)]
     up: Option<UpName>,
@@ -68,7 +70,8 @@ impl MeshArgs {
 
 #[derive(clap::Args)]
 pub struct Input {
-    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard
+    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is
+    /// standard
     /// input, whose format its content tells.
     a: PathBuf,
     /// Mesh B, which takes the poses.

@@ -19,12 +19,14 @@ use crate::view::{self, ViewArgs};
 /// empty where no contact was found: with a free_until of 1 the motion is free to its end. ns is the least time of all sweeps
 /// over the list; stop tells why the query ended, or error; work is in work units. All but ns are of the first sweep.
 ///
-/// A query ends when nothing moves farther between free_until and touching_at than about a millionth of the longest extent of
+/// A query ends when nothing moves farther between free_until and touching_at than about a millionth of the longest
+/// extent of
 /// the smaller mesh; --tolerance asks for something else. After a graze in which no contact can be proven it looks on:
 /// touching_at may be later then, or empty although free_until is less than 1.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard
+    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is
+    /// standard
     /// input, whose format its content tells.
     a: PathBuf,
     /// Mesh B, which moves.

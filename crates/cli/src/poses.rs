@@ -19,17 +19,21 @@ use crate::input::MeshArgs;
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("kind").required(true))]
 pub struct Args {
-    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard
+    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is
+    /// standard
     /// input, whose format its content tells.
     a: PathBuf,
     /// Mesh B, which takes the poses.
     b: PathBuf,
-    /// N poses near contact. B, turned at random, comes from outside along random lines through the box of A; seven poses of
-    /// each line lie 5, 2, .5 and .1 % past the first touch, and .1, .5 and 2 % before it. Percents are of the box diagonal of
+    /// N poses near contact. B, turned at random, comes from outside along random lines through the box of A; seven
+    /// poses of
+    /// each line lie 5, 2, .5 and .1 % past the first touch, and .1, .5 and 2 % before it. Percents are of the box
+    /// diagonal of
     /// the smaller mesh.
     #[arg(long, value_name = "N", group = "kind")]
     contact: Option<usize>,
-    /// N frames of a motion: B goes once around A and turns, at the distance of its first touch smoothed over a 32nd of the frames.
+    /// N frames of a motion: B goes once around A and turns, at the distance of its first touch smoothed over a 32nd of
+    /// the frames.
     #[arg(long, value_name = "N", group = "kind")]
     roll: Option<usize>,
     /// N poses at random: any turn, and any place at which the balls around the boxes of the meshes overlap.

@@ -20,7 +20,8 @@ use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, least_times};
 /// sweeps over the list; stop tells why the query ended, or error; work is in work units. All but ns are of the first sweep.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The mesh: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard input, whose format its content
+    /// The mesh: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard input, whose format its
+    /// content
     /// tells.
     a: PathBuf,
     /// Rays in its frame, one a line: 6 numbers, the origin and the direction; `#` begins a comment.

@@ -33,7 +33,8 @@ pub fn answered<'r, E, T>(
 }
 
 impl ViewArgs {
-    /// Writes the page, if it is asked for, of one of `entries`; `None` is one that could not be read. `up` is what points up
+    /// Writes the page, if it is asked for, of one of `entries`; `None` is one that could not be read. `up` is what
+    /// points up
     /// in the picture.
     pub fn write<T>(
         &self,

@@ -1,9 +1,12 @@
 //! glTF: every triangle primitive of the default scene, moved by its node's transform in f64.
 //!
-//! The document is read by `serde_json` into the few parts that say where triangles are, and not by the crate `gltf`: that one
+//! The document is read by `serde_json` into the few parts that say where triangles are, and not by the crate `gltf`:
+//! that one
 //! refuses documents for what does not concern their triangles (required extensions of materials, missing bounds), and
-//! without its validation it panics where an index is out of range. Here every index is looked up, and every range checked,
-//! before anything is read. The transform of a node that mirrors turns triangles over, so that fronts stay fronts. A skin
+//! without its validation it panics where an index is out of range. Here every index is looked up, and every range
+//! checked,
+//! before anything is read. The transform of a node that mirrors turns triangles over, so that fronts stay fronts. A
+//! skin
 //! and morph weights pose a mesh as the document says, without its animations.
 
 mod accessor;

@@ -2,7 +2,8 @@
 //! on which line an index or a coordinate is at fault. Exact f64 and the line are what this crate promises.
 //!
 //! Read are `v` and `f`, with continued lines, relative indices, `v/vt/vn` corners and polygons. Statements that say
-//! nothing about the surface are skipped; others are passed over with a notice. The text is gone through twice, vertices
+//! nothing about the surface are skipped; others are passed over with a notice. The text is gone through twice,
+//! vertices
 //! first, since a face may name vertices that come after it.
 
 use std::borrow::Cow;
@@ -120,7 +121,8 @@ fn faces(text: &str, surface: &mut Surface, notices: &mut Notices) -> Result<(),
     Ok(())
 }
 
-/// The vertex of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 0, whatever follows the slash; `before`: vertices above the line, from which
+/// The vertex of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 0, whatever follows the slash; `before`:
+/// vertices above the line, from which
 /// negative indices count back.
 fn corner(field: &str, before: usize, count: usize) -> Result<u32, String> {
     let index = field.split_once('/').map_or(field, |(index, _)| index);

@@ -1,7 +1,9 @@
 //! OFF, in text: counts, a line for each vertex, a line for each face.
 //!
-//! Vertices may have normals, colours or texture coordinates behind the coordinates (`NOFF`, `COFF`, `STOFF`), and faces a
-//! colour. The keyword may be missing, or stand before the counts on their line, with a blank or without, as some collections
+//! Vertices may have normals, colours or texture coordinates behind the coordinates (`NOFF`, `COFF`, `STOFF`), and
+//! faces a
+//! colour. The keyword may be missing, or stand before the counts on their line, with a blank or without, as some
+//! collections
 //! have it.
 
 use crate::notice::Notices;

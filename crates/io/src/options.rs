@@ -6,8 +6,10 @@ use crate::ReadError;
 
 /// How large a mesh may become by the repeated use of its parts, as glTF allows, and a packed file.
 ///
-/// A file of a few kilobytes can name a mesh of a million triangles a million times, or unpack to a thousand times its size.
-/// What a file holds without repetition is never refused: an element takes a byte of it or more, and the limits of vertices and
+/// A file of a few kilobytes can name a mesh of a million triangles a million times, or unpack to a thousand times its
+/// size.
+/// What a file holds without repetition is never refused: an element takes a byte of it or more, and the limits of
+/// vertices and
 /// triangles are at least the bytes of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -16,7 +18,8 @@ pub struct Limits {
     pub vertices: usize,
     /// Most triangles, by default 2^24: 200 MB.
     pub triangles: usize,
-    /// Most bytes that a file packed by gzip holds, and, if there are several, the buffers of a glTF document that are files of
+    /// Most bytes that a file packed by gzip holds, and, if there are several, the buffers of a glTF document that are
+    /// files of
     /// their own; by default 2^30.
     pub unpacked: usize,
 }
@@ -52,13 +55,16 @@ pub enum Axis {
 pub struct ReadOptions {
     /// How large the mesh may become.
     pub limits: Limits,
-    /// The factor of all coordinates, finite and above 0, such as 0.001 for a file in millimetres that is wanted in metres.
+    /// The factor of all coordinates, finite and above 0, such as 0.001 for a file in millimetres that is wanted in
+    /// metres.
     /// Products are rounded to f64; where one is not exact in f32, the mesh keeps f64.
     pub scale: f64,
-    /// The axis that points up in the file. The mesh is turned such that z points up, by the shortest turn: `Y` takes (x, y, z)
+    /// The axis that points up in the file. The mesh is turned such that z points up, by the shortest turn: `Y` takes
+    /// (x, y, z)
     /// to (x, -z, y), and `X` to (-z, y, x). `Z`, the default, turns nothing.
     pub up: Axis,
-    /// Where the buffers of a glTF document lie that are files of their own; none without it. [`load`](crate::load) takes the
+    /// Where the buffers of a glTF document lie that are files of their own; none without it. [`load`](crate::load)
+    /// takes the
     /// folder of the file.
     pub folder: Option<PathBuf>,
 }

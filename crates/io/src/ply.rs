@@ -1,7 +1,8 @@
 //! PLY, ASCII and binary of both byte orders. Coordinates may be of any number type; `double` is kept.
 //!
 //! Read here and not by a crate: the maintained one refuses numbers such as `.25` and does not say where in a binary file a
-//! fault is. Elements other than `vertex`, `face` and `tristrips` are skipped, and so are their properties other than the
+//! fault is. Elements other than `vertex`, `face` and `tristrips` are skipped, and so are their properties other than
+//! the
 //! coordinates and the list of corners. In ASCII an element has a line; blank lines are skipped.
 
 mod body;

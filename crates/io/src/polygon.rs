@@ -5,8 +5,10 @@
 //! corner fills it, as it does if the polygon is convex, it is that fan. Else ears are cut off: corners at which the
 //! outline turns inwards, with the triangle to both neighbours. Each of these triangles has the polygon's sense of
 //! rotation, and together they have its outline, so that every point is in as many of them as the polygon winds around it:
-//! none outside. So where all ears can be cut off, the result is right. Of an outline that crosses itself some part winds
-//! the other way round; what is left of it when no ear is found becomes a fan, which the caller is told. A polygon that is not
+//! none outside. So where all ears can be cut off, the result is right. Of an outline that crosses itself some part
+//! winds
+//! the other way round; what is left of it when no ear is found becomes a fan, which the caller is told. A polygon that
+//! is not
 //! flat is filled as it looks along the axis.
 //!
 //! A fan takes `O(n)`. Ears take `O(n log n)` if few corners are near one another along the longer axis, and at most `O(n)`
@@ -14,7 +16,8 @@
 
 use robust::{Coord, orient2d};
 
-/// Adds the triangles of the polygon with these corners, two fewer than corners; tells what is out of order, if anything is.
+/// Adds the triangles of the polygon with these corners, two fewer than corners; tells what is out of order, if
+/// anything is.
 pub(crate) fn fill(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[u32; 3]>) -> Option<&'static str> {
     if corners.len() < 3 {
         return Some("face of fewer than 3 corners passed over");
@@ -51,7 +54,8 @@ pub(crate) fn fill(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[
     oddity
 }
 
-/// The triangles of a strip, all with the sense of rotation of the first. Those with two corners in one place join parts of the
+/// The triangles of a strip, all with the sense of rotation of the first. Those with two corners in one place join
+/// parts of the
 /// strip, and are none.
 pub(crate) fn strip(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[u32; 3]>) {
     let turned = corners.windows(3).zip(0..).map(|(w, i)| [w[0], w[1 + i % 2], w[2 - i % 2]]);
@@ -256,7 +260,8 @@ mod tests {
         triangles.len()
     }
 
-    /// The polygon is told to be out of order; its triangles are as many as those of others, and none of its corners is lost.
+    /// The polygon is told to be out of order; its triangles are as many as those of others, and none of its corners is
+    /// lost.
     #[track_caller]
     fn assert_some_diagonals(points: &[[f64; 3]]) {
         let corners: Vec<u32> = (0..points.len() as u32).collect();

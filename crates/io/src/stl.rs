@@ -1,8 +1,10 @@
 //! STL, ASCII and binary, in f32 as the format defines it.
 //!
 //! Read here and not by a crate: the maintained one takes time in the square of the length of a line and has no line
-//! numbers. Text is taken word by word, so that line ends mean nothing but after names and in unknown statements. Many binary
-//! files begin with `solid` like ASCII ones: the size decides, then whether there is a facet before the first zero byte.
+//! numbers. Text is taken word by word, so that line ends mean nothing but after names and in unknown statements. Many
+//! binary
+//! files begin with `solid` like ASCII ones: the size decides, then whether there is a facet before the first zero
+//! byte.
 //! Equal corners become one vertex. Normals are not used, whatever they are.
 
 use std::collections::HashMap;

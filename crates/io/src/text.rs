@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 use crate::notice::Notices;
 
-/// The text of a file: UTF-8 with or without a byte order mark, or UTF-16 with one. Bytes that are no text become U+FFFD.
+/// The text of a file: UTF-8 with or without a byte order mark, or UTF-16 with one. Bytes that are no text become
+/// U+FFFD.
 pub fn decode(bytes: &[u8]) -> Cow<'_, str> {
     let wide = |number: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| number([pair[0], pair[1]])).collect();

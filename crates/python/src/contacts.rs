@@ -92,7 +92,8 @@ impl Contacts {
 
     /// A page that shows where surfaces meet or come close, saved if a path is given. The query is run anew for it.
     ///
-    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be written.
+    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be
+    /// written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
         let Self { answer, asked, options, .. } = self;

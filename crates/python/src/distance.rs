@@ -104,7 +104,8 @@ impl Distance {
         self.answer.high
     }
 
-    /// The closest points found, (2, 3): that of A and that of B, both in A's frame, moved towards each other by the margins.
+    /// The closest points found, (2, 3): that of A and that of B, both in A's frame, moved towards each other by the
+    /// margins.
     /// If the triangles meet, both are one point of the segment in which they do. None if nothing was found yet.
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
@@ -126,7 +127,8 @@ impl Distance {
 
     /// A page that shows the closest points found, saved if a path is given. The query is run anew for it.
     ///
-    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be written.
+    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be
+    /// written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
         let Self { answer, asked, options, .. } = self;

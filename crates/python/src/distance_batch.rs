@@ -27,7 +27,8 @@ pub struct DistanceBatch {
     /// (N, 2) uint32: the closest triangles found, of a and of b; zeros where high is infinite.
     #[serde(with = "crate::arrays::bytes")]
     triangles: Py<PyArray2<u32>>,
-    /// (N, 2, 3) float64: their closest points, both in a's frame, one point twice where the triangles meet; NaN where high is
+    /// (N, 2, 3) float64: their closest points, both in a's frame, one point twice where the triangles meet; NaN where
+    /// high is
     /// infinite.
     #[serde(with = "crate::arrays::bytes")]
     points: Py<PyArray3<f64>>,
@@ -85,7 +86,8 @@ impl DistanceBatch {
 
 /// `distance` at each of many poses, or `closer_than` if that is given, in one call and without the interpreter's lock.
 ///
-/// poses: (N, 4, 4) matrices, or one, that bring coordinates of b into those of a. budget and work are those of each pose.
+/// poses: (N, 4, 4) matrices, or one, that bring coordinates of b into those of a. budget and work are those of each
+/// pose.
 /// threads: how many share the poses; answers under a budget of work, or none, are the same on any number of them.
 /// memory: taken along the poses in their order, for poses that follow each other; it needs threads=1. The other
 /// arguments are those of `distance`.

@@ -48,7 +48,8 @@ impl Clock for Interrupt {
     }
 }
 
-/// The clock of the thread that made a call: it looks whether the user cancels it. Only the interpreter's main thread can see
+/// The clock of the thread that made a call: it looks whether the user cancels it. Only the interpreter's main thread
+/// can see
 /// that; in others no look finds anything.
 pub struct Attentive<'i> {
     interrupt: &'i Interrupt,
@@ -96,7 +97,8 @@ pub fn cancellable<R: Send>(py: Python<'_>, run: impl FnOnce(&dyn Clock) -> R + 
     })
 }
 
-/// Runs what cannot be cancelled, such as the build of a tree, in a thread of its own. If the user cancels the call, nobody waits
+/// Runs what cannot be cancelled, such as the build of a tree, in a thread of its own. If the user cancels the call,
+/// nobody waits
 /// for that thread: it goes on to its end, and what it made is dropped.
 pub fn in_background<R: Send + 'static>(py: Python<'_>, run: impl FnOnce() -> R + Send + 'static) -> PyResult<R> {
     py.detach(|| {

@@ -3,7 +3,8 @@
 //! A thin face. Here are the arrays, the interpreter's lock and the exceptions; `python/punctual3d` has the rest of the
 //! package: its names, its types, and a drop-in for trimesh's `CollisionManager`.
 //!
-//! **The interpreter's lock.** Builds, batches and queries run without it, but a query with a budget of less than 50 ms: to
+//! **The interpreter's lock.** Builds, batches and queries run without it, but a query with a budget of less than 50
+//! ms: to
 //! get the lock back from another thread may take 5 ms, much longer than the budget.
 //!
 //! **Ctrl-C.** Every call that may take longer looks for it every 50 ms (`interrupt`).

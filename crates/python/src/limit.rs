@@ -48,7 +48,8 @@ impl Limit {
         }
     }
 
-    /// Runs a call by a clock. Without the interpreter's lock, unless the time is short: to get the lock back from another thread
+    /// Runs a call by a clock. Without the interpreter's lock, unless the time is short: to get the lock back from
+    /// another thread
     /// may take as long. Raises what the user cancels the call with.
     pub fn run<R: Send>(self, py: Python<'_>, run: impl FnOnce(&dyn Clock) -> R + Send) -> PyResult<R> {
         match self {

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 /// What one query tells the next about the same pair of trees, at poses that follow each other: a part of the time is
 /// spared.
 ///
-/// It never changes an answer that is proven. Used with another pair of trees, it forgets. A pickle keeps what it learned, but
+/// It never changes an answer that is proven. Used with another pair of trees, it forgets. A pickle keeps what it
+/// learned, but
 /// not the clearance.
 #[pyclass(module = "punctual3d")]
 #[derive(Default, Serialize, Deserialize)]

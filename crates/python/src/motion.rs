@@ -85,7 +85,8 @@ impl Passage {
 
     /// A page that shows the way of b, and where it meets a; saved if a path is given. The query is run anew for it.
     ///
-    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be written.
+    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be
+    /// written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
         let Self { answer, asked, options } = self;
@@ -129,8 +130,10 @@ pub fn path(
 /// T: (4, 4) matrix that brings coordinates of b into those of a, at time 0. to: the same at time 1, with a screw from the
 /// one to the other. Or velocity: (3,), the way until time 1; turn: (3,), axis times angle in radians; point: (3,), a
 /// point of the axis at time 0, which moves with the velocity; the origin of b by default. tolerance: done as soon as
-/// the surfaces are this close at the time that is found, about a millionth of the longest extent of the smaller mesh by
-/// default; time_tolerance: as soon as it is known this closely. margins: by how much the surfaces are thickened, that of
+/// the surfaces are this close at the time that is found, about a millionth of the longest extent of the smaller mesh
+/// by
+/// default; time_tolerance: as soon as it is known this closely. margins: by how much the surfaces are thickened, that
+/// of
 /// a and that of b. budget: seconds; work: units of work. memory: what it learned from the motion before.
 ///
 /// Raises ValueError for a T that is not rigid, numbers that are negative or not finite and for contradictions, and

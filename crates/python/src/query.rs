@@ -203,7 +203,8 @@ impl Collision {
     /// A page that shows which triangles meet, and the boxes still open, after each of a ladder of budgets; saved if
     /// a path is given. The query is run anew for it.
     ///
-    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be written.
+    /// Raises ValueError if a tree was refitted since, or the answer was pickled, and OSError if the file cannot be
+    /// written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
         let Self { outcome, asked, options, .. } = self;
@@ -240,7 +241,8 @@ pub fn with_workspace<R>(run: impl FnOnce(&mut Workspace) -> R) -> R {
 
 /// Whether, and where, the surfaces of two trees meet.
 ///
-/// a, b: trees; as in all calls, a mesh with `vertices` and `faces`, such as a trimesh.Trimesh, is taken in place of one, and a
+/// a, b: trees; as in all calls, a mesh with `vertices` and `faces`, such as a trimesh.Trimesh, is taken in place of
+/// one, and a
 /// tree is built from it for this call, which takes longer than most questions.
 ///
 /// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. mode: "any" stops at the

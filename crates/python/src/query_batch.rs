@@ -101,7 +101,8 @@ impl CollisionBatch {
 
 /// `collide` at each of many poses, in one call and without the interpreter's lock.
 ///
-/// poses: (N, 4, 4) matrices, or one, that bring coordinates of b into those of a. budget and work are those of each pose.
+/// poses: (N, 4, 4) matrices, or one, that bring coordinates of b into those of a. budget and work are those of each
+/// pose.
 /// threads: how many share the poses; answers under a budget of work, or none, are the same on any number of them.
 /// memory: taken along the poses in their order, for poses that follow each other; it needs threads=1. The other
 /// arguments are those of `collide`.

@@ -183,8 +183,10 @@ fn checked(
 /// What each of many rays hits, in one call.
 ///
 /// origins: (N, 3), in the frame of the tree's mesh. directions: (N, 3), of any length; t counts in that length. Or ends:
-/// (N, 3), for segments, of which t goes from 0 to 1. One origin, direction or end, (3,) or (1, 3), stands for all. mode:
-/// "nearest" hit, "any", or "all". t_min, t_max: hits outside are left out. budget: seconds; work: units of work; of all rays
+/// (N, 3), for segments, of which t goes from 0 to 1. One origin, direction or end, (3,) or (1, 3), stands for all.
+/// mode:
+/// "nearest" hit, "any", or "all". t_min, t_max: hits outside are left out. budget: seconds; work: units of work; of
+/// all rays
 /// together.
 ///
 /// Whether a triangle is hit is exact: no ray slips through between two triangles that share an edge.

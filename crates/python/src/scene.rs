@@ -25,7 +25,8 @@ use std::sync::Arc;
 /// Bodies that move, and the question which of them meet, asked again every frame within a budget for all of them.
 ///
 /// mode: "any" intersection of each pair, or the number of "all". threads: how many share the queries of a frame; answers
-/// under a budget of work, or none, are the same on any number of them. Bodies are named by integers, which are the same in
+/// under a budget of work, or none, are the same on any number of them. Bodies are named by integers, which are the
+/// same in
 /// all scenes to which the same was done: a scene cannot tell a name of another one from its own.
 ///
 /// Raises ValueError for no threads, and OSError if the system has no more.
@@ -59,15 +60,18 @@ pub struct Report {
     /// (N, 2) uint64: the two bodies.
     #[serde(with = "crate::arrays::bytes")]
     bodies: Py<PyArray2<u64>>,
-    /// (N,) int8: 1 they intersect, 2 they come within their margins (whether they intersect is not said), 0 neither, all
+    /// (N,) int8: 1 they intersect, 2 they come within their margins (whether they intersect is not said), 0 neither,
+    /// all
     /// proven; -1 undecided. They meet where it is above 0.
     #[serde(with = "crate::arrays::bytes")]
     verdict: Py<PyArray1<i8>>,
-    /// (N, 2) uint32: triangles of the two bodies that intersect, or come within the margins; zeros where verdict is not
+    /// (N, 2) uint32: triangles of the two bodies that intersect, or come within the margins; zeros where verdict is
+    /// not
     /// above 0.
     #[serde(with = "crate::arrays::bytes")]
     witness: Py<PyArray2<u32>>,
-    /// (N,) float64: how far apart the witness is at most, margins not subtracted: 0 where verdict is 1, above 0 where it is
+    /// (N,) float64: how far apart the witness is at most, margins not subtracted: 0 where verdict is 1, above 0 where
+    /// it is
     /// 2, infinite elsewhere.
     #[serde(with = "crate::arrays::bytes")]
     witness_distance: Py<PyArray1<f64>>,
@@ -210,7 +214,8 @@ impl Scene {
         self.change(|scene| scene.set_pose(BodyId::from_bits(body), T.0))
     }
 
-    /// Moves bodies: N names and (N, 4, 4) matrices, or none of them: raises ValueError with the row of a matrix that is not
+    /// Moves bodies: N names and (N, 4, 4) matrices, or none of them: raises ValueError with the row of a matrix that
+    /// is not
     /// rigid, and KeyError for a body that is not in the scene.
     fn set_poses(&mut self, bodies: Vec<u64>, poses: Transforms) -> PyResult<()> {
         let Transforms(poses) = poses;
@@ -225,8 +230,10 @@ impl Scene {
         self.change(|scene| scene.set_tree(BodyId::from_bits(body), Arc::clone(&tree.arc)))
     }
 
-    /// Thickens a body by a margin, a length: bodies meet when they come within the sum of theirs. Then the verdict is 2,
-    /// unless triangles were found that intersect, and the witness is the closest pair of triangles that was found. Raises ValueError for a margin that is not from 0 to 2^1000.
+    /// Thickens a body by a margin, a length: bodies meet when they come within the sum of theirs. Then the verdict is
+    /// 2,
+    /// unless triangles were found that intersect, and the witness is the closest pair of triangles that was found.
+    /// Raises ValueError for a margin that is not from 0 to 2^1000.
     fn set_margin(&mut self, body: u64, margin: f64) -> PyResult<()> {
         self.change(|scene| scene.set_margin(BodyId::from_bits(body), margin))
     }
@@ -338,7 +345,8 @@ impl Scene {
     /// Asks for the least distance between two groups of bodies in every frame from now on (`Report.group_distances`):
     /// a robot and what stands around it, say. Returns a name for it. Margins count. tolerance: a length.
     ///
-    /// Both groups may have bodies in common, or be one: the distance within a robot, of all its pairs that may meet. A body
+    /// Both groups may have bodies in common, or be one: the distance within a robot, of all its pairs that may meet. A
+    /// body
     /// has no distance from itself.
     ///
     /// Raises ValueError if both groups are one and the same body, and for a tolerance that is not from 0 to 2^1000.

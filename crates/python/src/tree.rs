@@ -115,7 +115,8 @@ impl Tree {
         built(py, mesh(vertices, faces)?, options).map(Self::from)
     }
 
-    /// The tree of a trimesh.Trimesh, or of anything else with `vertices` and `faces`. All calls take such a mesh in place of a
+    /// The tree of a trimesh.Trimesh, or of anything else with `vertices` and `faces`. All calls take such a mesh in
+    /// place of a
     /// tree, but then it is built in each of them.
     #[classmethod]
     #[pyo3(signature = (mesh, *, effort="normal", neighbors=false, extremes=false))]
@@ -130,7 +131,8 @@ impl Tree {
         Self::build(mesh.py(), &vertices, &faces, effort, neighbors, extremes)
     }
 
-    /// The tree of a mesh file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz. Warns (UserWarning) of what was
+    /// The tree of a mesh file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz. Warns (UserWarning) of
+    /// what was
     /// passed over in it, one line a kind. Raises OSError if it cannot be read or is damaged, with the place.
     #[classmethod]
     #[pyo3(signature = (path, *, effort="normal", neighbors=false, extremes=false))]

@@ -132,7 +132,8 @@ impl Stage {
 
     /// The largest boxes of a certificate, the lines that tell of what is open, and a remark to the second.
     ///
-    /// What was missed lies where the bodies are, so boxes are drawn as far as these reach: those of a distance without an
+    /// What was missed lies where the bodies are, so boxes are drawn as far as these reach: those of a distance without
+    /// an
     /// upper bound have no end of their own.
     pub fn open_boxes(&mut self, certificate: &Certificate) -> (Value, [Fact; 2], Option<Fact>) {
         let open = certificate.open_pairs();

@@ -1,7 +1,9 @@
 //! Ids of patches: a patch keeps the id of the one of the frame before with which it has most triangles in common.
 //!
-//! Each triangle links each patch before that has it with each one now. Of a triangle that many patches have, such as a floor
-//! under many feet, only contacts with the same triangle of the other side link. So there are at most a few links a contact.
+//! Each triangle links each patch before that has it with each one now. Of a triangle that many patches have, such as a
+//! floor
+//! under many feet, only contacts with the same triangle of the other side link. So there are at most a few links a
+//! contact.
 
 use super::Patch;
 use crate::contact::Contact;

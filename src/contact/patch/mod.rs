@@ -128,8 +128,10 @@ impl Patches {
     /// Makes the patches of these contacts, nearest first, of the meshes of `a` and `b`. Contacts of a stopped query will do.
     ///
     /// A patch gets the id of the patch of the last update with which it has most triangles in common, if it has any and
-    /// that id has not gone to one that has more; otherwise a new one. Of a triangle that many patches have (a floor under many
-    /// feet), only contacts with the same triangle count for that; which of such patches gets which id is arbitrary if they
+    /// that id has not gone to one that has more; otherwise a new one. Of a triangle that many patches have (a floor
+    /// under many
+    /// feet), only contacts with the same triangle count for that; which of such patches gets which id is arbitrary if
+    /// they
     /// have nothing else in common.
     pub fn update<'c>(&mut self, a: &Tree, b: &Tree, contacts: impl IntoIterator<Item = &'c Contact>) {
         self.given.clear();
@@ -158,8 +160,10 @@ impl Patches {
         self.contacts.get(patch.range()).unwrap_or_default()
     }
 
-    /// The contacts that stand for one of these patches, seen along the normal: the nearest, the one farthest from that, and then
-    /// always the one that spans the largest triangle with an edge of the convex polygon of all before; fewer where nothing
+    /// The contacts that stand for one of these patches, seen along the normal: the nearest, the one farthest from
+    /// that, and then
+    /// always the one that spans the largest triangle with an edge of the convex polygon of all before; fewer where
+    /// nothing
     /// more is added.
     pub fn points_of<'p>(&'p self, patch: &'p Patch) -> impl ExactSizeIterator<Item = &'p Contact> + Clone {
         let contacts = self.contacts_of(patch);

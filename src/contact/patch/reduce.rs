@@ -10,7 +10,8 @@ use smallvec::{SmallVec, smallvec};
 /// The buffers that it takes to choose points.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reduction {
-    /// The middles of all contacts, seen along the normal, from the first one, in a unit of which no square is too large or small.
+    /// The middles of all contacts, seen along the normal, from the first one, in a unit of which no square is too
+    /// large or small.
     places: Vec<DVec2>,
     /// The polygon of the chosen, counterclockwise: for each of them the one before and the one after.
     ring: Vec<[u32; 2]>,
@@ -68,7 +69,8 @@ impl Reduction {
 
     /// Which of these contacts, nearest first, stand for all: at most `limit`, at least one.
     ///
-    /// Seen along the normal: the first, the one farthest from it, and then always the one with the largest triangle on an edge of
+    /// Seen along the normal: the first, the one farthest from it, and then always the one with the largest triangle on
+    /// an edge of
     /// the convex polygon of those before. Of equal ones the first is taken, and none that adds less than a rounding.
     /// `O(n)` for up to four points, `O(n log n)` for any number.
     pub fn points(&mut self, contacts: &[Contact], normal: DVec3, limit: usize) -> SmallVec<[u32; 4]> {
@@ -132,7 +134,8 @@ impl Reduction {
         }
     }
 
-    /// Puts a chosen contact into the polygon, in place of an edge and of the corners next to it that it covers. Returns its
+    /// Puts a chosen contact into the polygon, in place of an edge and of the corners next to it that it covers.
+    /// Returns its
     /// neighbors there.
     fn insert(&mut self, new: u32, [mut from, mut to]: [u32; 2], chosen: &[u32]) -> [u32; 2] {
         let place = |i: u32| self.places[chosen[i as usize] as usize];

@@ -31,7 +31,8 @@ fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> 
     core::array::from_fn(|i| f(a[i], b[i]))
 }
 
-/// The square root. Where there is neither an instruction for it nor `std`, that of `wide` is wrong for denormal numbers.
+/// The square root. Where there is neither an instruction for it nor `std`, that of `wide` is wrong for denormal
+/// numbers.
 #[inline(always)]
 fn root(x: f64x2) -> f64x2 {
     let is_right = cfg!(any(

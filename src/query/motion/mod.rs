@@ -40,9 +40,12 @@ use sweep::{Sweep, span};
 /// or none, and then the motion is free to its end, time 1.
 ///
 /// There is one exception: grazes. Surfaces may come within a few tolerances of each other, or of the rounding of their
-/// coordinates, or may meet so briefly, or in so small a place, that no pose in `f64` shows it, as a point that goes through a
-/// triangle. Then `free_until` stays at that time, and the search goes on for a contact that it can prove: `touching_at` may be
-/// later by more than the tolerance, or `None` although `free_until` is less than 1. Both still hold. So it is with all surfaces
+/// coordinates, or may meet so briefly, or in so small a place, that no pose in `f64` shows it, as a point that goes
+/// through a
+/// triangle. Then `free_until` stays at that time, and the search goes on for a contact that it can prove:
+/// `touching_at` may be
+/// later by more than the tolerance, or `None` although `free_until` is less than 1. Both still hold. So it is with all
+/// surfaces
 /// where squares of lengths overflow, from 1e154 on.
 ///
 /// ```
@@ -70,9 +73,12 @@ const DEFAULT_TOLERANCE: f64 = 2e-6;
 const LEAST_TOLERANCE: f64 = 4.0 * f64::EPSILON;
 
 impl<'t> MotionQuery<'t> {
-    /// Asks about the meshes of `a` and `b`, where `b_in_a` says where B is in A from time 0 to 1. The tolerance is a length: two
-    /// millionths of the smaller mesh's unit ([`Tree::unit_length`], about half of its longest extent), but no less than the
-    /// rounding of coordinates. A point is as large as its margin; beside one without a margin it is a millionth of the other
+    /// Asks about the meshes of `a` and `b`, where `b_in_a` says where B is in A from time 0 to 1. The tolerance is a
+    /// length: two
+    /// millionths of the smaller mesh's unit ([`Tree::unit_length`], about half of its longest extent), but no less
+    /// than the
+    /// rounding of coordinates. A point is as large as its margin; beside one without a margin it is a millionth of the
+    /// other
     /// mesh's unit.
     #[must_use]
     #[inline]
@@ -121,7 +127,8 @@ impl<'t> MotionQuery<'t> {
         self
     }
 
-    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest that it can.
+    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest
+    /// that it can.
     ///
     /// # Errors
     /// If a tolerance or a margin is negative, infinite or no number. The error names the first of them.
@@ -227,7 +234,8 @@ impl<'t> MotionQuery<'t> {
         self.spend(&self.course(), workspace, memory, deadline)
     }
 
-    /// Proven by the run in the workspace: the triangles that meet first are no farther apart then. 0 only if they intersect.
+    /// Proven by the run in the workspace: the triangles that meet first are no farther apart then. 0 only if they
+    /// intersect.
     pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace.motion.contact().map_or(f64::INFINITY, |contact| contact.distance)
     }

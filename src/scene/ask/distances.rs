@@ -13,11 +13,14 @@ use crate::scene::room::reserve;
 use alloc::vec::Vec;
 
 impl Scene {
-    /// Thickens a body by a margin, a length: [`Body::margin`](crate::Body::margin). Pairs of it meet when they come within the
+    /// Thickens a body by a margin, a length: [`Body::margin`](crate::Body::margin). Pairs of it meet when they come
+    /// within the
     /// sum of their margins. Then the witness is the closest pair of triangles that was found, and the verdict is
     /// [`Verdict::Within`](crate::Verdict::Within) with its distance, or
-    /// [`Verdict::Intersecting`](crate::Verdict::Intersecting) if these intersect. The search ends with the first pair within
-    /// the margins: that some others intersect is found only by chance. One contact is counted in [`crate::Mode::All`] too.
+    /// [`Verdict::Intersecting`](crate::Verdict::Intersecting) if these intersect. The search ends with the first pair
+    /// within
+    /// the margins: that some others intersect is found only by chance. One contact is counted in [`crate::Mode::All`]
+    /// too.
     ///
     /// ```
     /// use punctual::glam::DMat3;
@@ -47,8 +50,10 @@ impl Scene {
     /// and are not parts of one compound: [`crate::Report::distances`]. `tolerance`: a length, as of
     /// [`crate::DistanceQuery::absolute_tolerance`]. Their margins count.
     ///
-    /// A pair is asked either how far apart it is or until when it is free: while its distance is asked for, by itself or for
-    /// groups, it has no [passage](crate::Report::passages), though a body [moves](Scene::set_motion), and `low` and `high` are
+    /// A pair is asked either how far apart it is or until when it is free: while its distance is asked for, by itself
+    /// or for
+    /// groups, it has no [passage](crate::Report::passages), though a body [moves](Scene::set_motion), and `low` and
+    /// `high` are
     /// those at the beginning of the motion. Who needs both asks a [`crate::MotionQuery`] besides.
     ///
     /// The pair is in [`crate::Report::pairs`] as well, and shares the budget like any other, by importance and in its turn; a
@@ -101,8 +106,11 @@ impl Scene {
     }
 
     /// Asks for the least distance between two groups of bodies in every frame from now on: a robot and what stands around it,
-    /// say. Both may have bodies in common, or be one, as the links of a robot for the distance within it: a body has no distance
-    /// from itself, and links that are joined are kept apart by their filters, or are parts of one compound. [`crate::Report::group_distances`] has bounds that hold in each frame, whatever the budget reached. `tolerance`: a
+    /// say. Both may have bodies in common, or be one, as the links of a robot for the distance within it: a body has
+    /// no distance
+    /// from itself, and links that are joined are kept apart by their filters, or are parts of one compound.
+    /// [`crate::Report::group_distances`] has bounds that hold in each frame, whatever the budget reached. `tolerance`:
+    /// a
     /// length; no pair is asked about that is farther apart than the closest less this. The margins of bodies count; pairs that
     /// may not meet by their filters do not.
     ///

@@ -37,10 +37,13 @@ impl Scene {
     /// much as the [importance](crate::Body::importance) of the more important body and this together, and goes before all
     /// questions of any pair that count less ([`Scene::detect`]).
     ///
-    /// That holds to the end of the budget. [`PairQuestion::Contacts`] above the others are asked first of all pairs that met
-    /// last, even a little above: if finding where these touch takes all that the budget has beside the quarter that goes round
+    /// That holds to the end of the budget. [`PairQuestion::Contacts`] above the others are asked first of all pairs
+    /// that met
+    /// last, even a little above: if finding where these touch takes all that the budget has beside the quarter that
+    /// goes round
     /// in turn, the other pairs are decided by that quarter alone, within the frames that [`Scene::detect`] states, and
-    /// [`crate::Report::undecided`] counts those that wait. One contact question takes as long as some ten others. Whether
+    /// [`crate::Report::undecided`] counts those that wait. One contact question takes as long as some ten others.
+    /// Whether
     /// bodies meet is asked first, and where they touch of what is left, with the default of 0.
     ///
     /// ```

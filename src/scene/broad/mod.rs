@@ -114,7 +114,8 @@ impl Broad {
         pair.into_iter().any(|body| bodies.facts(body).is_another() || self.is_another(body))
     }
 
-    /// Whether a pair is compared without its distance being asked for, by what was placed last: one of its bodies moves.
+    /// Whether a pair is compared without its distance being asked for, by what was placed last: one of its bodies
+    /// moves.
     #[inline(always)]
     pub fn compares(&self, [a, b]: [u32; 2]) -> bool {
         self.proxies[a as usize].moving | self.proxies[b as usize].moving

@@ -29,7 +29,8 @@ pub(crate) struct Frame<'f> {
     pub cut: bool,
     pub moved: bool,
     pub budget: Budget,
-    /// For a budget of time, when it began and how long it is: two zeros otherwise, since the compiler computes with them before it
+    /// For a budget of time, when it began and how long it is: two zeros otherwise, since the compiler computes with
+    /// them before it
     /// is known whether they are asked for.
     pub times: [Duration; 2],
     pub clock: &'f dyn Clock,

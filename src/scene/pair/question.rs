@@ -41,7 +41,8 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
-    /// They meet now if the upper bound is 0, and do not if the lower one is more. `distance`: that of the witness, without
+    /// They meet now if the upper bound is 0, and do not if the lower one is more. `distance`: that of the witness,
+    /// without
     /// margins.
     fn bounded(stop: StopReason, bounds: Bounds, distance: f64) -> Self {
         let verdict = match bounds.triangles {

@@ -102,7 +102,8 @@ pub(crate) struct Touches {
     /// Contacts of so many pairs there is room for; and room that was made so far, which is what it costs.
     room: Room,
     made: usize,
-    /// Ids of patches of pairs that get room begin here, above all of those that gave theirs back before this frame, whichever
+    /// Ids of patches of pairs that get room begin here, above all of those that gave theirs back before this frame,
+    /// whichever
     /// room they had: it depends on the threads which pair gets which.
     next_id: u64,
     highest_id: u64,

@@ -323,7 +323,8 @@ impl<'l> Listing<'l> {
     }
 
     /// Whether the boxes of a pair may overlap, of which `overlap` says whether they did when they were made. `None` if that
-    /// cannot be said: one of the bodies is not the one that it was, may not meet the other now, or is not where its box is; nor
+    /// cannot be said: one of the bodies is not the one that it was, may not meet the other now, or is not where its
+    /// box is; nor
     /// is it said of two fixed bodies whose distance was asked for.
     fn may_overlap(&self, pair: Candidate, overlap: bool) -> Option<bool> {
         let (bodies, both) = (self.frame.bodies, bodies_of(pair.key));

@@ -42,7 +42,8 @@ pub(crate) struct Pairs {
     pub(super) merge: Merge,
     /// A state is away while its pair is run.
     states: Vec<Option<Box<PairState>>>,
-    /// How many of them were made for pairs to come, which is what it costs. Others were made when they were needed: it depends on
+    /// How many of them were made for pairs to come, which is what it costs. Others were made when they were needed: it
+    /// depends on
     /// the threads how many at once.
     made: usize,
     free: Vec<u32>,

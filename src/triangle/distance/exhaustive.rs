@@ -1,15 +1,22 @@
 //! One pair in `f64`, by all of its features: for pairs on which the search for the closest ones went wrong.
 //!
-//! Two triangles that are apart are as far apart as a corner and a face, two edges, a corner and an edge, or two corners: 42
-//! candidates, one of which is the true one. Each proposes two points and a direction; the best bound from above and the best
-//! from below are kept, whichever candidates they come from. So it does not matter which candidate is the closest, only that
-//! the points and the direction of the true one are right up to a few roundings *of the extent of the pair*, whatever its
+//! Two triangles that are apart are as far apart as a corner and a face, two edges, a corner and an edge, or two
+//! corners: 42
+//! candidates, one of which is the true one. Each proposes two points and a direction; the best bound from above and
+//! the best
+//! from below are kept, whichever candidates they come from. So it does not matter which candidate is the closest, only
+//! that
+//! the points and the direction of the true one are right up to a few roundings *of the extent of the pair*, whatever
+//! its
 //! shape. That takes two measures:
 //!
-//! - Corners are brought to a grid of 2^-58 in the unit of the pair. That moves them by far less than a rounding, and makes cross
-//!   products of their differences exact in integers of 128 bits: directions are right however thin a triangle is, or how near to
+//! - Corners are brought to a grid of 2^-58 in the unit of the pair. That moves them by far less than a rounding, and
+//!   makes cross
+//!   products of their differences exact in integers of 128 bits: directions are right however thin a triangle is, or
+//!   how near to
 //!   parallel edges are.
-//! - A point in a face is found along its longest edge first and then across it, so that no error is divided by the width.
+//! - A point in a face is found along its longest edge first and then across it, so that no error is divided by the
+//!   width.
 //!
 //! Constant time, about ten times that of [`closest`]. The bound is derived in `docs/numerics.md`.
 
@@ -21,7 +28,8 @@ impl Closest {
     /// The same of triangles with these corners that are known not to meet: `high - low` is no more than
     /// [`TIGHT`](super::pair::TIGHT) times the reach of the pair, or than 2^-1021, whatever their shape.
     ///
-    /// The reach is the length of a vector that has in each component the largest of A's triangle and the largest of B's,
+    /// The reach is the length of a vector that has in each component the largest of A's triangle and the largest of
+    /// B's,
     /// added, all relative to a corner.
     #[inline]
     pub fn of_apart(self, a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
@@ -39,7 +47,8 @@ pub(crate) fn closest_or_meeting(a: &[DVec3; 3], b: &[DVec3; 3]) -> Closest {
 #[derive(Clone, Copy)]
 struct Whole([i64; 3]);
 
-/// 2^58: coordinates are below 2 in the unit of the pair, differences below 2^60 on the grid, and cross products below 2^121.
+/// 2^58: coordinates are below 2 in the unit of the pair, differences below 2^60 on the grid, and cross products below
+/// 2^121.
 const GRID: f64 = (1_u64 << 58) as f64;
 
 impl Whole {
@@ -153,7 +162,8 @@ impl Best<'_> {
         self.found.is_tight
     }
 
-    /// Each face with the corners of the other triangle. Where the foot lies outside, the point is brought into the face.
+    /// Each face with the corners of the other triangle. Where the foot lies outside, the point is brought into the
+    /// face.
     fn or_faces(&mut self, shapes: &[Shape; 2]) -> bool {
         for side in 0..2 {
             let (face, other) = (&shapes[side], &shapes[1 - side]);

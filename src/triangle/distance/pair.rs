@@ -31,7 +31,8 @@ pub(super) const TIGHT: f64 = 64.0 * f64::EPSILON;
 
 /// Closest points of two closed triangles, with bounds of their distance that hold for all finite coordinates up to 2^1003.
 ///
-/// If the triangles meet, `low` is 0 and `high` may be anything. Which of both is for [`super::super::triangles_intersect`] to
+/// If the triangles meet, `low` is 0 and `high` may be anything. Which of both is for
+/// [`super::super::triangles_intersect`] to
 /// say. If they are apart, the bounds are tight as a rule, and by [`Closest::of_apart`] always.
 // Compiled for AVX2, in a kernel that it is inlined into, it takes three times as long.
 #[inline(never)]

@@ -56,7 +56,8 @@ impl Swept {
     }
 
     /// When they may meet by the normals of both and the products of their edges, which turn with B; `None`: never. Once that is
-    /// not before `latest` the rest of them is left out. Of triangles in planes that are all but parallel these say little of
+    /// not before `latest` the rest of them is left out. Of triangles in planes that are all but parallel these say
+    /// little of
     /// what lies beside what, so the directions across the edges in the planes are added.
     pub fn window(&self, latest: f64) -> Option<Window> {
         let (of_a, of_b, turns) = (edges(&self.a), edges(&self.b), edges(&self.velocities));

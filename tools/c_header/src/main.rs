@@ -7,7 +7,8 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::{env, error::Error, fs, iter};
 
-/// The sections of the header, each with the sources that it is made of. What a section needs stands in those before it.
+/// The sections of the header, each with the sources that it is made of. What a section needs stands in those before
+/// it.
 const SECTIONS: [(&str, &[&str]); 16] = [
     ("Errors, and the version", &["status"]),
     ("Points, boxes and poses", &["pose"]),

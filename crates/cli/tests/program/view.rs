@@ -104,8 +104,7 @@ fn a_distance_stopped_before_anything_is_found_shows_what_is_open() {
     assert!(number(&told(first, "Open boxes")) > 0.0);
     assert_eq!(remark(first, "Open boxes"), Some("anywhere: nothing bounds them yet"));
     // Drawn once, around all that is shown.
-    let bounds: Vec<f64> =
-        page.view["stage"]["bounds"].as_array().unwrap().iter().flat_map(numbers).collect();
+    let bounds: Vec<f64> = page.view["stage"]["bounds"].as_array().unwrap().iter().flat_map(numbers).collect();
     assert_eq!(page.floats(&first["boxes"]), bounds);
     // Once there is an upper bound, boxes are no larger than what they bound, and in the end there are none.
     for step in page.steps() {

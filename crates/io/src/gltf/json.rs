@@ -1,4 +1,5 @@
-//! The parts of a glTF document that say where its triangles are. All else is skipped, so that a damaged material does no harm.
+//! The parts of a glTF document that say where its triangles are. All else is skipped, so that a damaged material does
+//! no harm.
 
 use std::collections::BTreeMap;
 

@@ -146,7 +146,8 @@ impl<'a> Skins<'a> {
         Self { accessors, placed, joints }
     }
 
-    /// Puts vertices where the joints of a skin take them, and tells whether that mirrors the mesh, as its first joint does. The
+    /// Puts vertices where the joints of a skin take them, and tells whether that mirrors the mesh, as its first joint
+    /// does. The
     /// node of the mesh has no say in it.
     pub fn bend(&self, skin: usize, primitive: &Primitive, positions: &mut [[f64; 3]]) -> Result<bool, String> {
         let joints = self.joints.get(skin).ok_or_else(|| format!("skin {skin} does not exist"))?;
