@@ -106,7 +106,8 @@ def test_the_user_can_cancel(name):
 
 
 def test_a_cancelled_query_goes_on(ball):
-    large = punctual3d.shapes.icosphere(6)
+    # It takes more than ten times the wait, so that it is not complete by then.
+    large = punctual3d.shapes.icosphere(8)
     query = punctual3d.Query(large, large, mode="all")
     signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Timer(0.1, lambda: signal.raise_signal(signal.SIGINT)).start()
@@ -117,7 +118,7 @@ def test_a_cancelled_query_goes_on(ball):
 
 
 def test_a_handler_may_ask(ball, ring):
-    large, said = punctual3d.shapes.icosphere(6), []
+    large, said = punctual3d.shapes.icosphere(7), []
     before = signal.signal(signal.SIGINT, lambda *_: said.append(punctual3d.collide(ball, ring).verdict))
     try:
         threading.Timer(0.1, lambda: signal.raise_signal(signal.SIGINT)).start()
